@@ -148,6 +148,11 @@ class Planner:
             self._problem((name, "every"), message, f"give a time in the order of {step:g} s")
         kind = action.kind
         settings, effects = [], []
+        if kind == "parameters":  # of a system made in Python: no file was read
+            message = f"the file {action.parameters!r} of {name!r} is not read here"
+            remedy = "give its values: Action(set=read_parameters(path), …)"
+            self._problem((name, kind), message, remedy)
+            return PlannedAction(name, None, None, None, None)
         if kind in ("set", "ramp", "broken_line"):
             settings = list(self._settings(name, action))
         else:

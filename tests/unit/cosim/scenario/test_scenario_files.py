@@ -141,6 +141,16 @@ def test_a_replacement_that_follows_its_taker_at_once_is_refused(c_fmu: Fmus) ->
     prepare(replace(chain, scenario={"passed": Action(at=0.5, replace={"third.u": "first.y"})}))
 
 
+def test_in_python_a_file_of_parameters_is_to_be_read_first(c_fmu: Fmus) -> None:
+    plain = system(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
+    soft = {"soft": Action(at=0.5, parameters="soft.yaml")}
+    with pytest.raises(InputError) as raised:
+        prepare(replace(plain, scenario=soft))
+    (problem,) = raised.value.problems
+    assert problem.message == "test: the file 'soft.yaml' of 'soft' is not read here"
+    assert "read_parameters" in problem.remedy
+
+
 def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
     (tmp_path / "soft.yaml").write_text("values: {spring.damping: 0.5}\n", encoding="utf-8")
     path = written(
