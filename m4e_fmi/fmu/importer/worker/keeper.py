@@ -135,10 +135,10 @@ class Keeper:
 
     def _look(self, worker: _Kept) -> None:
         """Tell of a worker's end, if it has come."""
-        process, status = os.waitpid(worker.process, os.WNOHANG)
-        if not process:
+        if not os.waitid(os.P_PID, worker.process, os.WEXITED | os.WNOHANG | os.WNOWAIT):
             return
-        kill_children(worker.process)
+        kill_children(worker.process)  # while its number cannot be another's
+        _, status = os.waitpid(worker.process, 0)
         os.set_blocking(worker.output, False)
         if worker.output in self._selector.get_map():
             with suppress(BlockingIOError):
