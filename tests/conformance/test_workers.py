@@ -19,7 +19,7 @@ from support.c_fmus.build import trouble_file
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.worker import Host, process
+from m4e_fmi.fmu.importer.worker import Host, keeper, process
 from m4e_fmi.results.results_file import load
 
 Fmus = Callable[[str], Path]
@@ -254,6 +254,26 @@ def test_a_worker_too_many_leaves_the_others(armed: Fmus, c_fmu: Fmus) -> None:
         resource.prlimit(keeper, resource.RLIMIT_NOFILE, usual)
     run(prepared)
     assert _keeper() == keeper
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are in /proc")
+def test_the_children_of_a_worker_are_ended_while_its_number_is_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A number that is free may soon be another group's."""
+    kept, (output, inner) = keeper.Keeper(), os.pipe()
+    worker = os.posix_spawn("/bin/true", ["true"], {})
+    os.close(inner)
+    kept._workers[0] = keeper._Kept(0, worker, output)
+    found: list[bool] = []
+
+    def note(process: int) -> None:
+        found.append(Path(f"/proc/{process}").exists())
+
+    monkeypatch.setattr(keeper, "kill_children", note)
+    while kept._workers:
+        kept._look(kept._workers[0])
+    assert found == [True]
 
 
 def test_an_fmu_that_writes_into_the_shared_memory_is_still_watched(

@@ -1,13 +1,16 @@
 """Identity of a run: all that must be the same where it goes on from a checkpoint.
 
 The stop time may differ, and when checkpoints are taken. Everything else that the results follow
-from is told by name and value: the version of m4e_fmi, the FMUs by their SHA-256, start values,
-connections, actions of the scenario, settings, recorded variables.
+from is told by name and value: the version of m4e_fmi, the platform (the binaries of an FMU for two
+platforms may have states of different form), the FMUs by their SHA-256, start values, connections,
+actions of the scenario, settings, recorded variables.
 """
 
 from __future__ import annotations
 
+import platform
 import re
+import sys
 from collections.abc import Collection, Mapping
 from dataclasses import fields
 
@@ -30,7 +33,10 @@ def identity(
     `recorded` are the variables of its results by component; with `certify` the error is estimated.
     """
     system = prepared.system
-    found = {"the version of m4e_fmi": m4e_fmi.__version__}
+    found = {
+        "the version of m4e_fmi": m4e_fmi.__version__,
+        "the platform": f"{sys.platform} {platform.machine()}",
+    }
     for component in system.components:
         name, description = component.name, prepared.descriptions[component.name]
         content = f"{description.path.name}, SHA-256 {description.content}"

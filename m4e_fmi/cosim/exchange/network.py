@@ -206,7 +206,7 @@ class Network(ExchangedVariables):
         self.left = before if acted.ports else None
         for component, names in acted.changes.items():
             self._read_again(component, names)
-        if acted.again:
+        for _ in self.scenario.exchanges(acted):
             self._run_exchange()
         if acted.ports:
             self.last = 0.0

@@ -42,7 +42,8 @@ class Given:
 class Effect(ABC):
     """Effect of one action on one taker of a signal.
 
-    At every communication point `watch` is called, then `act` while the action is active.
+    At every communication point `watch` is called, then `act` while the action is active; where
+    what they are given changes there, both are called again.
     """
 
     memory: Memory = ()
@@ -166,6 +167,9 @@ class Delay(Effect):
         while len(self._times) > 1 and self._times[1] <= now - self._time:
             self._times.popleft()
             self._values.popleft()
+        if self._times and self._times[-1] == now:
+            self._times.pop()
+            self._values.pop()
         self._times.append(now)
         self._values.append(given.value)
 

@@ -126,6 +126,7 @@ class Planner:
 
     def __post_init__(self) -> None:
         self._links = {link.target: link for link in self.wiring.links}
+        self._replacements: list[tuple[Action, list[Port], Port]] = []
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -148,6 +149,11 @@ class Planner:
             self._problem((name, "every"), message, f"give a time in the order of {step:g} s")
         kind = action.kind
         settings, effects = [], []
+        if kind == "parameters":  # of a system made in Python: no file was read
+            message = f"the file {action.parameters!r} of {name!r} is not read here"
+            remedy = "give its values: Action(set=read_parameters(path), …)"
+            self._problem((name, kind), message, remedy)
+            return PlannedAction(name, None, None, None, None)
         if kind in ("set", "ramp", "broken_line"):
             settings = list(self._settings(name, action))
         else:
@@ -299,7 +305,7 @@ class Planner:
         """The effect on one taker; ValueError with a remedy for a wrong amount."""
         target = amounts.link.target
         if action.kind == "replace":
-            return self._replaced(at, amount, amounts)
+            return self._replaced(at, action, amount, amounts)
         if action.kind == "freeze":
             return SignalEffect(target, Freeze)
         if action.kind == "delay":
@@ -319,7 +325,9 @@ class Planner:
             raise ValueError("a standard deviation is not negative")
         return SignalEffect(target, lambda: Noise(difference, draws))
 
-    def _replaced(self, at: Location, amount: object, amounts: Amounts) -> SignalEffect:
+    def _replaced(
+        self, at: Location, action: Action, amount: object, amounts: Amounts
+    ) -> SignalEffect:
         target = amounts.link.target
         name = str(amount)
         if not isinstance(amount, str) or Port.named(name).component not in self.descriptions:
@@ -333,11 +341,26 @@ class Planner:
             raise ValueError("give a value, or the name of a Real output")
         factor, offset = amounts.of_other(variable)
         graph = exchange_graph(self.descriptions, self.wiring)
+        for other, sources, taker in self._replacements:
+            if _may_overlap(action, other):
+                graph.add_edges_from((source, taker) for source in sources)
         known = self.descriptions[port.component].dependencies.get(port.variable, frozenset())
         inputs = [Port(port.component, name) for name in known]
         if any(i in graph and target in graph and nx.has_path(graph, target, i) for i in inputs):
             raise ValueError(f"{port} depends on {target} at once, which would be a loop")
+        self._replacements.append((action, inputs, target))
         return SignalEffect(target, Replacement(port, factor, offset), is_held=True)
+
+
+def _may_overlap(one: Action, other: Action) -> bool:
+    """False for actions of which one ends, at a known time, before the other begins."""
+
+    def ends_before(first: Action, second: Action) -> bool:
+        if first.at is None or first.duration is None or second.at is None:
+            return False
+        return first.at + first.duration <= second.at
+
+    return not (ends_before(one, other) or ends_before(other, one))
 
 
 def _drawn_every(action: Action) -> int | None:

@@ -206,7 +206,7 @@ class Scenario:
         self._signals: dict[Port, _Signal] = {}
         self._variables: dict[Port, _Variable] = {}
         self.late: set[Port] = set()
-        self._now = 0
+        self._now = self._replacements = 0
         links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
             for setting in action.planned.settings:
@@ -217,6 +217,7 @@ class Scenario:
                 if target not in self._signals:
                     self._signals[target] = _Signal(links[target], host)
                 what = effect.what
+                self._replacements += isinstance(what, Replacement)
                 made = self._replacement(what) if isinstance(what, Replacement) else what()
                 self._signals[target].effects.append((action, made))
 
@@ -262,9 +263,25 @@ class Scenario:
             if value is not None:
                 self._host.instances[port.component].set_values({port.variable: value})
                 changes.setdefault(port.component, set()).add(port.variable)
-        given = [s.give(float(self._host.values[s.place]), now) for s in self._signals.values()]
+        given = self._give()
         self._note()
-        return Acted(ports, changes, again=bool(changes) or any(given))
+        return Acted(ports, changes, again=bool(changes) or given)
+
+    def exchanges(self, acted: Acted) -> Iterator[None]:
+        """One item for each exchange that is to follow; between, outputs in place of others change.
+
+        There are at most so many as such outputs stand one behind the other.
+        """
+        again, left = acted.again, self._replacements
+        while again:
+            yield
+            again, left = left > 0 and self._give(), left - 1
+
+    def _give(self) -> bool:
+        """Let actions act on all signals; True if any taker is given anything else."""
+        values = self._host.values
+        given = [s.give(float(values[s.place]), self._now) for s in self._signals.values()]
+        return any(given)
 
     def _turning(self, now: int) -> list[_Running]:
         """The actions that begin, end or draw anew now; they are noted."""

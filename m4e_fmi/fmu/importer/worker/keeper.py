@@ -135,10 +135,9 @@ class Keeper:
 
     def _look(self, worker: _Kept) -> None:
         """Tell of a worker's end, if it has come."""
-        process, status = os.waitpid(worker.process, os.WNOHANG)
-        if not process:
+        status = _status(worker.process)
+        if status is None:
             return
-        kill_children(worker.process)
         os.set_blocking(worker.output, False)
         if worker.output in self._selector.get_map():
             with suppress(BlockingIOError):
@@ -196,6 +195,20 @@ def kill_children(process: int) -> None:
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process, signal.SIGKILL)
+
+
+def _status(process: int) -> int | None:
+    """The status of a process that has ended, whose group is ended with it; None before."""
+    if hasattr(os, "waitid"):  # macOS has it from Python 3.13 on
+        if not os.waitid(os.P_PID, process, os.WEXITED | os.WNOHANG | os.WNOWAIT):
+            return None
+        kill_children(process)  # while its number cannot be another's
+        return os.waitpid(process, 0)[1]
+    ended, status = os.waitpid(process, os.WNOHANG)
+    if not ended:
+        return None
+    kill_children(process)
+    return status
 
 
 def _tell(**what: object) -> None:

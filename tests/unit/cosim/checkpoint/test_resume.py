@@ -117,6 +117,17 @@ def test_what_differs_is_named(c_fmu: Fmus, tmp_path: Path) -> None:
         run(first, results=file, resume=True, variables=["body.*"])
 
 
+def test_another_platform_is_refused(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "results.nc"
+    whole = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))
+    run(whole, results=file)
+    monkeypatch.setattr("platform.machine", lambda: "sparc")
+    with pytest.raises(InputError, match=r"the platform was .*, and is .* sparc"):
+        run(whole, results=file, resume=True)
+
+
 def test_rows_of_another_run_are_refused(c_fmu: Fmus, tmp_path: Path) -> None:
     file, other = tmp_path / "results.nc", tmp_path / "other.nc"
     first = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))

@@ -12,6 +12,7 @@ from support.saboteur import saboteur
 from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Action, Component, FmuFile, Network, Simulation, System, run
+from m4e_fmi.cosim.scenario.effects import Delay, Given
 
 SIGNAL = "spring.end.vx"
 WATCHED = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x")
@@ -199,6 +200,39 @@ def test_a_signal_is_replaced_by_another_output(c_fmu: Fmus) -> None:
     two = replace(plain, components=(*plain.components, other), scenario=crossed)
     _, x, _, force = rows(two)[-1]
     assert force == pytest.approx(-x - 0.3 * 3.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+def test_an_output_in_place_of_another_follows_the_actions_at_its_point(
+    c_fmu: Fmus, algorithm: str
+) -> None:
+    """y = u + t at once: the jumps of its input, and of it, are one jump for all."""
+    parts = (
+        *system(c_fmu).components,
+        *(Component(name, FmuFile(c_fmu("stage+state"))) for name in "abc"),
+    )
+    links = (*LINKS, *(f"body.body.m.vx -> {name}.u, units ignored" for name in "abc"))
+    chained = {
+        "third": Action(at=0, replace={"c.u": "b.y"}),
+        "second": Action(at=0, replace={"b.u": "a.y"}),
+        "drift": Action(at=0.31, duration=0.4, offset={"a.u": 0.5}),
+    }
+    apart: list[float] = []
+
+    def observe(time: float, network: Network) -> None:
+        first, second, third = (network.read(f"{name}.y") for name in "abc")
+        apart.extend((second - first - time, third - second - time))
+
+    simulation = Simulation(1.0, 0.1, algorithm=algorithm)
+    run(System("s", parts, links, simulation, scenario=chained), observers=[observe])
+    assert apart == pytest.approx([0.0] * len(apart), abs=1e-15)
+
+
+def test_a_delay_of_a_value_that_changes_at_its_point_has_the_last_one() -> None:
+    delay = Delay(100)
+    for time, value in ((0, 1.0), (10, 2.0), (10, 5.0)):
+        delay.watch(time, Given(1.0, 0.0, value), active=True)
+    assert delay.act(105, 0, Given(1.0, 0.0, 7.0)).value == 3.0
 
 
 def test_of_settings_of_one_variable_that_overlap_the_last_counts(c_fmu: Fmus) -> None:

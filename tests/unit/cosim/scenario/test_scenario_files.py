@@ -141,6 +141,27 @@ def test_a_replacement_that_follows_its_taker_at_once_is_refused(c_fmu: Fmus) ->
     prepare(replace(chain, scenario={"passed": Action(at=0.5, replace={"third.u": "first.y"})}))
 
 
+def test_replacements_that_follow_each_other_at_once_are_refused(c_fmu: Fmus) -> None:
+    names = {"first": "stage", "second": "stage", "third": "stage"}
+    chain = system(c_fmu, names, "first.y -> second.u", "first.y -> third.u")
+    there = Action(at=0.1, replace={"second.u": "third.y"}, duration=0.4)
+    back = Action(at=0.3, replace={"third.u": "second.y"})
+    with pytest.raises(InputError, match=r"second\.y depends on third\.u at once"):
+        prepare(replace(chain, scenario={"there": there, "back": back}))
+    later = back.model_copy(update={"at": 0.5})
+    prepare(replace(chain, scenario={"there": there, "back": later}))
+
+
+def test_in_python_a_file_of_parameters_is_to_be_read_first(c_fmu: Fmus) -> None:
+    plain = system(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
+    soft = {"soft": Action(at=0.5, parameters="soft.yaml")}
+    with pytest.raises(InputError) as raised:
+        prepare(replace(plain, scenario=soft))
+    (problem,) = raised.value.problems
+    assert problem.message == "test: the file 'soft.yaml' of 'soft' is not read here"
+    assert "read_parameters" in problem.remedy
+
+
 def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
     (tmp_path / "soft.yaml").write_text("values: {spring.damping: 0.5}\n", encoding="utf-8")
     path = written(
