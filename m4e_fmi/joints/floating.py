@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from m4e_fmi.joints.frame import Frame
 from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.space import TURN, Component, Rotation, X, Z
+from m4e_fmi.space import PLANE, Component, Rotation
 
-FREEDOMS = (Component(X), Component(Z), Component(TURN))
+FREEDOMS = tuple(Component(index) for index in PLANE)
 
 
 class Floating(JointType):
@@ -24,14 +24,13 @@ class Floating(JointType):
 
     def frame(self, mount: Mount) -> Frame:
         """Frame at the centre of gravity, from the coordinates alone."""
-        *place, angle = mount.q
-        *velocity, omega = mount.u
+        (x, z, angle), (vx, vz, omega) = mount.q, mount.u
         return Frame(
-            origin=(place[X], place[Z]),
-            origin_velocity=(velocity[X], velocity[Z]),
+            origin=(x, 0, z),
+            origin_velocity=(vx, 0, vz),
             angle=angle,
-            omega=omega,
-            rotation=Rotation.by(angle),
+            omega=(0, omega, 0),
+            rotation=Rotation.about_y(angle),
             rotates=True,
             freedoms=FREEDOMS,
         )

@@ -84,7 +84,7 @@ class JointType(ABC):
     frees_rotation: ClassVar[bool] = False
     """It exerts no moment but its effort; its angle may be the child's absolute one.
 
-    Its last freedom is the `Component` TURN.
+    Its last freedom is the `Component` TURN + Y.
     """
 
     @abstractmethod

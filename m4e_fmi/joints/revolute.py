@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from m4e_fmi.joints.frame import Frame, carried
 from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.space import TURN, Component, Rotation
+from m4e_fmi.space import TURN, Component, Rotation, Y, plus
 
-OWN_ANGLE, RELATIVE_ANGLE = Component(TURN, relative=False), Component(TURN)
+OWN_ANGLE, RELATIVE_ANGLE = Component(TURN + Y, relative=False), Component(TURN + Y)
 
 
 class Revolute(JointType):
@@ -22,13 +22,13 @@ class Revolute(JointType):
         """Frame with its origin at the joint and an angle of its own."""
         parent, (angle,), (omega,) = mount.parent, mount.q, mount.u
         if mount.is_relative:
-            angle, omega = parent.angle + angle, parent.omega + omega
-        rotation = Rotation.by(angle)
+            angle, omega = plus(parent.angle, angle), plus(parent.omega[Y], omega)
+        rotation = Rotation.about_y(angle)
         local_arm = mount.vector("joint_to_child")
         return carried(
             parent,
             mount.to_joint(),
-            angle=(angle, omega, rotation),
+            angle=(angle, (0, omega, 0), rotation),
             local_arm=local_arm,
             freedoms=(RELATIVE_ANGLE if mount.is_relative else OWN_ANGLE,),
         )

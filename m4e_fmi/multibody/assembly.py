@@ -23,7 +23,7 @@ from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.motion import Lookup, Motion, State
 from m4e_fmi.multibody.topology import Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import DOFS, Matrix, Vector, Wrench, add_force
+from m4e_fmi.space import PLANE, TURN, ZERO, Matrix, Vector, add_force
 
 
 def at_time(name: str, table: Table, time: AnyScalar) -> AnyScalar:
@@ -50,8 +50,8 @@ class Scalars:
     u: Sequence[AnyScalar]
     time: AnyScalar
     parameters: Mapping[str, AnyScalar]
-    body_wrench: Mapping[str, Wrench]
-    point_force: Mapping[str, Vector]
+    body_wrench: Mapping[str, tuple[AnyScalar, AnyScalar, AnyScalar]]
+    point_force: Mapping[str, tuple[AnyScalar, AnyScalar]]
     effort: Mapping[str, AnyScalar]
     added_mass: Matrix
     number: Callable[[float], AnyScalar] = float
@@ -62,9 +62,9 @@ class Scalars:
 class Assembly:
     """A model in motion.
 
-    `masses[k]` = (mass, inertia about the CG) of link k; `added_mass[i, j]` the 3×3 block by which
-    link j's acceleration acts on link i; `wrenches[k]` = (F_x, F_z, M_y) on link k about its origin
-    (not its CG), gravity left out; `generalized_forces[k]` along its joint's coordinate. `loads`
+    `masses[k]` = (mass, inertia about the CG) of link k; `added_mass[i, j]` the 6×6 block by which
+    link j's acceleration acts on link i; `wrenches[k]` = (F, M) on link k about its origin (not its
+    CG), gravity left out; `generalized_forces[k]` along its joint's coordinate. `loads`
     are the model's, by name, and are part of the wrenches and generalized forces.
     """
 
@@ -89,20 +89,20 @@ class Assembly:
 
 @dataclass(frozen=True)
 class Accelerations:
-    """`rates` = u̇ (n,); `origins[k]` and `alphas[k]` of link k: a + (0, `raised`), and α.
+    """`rates` = u̇ (n,); `origins[k]` and `alphas[k]` of link k: a + (0, 0, `raised`), and α.
 
     In m/s² and rad/s², world axes.
     """
 
     rates: list[AnyScalar]
     origins: list[Vector]
-    alphas: list[AnyScalar]
+    alphas: list[Vector]
     raised: AnyScalar
 
     def of_point(self, frame: Frame, k: int, arm: Vector) -> Vector:
         """True acceleration of the point at `arm` from the origin of link `k`."""
-        x, z = frame.acceleration_at(arm, self.origins[k], self.alphas[k])
-        return x, z - self.raised
+        x, y, z = frame.acceleration_at(arm, self.origins[k], self.alphas[k])
+        return x, y, z - self.raised
 
 
 def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
@@ -120,7 +120,7 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
     state = State(model, tree, scalars.q, scalars.u, moving, points := {})
     for name, point in model.points.items():
         x, z = (part.evaluate(values) for part in vector(point, "at"))
-        points[name] = state.frame(point.body).place((x, z))
+        points[name] = state.frame(point.body).place((x, 0, z))
     motion = Motion(values, state, scalars.table)
     loads = {name: acting(load, motion) for name, load in model.loads.items()}
     forces = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
@@ -147,32 +147,35 @@ def links_with_added_mass(model: Model, tree: Topology) -> list[int]:
 
 
 def _blocks(links: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
-    """The 3×3 blocks of the added-mass matrix, by pair of links."""
-    return {
-        (i, j): [row[DOFS * second :][:DOFS] for row in matrix[DOFS * first :][:DOFS]]
-        for first, i in enumerate(links)
-        for second, j in enumerate(links)
-    }
+    """The 6×6 blocks of the added-mass matrix, by pair of links; zero off the plane."""
+    size, found = len(PLANE), dict[tuple[int, int], Matrix]()
+    for first, i in enumerate(links):
+        for second, j in enumerate(links):
+            block = found[i, j] = [[0] * (2 * TURN) for _ in range(2 * TURN)]
+            for a, row in zip(PLANE, matrix[size * first :], strict=False):
+                for b, entry in zip(PLANE, row[size * second :], strict=False):
+                    block[a][b] = entry
+    return found
 
 
 def _wrenches(
     state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[AnyScalar]
 ) -> list[list[AnyScalar]]:
-    """Sum (F_x, F_z, M_y) of loads and outside forces on each link, about its origin.
+    """Sum (F, M) of loads and outside forces on each link, about its origin.
 
     Efforts of loads on joints are added to `forces`.
     """
     index, model = state.tree.index, state.model
-    total: list[list[AnyScalar]] = [[0, 0, 0] for _ in state.tree.links]
+    total: list[list[AnyScalar]] = [[0] * (2 * TURN) for _ in state.tree.links]
 
-    def push(body: str, force: Vector, arm: Vector, torque: AnyScalar = 0) -> None:
+    def push(body: str, force: Vector, arm: Vector, torque: Vector = ZERO) -> None:
         if body != GROUND:  # nothing moves the ground
             add_force(total[index(body)], force, arm, torque)
 
     for body, (x, z, torque) in scalars.body_wrench.items():
-        push(body, (x, z), state.frame(body).arm, torque)
-    for name, force in scalars.point_force.items():
-        push(model.points[name].body, force, state.points[name].arm)
+        push(body, (x, 0, z), state.frame(body).arm, (0, torque, 0))
+    for name, (x, z) in scalars.point_force.items():
+        push(model.points[name].body, (x, 0, z), state.points[name].arm)
     for action in (action for load in loads.values() for action in load.actions):
         if action.joint:
             k = index(model.joints[action.joint].child)
@@ -180,5 +183,5 @@ def _wrenches(
         elif action.point:
             push(model.points[action.point].body, action.force, state.points[action.point].arm)
         else:
-            push(action.body, action.force, state.frame(action.body).arm, action.moment)
+            push(action.body, action.force, state.frame(action.body).arm, (0, action.moment, 0))
     return total

@@ -21,16 +21,17 @@ from m4e_fmi.space import (
     TURN,
     ZERO,
     Vector,
-    X,
-    Z,
     add_force,
     added,
+    cross,
     dot,
-    moment,
+    force_of,
+    moment_of,
+    plus,
     scaled,
     subtracted,
     swung,
-    tilde,
+    times,
 )
 
 Rows = list[dict[int, AnyScalar]]
@@ -77,8 +78,8 @@ def mass_matrix(assembly: Assembly) -> Rows:
                 for coordinate, entry in _seen(assembly, i, P, spin):
                     if not (own and coordinate > j) and not _is_zero(entry):
                         rows[j][coordinate] = rows[coordinate][j] = entry
-                spin = spin if tree.links[i].is_relative else 0
-                spin = spin + moment(assembly.frames[i].reach, P)
+                spin = spin if tree.links[i].is_relative else ZERO
+                spin = added(spin, cross(assembly.frames[i].reach, P))
                 i, own = tree.links[i].parent, False
     if assembly.added_mass:
         _add_water(assembly, rows)
@@ -110,22 +111,25 @@ def _composites(assembly: Assembly) -> list[_Composite]:
     return result
 
 
-def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, AnyScalar]]:
+def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, Vector]]:
     """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
     link, frame = assembly.tree.links[k], assembly.frames[k]
     if not link.coordinates:
         return []
-    lever = tilde(body.turning(frame))
-    return [
-        (coordinate, *freedom.momentum(body.mass, lever, body.second))
-        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True)
-    ]
+    first, found = body.turning(frame), []
+    for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+        motion = freedom.column(ZERO, spin=True)
+        velocity, omega = force_of(motion), moment_of(motion)
+        P = added(scaled(body.mass, velocity), cross(omega, first))
+        L = added(cross(first, velocity), scaled(body.second, omega))  # turns about Y alone
+        found.append((coordinate, P, L))
+    return found
 
 
-def _seen(assembly: Assembly, i: int, P: Vector, L: AnyScalar) -> list[tuple[int, AnyScalar]]:
+def _seen(assembly: Assembly, i: int, P: Vector, L: Vector) -> list[tuple[int, AnyScalar]]:
     """The part of a momentum P, L about link i's origin along each coordinate, the last first."""
     rows = zip(assembly.tree.links[i].coordinates, assembly.frames[i].freedoms, strict=True)
-    return [(coordinate, freedom.along((*P, L))) for coordinate, freedom in rows][::-1]
+    return [(coordinate, freedom.along((*P, *L))) for coordinate, freedom in rows][::-1]
 
 
 def forcing(assembly: Assembly) -> list[AnyScalar]:
@@ -136,29 +140,29 @@ def forcing(assembly: Assembly) -> list[AnyScalar]:
     bias = []
     for k, (mass, _) in enumerate(assembly.masses):
         frame = assembly.frames[k]
-        x, z = frame.acceleration_at(frame.arm, origins[k], 0)
-        bias.append((x, z))
-        add_force(wrenches[k], scaled(mass, (-x, -assembly.gravity - z)), frame.arm)
+        bias.append(frame.acceleration_at(frame.arm, origins[k], ZERO))
+        weight = subtracted((0, 0, -assembly.gravity), bias[k])
+        add_force(wrenches[k], scaled(mass, weight), frame.arm)
     for (i, j), block in assembly.added_mass.items():
-        x, z, turn = (row[0] * bias[j][0] + row[1] * bias[j][1] for row in block)
-        add_force(wrenches[i], (-x, -z), assembly.frames[i].arm, -turn)
+        push = [times(-1, dot(row[:TURN], bias[j])) for row in block]
+        add_force(wrenches[i], force_of(push), assembly.frames[i].arm, moment_of(push))
     return _projected(assembly, wrenches)
 
 
 def outwards(assembly: Assembly, rates: Sequence[AnyScalar]) -> Accelerations:
     """The accelerations of all links for u̇ = `rates`."""
     origins: list[Vector] = []
-    alphas: list[AnyScalar] = []
+    alphas: list[Vector] = []
     for link, frame in zip(assembly.tree.links, assembly.frames, strict=True):
-        origin, alpha = ZERO, 0
+        origin, alpha = ZERO, ZERO
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
             origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
-        motion = [*origin, alpha]
+        motion = [*origin, *alpha]
         for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
             freedom.move(motion, rates[coordinate])
-        origins.append((motion[X], motion[Z]))
-        alphas.append(motion[TURN])
+        origins.append(force_of(motion))
+        alphas.append(moment_of(motion))
     return Accelerations(list(rates), origins, alphas, 0)
 
 
@@ -169,13 +173,12 @@ def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyS
     for k in range(len(tree.links) - 1, -1, -1):
         link, frame = tree.links[k], assembly.frames[k]
         effort = assembly.generalized_forces[k]
-        x, z, turn = wrenches[k]
-        for coordinate, force in _seen(assembly, k, (x, z), turn):
-            result[coordinate] = force + effort
+        force, turn = force_of(wrenches[k]), moment_of(wrenches[k])
+        for coordinate, part in _seen(assembly, k, force, turn):
+            result[coordinate] = plus(part, effort)
         if link.parent >= 0:
-            add_force(
-                wrenches[link.parent], (x, z), frame.reach, turn if link.is_relative else -effort
-            )
+            handed = turn if link.is_relative else (0, times(-1, effort), 0)
+            add_force(wrenches[link.parent], force, frame.reach, handed)
     return result
 
 
@@ -186,9 +189,9 @@ def _add_water(assembly: Assembly, rows: Rows) -> None:
     }
     for (first, second), block in assembly.added_mass.items():
         for j, right in bodies[second].items():
-            push = [sum(a * b for a, b in zip(row, right, strict=True)) for row in block]
+            push = [dot(row, right) for row in block]
             for i, left in bodies[first].items():
-                entry = sum(a * b for a, b in zip(left, push, strict=True))
+                entry = dot(left, push)
                 if not _is_zero(entry):
                     rows[i][j] = rows[i].get(j, 0) + entry
 

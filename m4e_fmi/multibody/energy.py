@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from m4e_fmi.multibody.assembly import Assembly
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import dot
+from m4e_fmi.space import Y, Z, dot, plus, times
 
 
 def kinetic_energy(assembly: Assembly) -> AnyScalar:
@@ -12,11 +12,11 @@ def kinetic_energy(assembly: Assembly) -> AnyScalar:
     total: AnyScalar = 0
     for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * dot(frame.velocity, frame.velocity)
-        total = total + inertia * (frame.omega * frame.omega)
+        total = total + inertia * dot(frame.omega, frame.omega)
     for (i, j), block in assembly.added_mass.items():
-        left, right = ((*f.velocity, f.omega) for f in (assembly.frames[i], assembly.frames[j]))
+        left, right = ((*f.velocity, *f.omega) for f in (assembly.frames[i], assembly.frames[j]))
         for row, v in zip(block, left, strict=True):
-            total = total + v * sum(a * w for a, w in zip(row, right, strict=True))
+            total = plus(total, times(v, dot(row, right)))
     return total / 2
 
 
@@ -28,7 +28,7 @@ def potential_energy(assembly: Assembly) -> AnyScalar:
     """
     total: AnyScalar = 0
     for (mass, _), frame in zip(assembly.masses, assembly.frames, strict=True):
-        total = total + mass * assembly.gravity * frame.position[1]
+        total = total + mass * assembly.gravity * frame.position[Z]
     for load in assembly.loads.values():
         total = total + load.potential
     return total
@@ -40,9 +40,9 @@ def input_power(assembly: Assembly) -> AnyScalar:
     outside = assembly.scalars
     for body, (x, z, torque) in outside.body_wrench.items():
         frame = assembly.frame(body)
-        total = total + (dot((x, z), frame.velocity) + torque * frame.omega)
-    for name, force in outside.point_force.items():
-        total = total + dot(force, assembly.points[name].velocity)
+        total = total + (dot((x, 0, z), frame.velocity) + torque * frame.omega[Y])
+    for name, (x, z) in outside.point_force.items():
+        total = total + dot((x, 0, z), assembly.points[name].velocity)
     for joint, effort in outside.effort.items():
         _, rate = assembly.values.state.joint(joint)
         total = total + effort * rate

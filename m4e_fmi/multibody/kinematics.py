@@ -41,4 +41,4 @@ def frames(
 def evaluated(link: Link, values: Values, field: str) -> Vector:
     """A vector of a link's joint, such as ``joint_to_child`` [m]."""
     x, z = (part.evaluate(values) for part in vector(link.joint, field))
-    return x, z
+    return x, 0, z

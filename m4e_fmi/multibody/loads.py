@@ -31,7 +31,7 @@ from m4e_fmi.model.expression import Expression
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.motion import Motion
 from m4e_fmi.program import AnyScalar, maximum, minimum, tanh
-from m4e_fmi.space import Vector, added, dot, norm, scaled, subtracted
+from m4e_fmi.space import ZERO, Vector, X, Y, Z, added, dot, norm, scaled, subtracted
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
@@ -46,7 +46,7 @@ class Action:
     Or the effort [N·m or N] of a joint, which acts on its child and back on its parent.
     """
 
-    force: Vector = (0, 0)
+    force: Vector = ZERO
     point: str = ""
     body: str = ""
     moment: AnyScalar = 0
@@ -106,7 +106,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
         wind = subtracted(velocity, _pair(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
         if isinstance(load, BodyDrag):
-            turning = abs(frame.omega) * frame.omega
+            turning = abs(frame.omega[Y]) * frame.omega[Y]
             torque = -_value(load, "moment_coefficient", motion) * turning
     else:
         force = _pair(load, "force", motion)
@@ -115,10 +115,10 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
         if isinstance(load, BodyForce):
             torque = _value(load, "moment", motion)
     power = dot(force, velocity)
-    measures = {"force_x": force[0], "force_z": force[1]}
+    measures = {"force_x": force[X], "force_z": force[Z]}
     if not at_body:
         return Acting([Action(force, point=load.point)], power, measures=measures)
-    power, measures = power + torque * frame.omega, {**measures, "moment": torque}
+    power, measures = power + torque * frame.omega[Y], {**measures, "moment": torque}
     return Acting([Action(force, body=body, moment=torque)], power, measures=measures)
 
 
@@ -156,7 +156,7 @@ def _held_together(
     if lost is not None:
         power = -dot(lost, rate)
     extension = norm(line)
-    measures = {"force_x": force[0], "force_z": force[1], "extension": extension}
+    measures = {"force_x": force[X], "force_z": force[Z], "extension": extension}
     if isinstance(load, TensionSpring):
         measures = {"tension": stiffness * extension, "extension": extension}
     return Acting(_opposite(load, force), power, potential, measures)
@@ -170,7 +170,7 @@ def _opposite(load: _BetweenPoints, force: Vector) -> list[Action]:
 
 def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
     first, second = (motion.state.frame(name) for name in load.bodies)
-    rate = second.omega - first.omega
+    rate = second.omega[Y] - first.omega[Y]
     found = _resistance(load, motion, second.angle - first.angle, rate)
     ends = zip(load.bodies, (found.total, -found.total), strict=True)
     measures = {"moment": found.total, "twist_rate": rate}
@@ -297,7 +297,7 @@ def _value(load: Load, name: str, motion: Motion) -> AnyScalar:
 
 def _pair(load: Load, name: str, motion: Motion) -> Vector:
     x, z = (part.evaluate(motion) for part in vector(load, name))
-    return x, z
+    return x, 0, z
 
 
 def _is_constant(load: _Elastic, motion: Motion, *, allowed: str = "") -> bool:

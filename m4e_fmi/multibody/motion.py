@@ -14,7 +14,7 @@ from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.topology import Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import AXES
+from m4e_fmi.space import AXES, Y
 
 Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
 """The value of a table by its name, itself, and the time."""
@@ -42,7 +42,7 @@ class State:
         if link.is_relative or link.parent < 0:
             return self.q[k], self.u[k]
         parent = self.frames[link.parent]
-        return self.q[k] - parent.angle, self.u[k] - parent.omega
+        return self.q[k] - parent.angle, self.u[k] - parent.omega[Y]
 
     def variable(self, name: str) -> AnyScalar:
         """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
@@ -52,7 +52,7 @@ class State:
             return {"q": self.q, "u": self.u}[variable][k]
         if kind == "body" and variable in ("theta", "omega"):
             frame = self.frame(element)
-            return frame.angle if variable == "theta" else frame.omega
+            return frame.angle if variable == "theta" else frame.omega[Y]
         place = self.points[element] if kind == "point" else self.frame(element)
         vector = place.velocity if variable.startswith("v") else place.position
         return vector[AXES.index(variable[-1])]

@@ -17,7 +17,20 @@ from dataclasses import dataclass
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.multibody.kinematics import evaluated
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import Vector, moment, scaled, subtracted
+from m4e_fmi.space import (
+    TURN,
+    ZERO,
+    Vector,
+    Y,
+    add_force,
+    added,
+    cross,
+    dot,
+    force_of,
+    moment_of,
+    scaled,
+    subtracted,
+)
 
 
 @dataclass(frozen=True)
@@ -40,7 +53,7 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
     wrenches = [_inertial(assembly, solved, k) for k in range(len(links))]
     _add_water(assembly, solved, wrenches)
     for k in range(len(links) - 1, -1, -1):
-        link, (x, z, turn) = links[k], wrenches[k]
+        link, force, turn = links[k], force_of(wrenches[k]), wrenches[k][TURN + Y]
         joint_type = link.joint.joint_type
         if joint_type.is_free:
             continue
@@ -48,13 +61,14 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
             turn = at_joint = assembly.generalized_forces[k]
         else:
             arm = assembly.frames[k].rotation(_back(assembly, k))
-            at_joint = turn - moment(arm, (x, z))
-        found.append(Reaction(link.joint_name, (x, z), at_joint))
+            at_joint = turn - cross(arm, force)[Y]
+        found.append(Reaction(link.joint_name, force, at_joint))
         if link.parent >= 0:
             parent = wrenches[link.parent]
-            parent[0], parent[1] = parent[0] + x, parent[1] + z
+            parent[:TURN] = added(force_of(parent), force)
             if not links[link.parent].joint.joint_type.frees_rotation:
-                parent[2] = parent[2] + (turn + moment(assembly.frames[k].reach, (x, z)))
+                handed = added((0, turn, 0), cross(assembly.frames[k].reach, force))
+                parent[TURN:] = added(moment_of(parent), handed)
     return found[::-1]
 
 
@@ -62,24 +76,24 @@ def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScal
     """The wrench that link k needs beyond its loads, about its origin."""
     frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
     f = assembly.wrenches[k]
-    x, z = frame.acceleration_at(frame.arm, solved.origins[k], solved.alphas[k])
+    x, y, z = frame.acceleration_at(frame.arm, solved.origins[k], solved.alphas[k])
     if solved.raised is not assembly.gravity:
         z = z + (assembly.gravity - solved.raised)
-    needed = scaled(mass, (x, z))
-    turn = 0
+    needed = scaled(mass, (x, y, z))
+    turn = ZERO  # which a joint that frees rotation does not need
     if not assembly.tree.links[k].joint.joint_type.frees_rotation:
-        turn = inertia * solved.alphas[k] + moment(frame.arm, needed) - f[2]
-    return [needed[0] - f[0], needed[1] - f[1], turn]
+        turn = added(scaled(inertia, solved.alphas[k]), cross(frame.arm, needed))
+        turn = subtracted(turn, moment_of(f))
+    return [*subtracted(needed, force_of(f)), *turn]
 
 
 def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[AnyScalar]]) -> None:
     """Add A v̇, which is about the centres of gravity."""
     for (i, j), block in assembly.added_mass.items():
         frame = assembly.frames[j]
-        motion = (*solved.of_point(frame, j, frame.arm), solved.alphas[j])
-        x, z, turn = (sum(a * v for a, v in zip(row, motion, strict=True)) for row in block)
-        parts = (x, z, turn + moment(assembly.frames[i].arm, (x, z)))
-        wrenches[i] = [w + part for w, part in zip(wrenches[i], parts, strict=True)]
+        motion = (*solved.of_point(frame, j, frame.arm), *solved.alphas[j])
+        push = [dot(row, motion) for row in block]
+        add_force(wrenches[i], force_of(push), assembly.frames[i].arm, moment_of(push))
 
 
 def _back(assembly: Assembly, k: int) -> Vector:

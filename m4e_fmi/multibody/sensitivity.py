@@ -3,8 +3,8 @@
 Every link obeys, with its origin's acceleration a, its angular acceleration α and the force R and
 moment that its joint exerts on it at the origin,
 
-    H (a, α) − f = joint wrench − Σ over children (R, moment + moment of R at `reach`)
-    a = a_parent + α_parent tilde(reach) + s̈ direction − inward,    direction · R = effort
+    H (a, α) − f = joint wrench − Σ over children (R, moment + reach × R)
+    a = a_parent + α_parent × reach + s̈ direction − inward,    direction · R = effort
 
 with H and f of the link alone. The effect of a change of H, f, reach, direction, inward or effort,
 while a, α, s̈ and R stand still, is local to a link and its parent; a, α and s̈ follow from it as
@@ -14,7 +14,7 @@ from any loads, with the factors at hand.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
@@ -28,24 +28,27 @@ from m4e_fmi.multibody.recursion import (
 )
 from m4e_fmi.program import AnyScalar, Scalar
 from m4e_fmi.space import (
-    DOFS,
+    PLANE,
     TURN,
     ZERO,
     Vector,
-    X,
-    Z,
     added,
+    cross,
     dot,
-    moment,
+    force_of,
+    minus,
+    plus,
     scaled,
     subtracted,
-    swung,
 )
 
-NUMBERS = 25
-"""Of each link in a balance: H, f, reach, up to three directions, inward, generalized forces."""
-
-DRIVES = 8
+SIZE = 2 * TURN
+"""Of a motion or wrench."""
+MOST = len(PLANE)
+"""Coordinates of a joint, at most."""
+NUMBERS = SIZE * SIZE + SIZE + TURN + TURN + MOST + TURN * MOST
+"""Of each link in a balance: H, f, reach, inward, generalized forces, directions."""
+DRIVES = SIZE + TURN + MOST
 """Of each link in a drive: a wrench at its origin, an acceleration inward, generalized forces."""
 
 
@@ -71,12 +74,12 @@ class Recursion:
         return [k for k, value in values if isinstance(value, Scalar)]
 
     def _per_link(self, solved: Accelerations) -> list[AnyScalar]:
-        """(a_x, a_z, α) and rates of twists of each link, 0 for those that it does not have."""
+        """(a, α) and rates of twists of each link, 0 for those that it does not have."""
         result: list[AnyScalar] = []
         for k, link in enumerate(self.assembly.tree.links):
-            alpha = solved.alphas[k] if link.joint.joint_type.rotates else 0
+            alpha = solved.alphas[k] if link.joint.joint_type.rotates else ZERO
             rates = (solved.rates[coordinate] for coordinate, _ in self._directed(k))
-            result += [*solved.origins[k], alpha, *rates]
+            result += [*solved.origins[k], *alpha, *rates]
         return result
 
     def _directed(self, k: int) -> list[tuple[int, Vector]]:
@@ -86,7 +89,7 @@ class Recursion:
         return [(k, freedom.direction) for k, freedom in pairs if freedom.direction is not ZERO]
 
     def balance(self) -> Sequence[Scalar]:
-        """The scalars that the unknowns depend on: `NUMBERS` of each link, the ground's two."""
+        """The scalars that the unknowns depend on: `NUMBERS` of each link, the ground's three."""
         balance: list[AnyScalar] = []
         for k, frame in enumerate(self.assembly.frames):
             for row in own_inertia(self.assembly, k).H:
@@ -107,7 +110,7 @@ class Recursion:
         pulls: list[Vector] = []
         for k, f in enumerate(self.loads.wrenches):
             needed = _times(own_inertia(self.assembly, k).H, solved.origins[k], solved.alphas[k])
-            pulls.append((f[X] - needed[X], f[Z] - needed[Z]))
+            pulls.append(subtracted(force_of(f), force_of(needed)))
         for k in range(len(links) - 1, -1, -1):
             if links[k].parent >= 0:
                 pulls[links[k].parent] = added(pulls[links[k].parent], pulls[k])
@@ -122,52 +125,57 @@ class Recursion:
             if k < size:
                 self._add(drive, k, numbers)
             else:
-                drive[DRIVES * size], drive[DRIVES * size + 1] = numbers[:2]
+                for axis in range(TURN):
+                    drive[DRIVES * size + axis] = numbers[axis]
         return {place: value for place, value in drive.items() if isinstance(value, Scalar)}
 
     def _add(self, drive: dict[int, AnyScalar], k: int, change: Sequence[AnyScalar]) -> None:
         """Add a change of link `k`."""
         link, solved = self.assembly.tree.links[k], self.accelerations
-        H, f = [change[0:3], change[3:6], change[6:9]], change[9:12]
-        reach, inward = (change[12], change[13]), (change[14], change[15])
-        along, directions = list(change[16:19]), change[19:]
+        parts = iter(change)
+        H = [[next(parts) for _ in range(SIZE)] for _ in range(SIZE)]
+        f = [next(parts) for _ in range(SIZE)]
+        reach, inward = _vector(parts), _vector(parts)
+        along = [next(parts) for _ in range(MOST)]
         needed = _times(H, solved.origins[k], solved.alphas[k])
         if reach != ZERO and link.parent >= 0:
-            drive[DRIVES * link.parent + TURN] += moment(reach, self._pulls[k])
-            inward = swung(inward, -solved.alphas[link.parent], reach)
+            for place, part in enumerate(cross(reach, self._pulls[k]), DRIVES * link.parent + TURN):
+                drive[place] = plus(drive[place], part)
+            inward = subtracted(inward, cross(solved.alphas[link.parent], reach))
         for index, coordinate in enumerate(link.coordinates):
-            direction = (directions[2 * index], directions[2 * index + 1])
+            direction = _vector(parts)
             if direction != ZERO:
                 inward = subtracted(inward, scaled(solved.rates[coordinate], direction))
-                along[index] = along[index] + dot(direction, self._pulls[k])
-        wrench = [a - b for a, b in zip(f, needed, strict=True)]
+                along[index] = plus(along[index], dot(direction, self._pulls[k]))
+        wrench = [*map(minus, f, needed)]
         for place, value in enumerate((*wrench, *inward, *along), start=DRIVES * k):
-            drive[place] += value
+            drive[place] = plus(drive[place], value)
 
     def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
         """Change of the unknowns for a drive."""
         size = len(self.assembly.frames)
-        numbers = [drive.get(place, 0) for place in range(DRIVES * size + 2)]
-        loads = Loads([], [], [], ground=(numbers[-2], numbers[-1]))
+        numbers = [drive.get(place, 0) for place in range(DRIVES * size + TURN)]
+        loads = Loads([], [], [], ground=_vector(iter(numbers[-TURN:])))
         for k, link in enumerate(self.assembly.tree.links):
-            x, z, turn, *inward = numbers[DRIVES * k : DRIVES * k + 5]
-            along = numbers[DRIVES * k + 5 : DRIVES * (k + 1)]
-            loads.wrenches.append([x, z, turn])
-            loads.inward.append((inward[X], inward[Z]))
-            loads.generalized_forces.append(along[: len(link.coordinates)])
+            own = iter(numbers[DRIVES * k : DRIVES * (k + 1)])
+            loads.wrenches.append([next(own) for _ in range(SIZE)])
+            loads.inward.append(_vector(own))
+            loads.generalized_forces.append([next(own) for _ in link.coordinates])
         everything = self._per_link(solve(self.assembly, self.factors, loads))
         return [everything[k] for k in self._places]
 
 
 def _filled(forces: list[AnyScalar]) -> list[AnyScalar]:
     """Generalized forces of a joint, with zeros for the coordinates that it does not have."""
-    return forces + [0] * (DOFS - len(forces))
+    return forces + [0] * (MOST - len(forces))
 
 
-def _times(H: Sequence[Sequence[AnyScalar]], a: Vector, alpha: AnyScalar) -> list[AnyScalar]:
-    """H (a, α); entries that are the integer 0 cost nothing."""
-    motion = (*a, alpha)
-    return [
-        sum(entry * m for entry, m in zip(row, motion, strict=True) if not isinstance(entry, int))
-        for row in H
-    ]
+def _vector(parts: Iterator[AnyScalar]) -> Vector:
+    """The next three."""
+    return next(parts), next(parts), next(parts)
+
+
+def _times(H: Sequence[Sequence[AnyScalar]], a: Vector, alpha: Vector) -> list[AnyScalar]:
+    """H (a, α)."""
+    motion = (*a, *alpha)
+    return [dot(row, motion) for row in H]

@@ -1,11 +1,11 @@
 """The paper's B and Ḃ: the velocity of each centre of gravity by the joint velocities.
 
-The velocity transformation B maps joint velocities to the velocities (v_x, v_z, ω) of the centres
+The velocity transformation B maps joint velocities to the velocities (v, ω) of the centres
 of gravity, v = B u; v̇ = B u̇ + Ḃ u. Sabet and Diaz-Flores Caminero, "Multibody for Everybody",
 Algorithm 1, fills B block by block along the branches; here a body's rows are written on the way
 from the body to the ground, which gives the same blocks.
 
-A coordinate that turns a lever l contributes tilde(l) to its column of B, and tilde(dl/dt) to the
+A coordinate that turns a lever l about n contributes n × l to its column of B, and n × dl/dt to the
 same column of Ḃ. An angle turns its own link and all relative ones beyond: relative angles, sliders
 and welds, but nothing that hangs on an absolute angle.
 """
@@ -17,23 +17,23 @@ from collections.abc import Sequence
 from m4e_fmi.joints import Frame
 from m4e_fmi.multibody.topology import Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import ZERO, Wrench, added, scaled, tilde
+from m4e_fmi.space import ZERO, added, cross, scaled
 
-Columns = dict[int, Wrench]
-"""Coordinate → its entries in a body's three rows (v_x, v_z, ω); absent ones are zero."""
+Columns = dict[int, Sequence[AnyScalar]]
+"""Coordinate → its entries in a body's rows (v, ω), six; absent ones are zero."""
 
 
 def columns(tree: Topology, bodies: Sequence[Frame], k: int) -> Columns:
-    """The three rows of B of link `k`, (v_x, v_z [m/s], ω [rad/s]) per unit rate."""
+    """The rows of B of link `k`, (v [m/s], ω [rad/s]) per unit rate."""
     result: Columns = {}
-    lever, turning = bodies[k].arm, 1
+    lever, spin = bodies[k].arm, True
     while k >= 0:
         link, frame = tree.links[k], bodies[k]
         freedoms = list(zip(link.coordinates, frame.freedoms, strict=True))
         for coordinate, freedom in freedoms[-1:] + freedoms[:-1]:  # the order of sums over them
-            result[coordinate] = freedom.column(lever, turning)
+            result[coordinate] = freedom.column(lever, spin)
         if not link.is_relative:
-            lever, turning = ZERO, 0
+            lever, spin = ZERO, False
         lever = added(lever, frame.reach)
         k = link.parent
     return result
@@ -42,9 +42,9 @@ def columns(tree: Topology, bodies: Sequence[Frame], k: int) -> Columns:
 def column_rates(
     tree: Topology, bodies: Sequence[Frame], u: Sequence[AnyScalar], k: int
 ) -> Columns:
-    """The three rows of Ḃ of link `k` for velocities `u` (n,), per s of those of B."""
+    """The rows of Ḃ of link `k` for velocities `u` (n,), per s of those of B."""
     result: Columns = {}
-    growth = scaled(bodies[k].omega, tilde(bodies[k].arm))  # dl/dt
+    growth = cross(bodies[k].omega, bodies[k].arm)  # dl/dt
     while k >= 0:
         link, frame = tree.links[k], bodies[k]
         for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
@@ -57,6 +57,6 @@ def column_rates(
             if freedom.direction is not ZERO:
                 growth = added(growth, scaled(u[coordinate], freedom.direction))
         if link.parent >= 0:
-            growth = added(growth, scaled(bodies[link.parent].omega, tilde(frame.reach)))
+            growth = added(growth, cross(bodies[link.parent].omega, frame.reach))
         k = link.parent
     return result

@@ -1,39 +1,50 @@
-"""Vectors, rotations, wrenches, motion subspaces and inertias of the X–Z plane, over any scalar.
+"""Vectors, rotations, wrenches, motion subspaces and inertias of space, over any scalar.
 
 The only folder that knows the dimensions of space: joints and algorithms use these types and do not
-look inside. World frame X right, Z up; θ > 0 turns +Z towards +X (about +Y). Imports `program`.
-Start with `vectors`, then `freedoms`.
+look inside. World frame X right, Y into the picture, Z up; θ > 0 turns +Z towards +X (about +Y).
+Models lie in the X–Z plane: see `PLANE`. Imports `program`. Start with `vectors`, then `freedoms`.
 """
 
 from m4e_fmi.space.freedoms import Component, Freedom, Twist
 from m4e_fmi.space.inertia import Elimination, Inertia
 from m4e_fmi.space.vectors import (
+    ABOUT_Y,
     AXES,
-    DOFS,
+    PLANE,
     TURN,
+    UP,
     ZERO,
     Matrix,
     Rotation,
     Vector,
     Wrench,
     X,
+    Y,
     Z,
     add_force,
     added,
+    cross,
     dot,
-    moment,
+    force_of,
+    is_zero,
+    minus,
+    moment_of,
     norm,
+    outward,
+    plus,
     scaled,
     subtracted,
     swung,
-    tilde,
+    times,
     unit,
 )
 
 __all__ = [
+    "ABOUT_Y",
     "AXES",
-    "DOFS",
+    "PLANE",
     "TURN",
+    "UP",
     "ZERO",
     "Component",
     "Elimination",
@@ -45,15 +56,22 @@ __all__ = [
     "Vector",
     "Wrench",
     "X",
+    "Y",
     "Z",
     "add_force",
     "added",
+    "cross",
     "dot",
-    "moment",
+    "force_of",
+    "is_zero",
+    "minus",
+    "moment_of",
     "norm",
+    "outward",
+    "plus",
     "scaled",
     "subtracted",
     "swung",
-    "tilde",
+    "times",
     "unit",
 ]

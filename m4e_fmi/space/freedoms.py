@@ -18,71 +18,74 @@ from m4e_fmi.space.vectors import (
     Matrix,
     Vector,
     Wrench,
-    X,
-    Z,
     added,
-    dot,
-    scaled,
-    tilde,
+    cross,
+    is_zero,
+    minus,
+    moment_of,
+    plus,
+    times,
 )
 
 
 @dataclass(frozen=True)
 class Component:
-    """Component `index` of the body's own motion (v_x, v_z, ω).
+    """Component `index` of the body's own motion (v, ω).
 
     Its coordinate is the body's, or if `relative` that less the parent's. A joint has its
-    components after its twists, in the order of their indices.
+    components after its twists, in the order of their indices. One that turns is about an axis that
+    stands still in the parent and in the world.
     """
 
     index: int
     relative: bool = True
     direction: ClassVar[Vector] = ZERO
 
+    @property
+    def turning(self) -> Vector:
+        """The axis about which it turns the body, `ZERO` if it does not."""
+        return moment_of(self._motion)
+
+    @property
+    def _motion(self) -> list[AnyScalar]:
+        motion: list[AnyScalar] = [0] * (2 * TURN)
+        motion[self.index] = 1
+        return motion
+
     def along(self, wrench: Sequence[AnyScalar]) -> AnyScalar:
-        """The generalized force of a wrench (F_x, F_z, M_y) about the body's origin."""
+        """The generalized force of a wrench about the body's origin."""
         return wrench[self.index]
 
-    def momentum(
-        self, mass: AnyScalar, lever: Vector, second: AnyScalar
-    ) -> tuple[Vector, AnyScalar]:
-        """Linear and angular momentum about the origin at unit rate.
+    def column(self, lever: Vector, spin: bool) -> list[AnyScalar]:
+        """Motion (v, ω) at unit rate of the point at `lever` [m] from the origin.
 
-        Of a body with mass [kg], tilde of the first moment [kg·m] and second moment [kg·m²].
+        Of a body that turns with this one if `spin`, else of any other.
         """
-        if self.index == TURN:
-            return lever, second
-        return ((mass, 0), (0, mass))[self.index], lever[self.index]
-
-    def column(self, lever: Vector, turning: AnyScalar) -> Wrench:
-        """Velocities (v_x, v_z, ω) at unit rate of the point at `lever` [m] from the origin.
-
-        `turning` is 1 for a body that turns with this one, 0 for any other.
-        """
-        if self.index == TURN:
-            return (*tilde(lever), turning)
-        return (1, 0, 0) if self.index == X else (0, 1, 0)
+        if self.index < TURN:
+            return self._motion
+        axis = self.turning
+        return [*cross(axis, lever), *(axis if spin else ZERO)]
 
     def column_rate(self, growth: Vector) -> Wrench | None:
         """Time derivative of `column` for a lever with rate `growth` [m/s]; None if always zero."""
-        return (*tilde(growth), 0) if self.index == TURN else None
+        return None if self.index < TURN else (*cross(self.turning, growth), 0, 0, 0)
 
     def elimination(
-        self, H: Matrix, size: int, *, symmetric: bool
-    ) -> tuple[AnyScalar, list[AnyScalar], list[AnyScalar]]:
-        """Pivot, row and column of the coordinate in the first `size` rows of an inertia `H`.
+        self, H: Matrix, left: Sequence[int], *, symmetric: bool
+    ) -> tuple[AnyScalar, dict[int, AnyScalar], dict[int, AnyScalar]]:
+        """Pivot, row and column of the coordinate in the components `left` of an inertia `H`.
 
         The acceleration along the coordinate is (force − row · a) / pivot with the row divided by
-        the pivot; what it does to the body is `column`.
+        the pivot; what it does to the body is the column.
         """
-        del size, symmetric
+        del symmetric
         c = self.index
-        row = [H[c][b] / H[c][c] for b in range(c)]
-        return H[c][c], row, [H[a][c] for a in range(c)]
+        rest = [a for a in left if a != c]
+        return H[c][c], {b: H[c][b] / H[c][c] for b in rest}, {a: H[a][c] for a in rest}
 
     def move(self, motion: list[AnyScalar], rate: AnyScalar) -> None:
-        """Turn (a_x, a_z, α) of a body fixed to the parent into the child's, by its own `rate`."""
-        motion[self.index] = motion[self.index] + rate if self.relative else rate
+        """Turn the motion (a, α) of a body fixed to the parent into the child's, by its `rate`."""
+        motion[self.index] = plus(motion[self.index], rate) if self.relative else rate
 
     def set(self, motion: list[AnyScalar], value: AnyScalar) -> None:
         """The same by the `value` that an elimination gives."""
@@ -91,68 +94,61 @@ class Component:
     def rate(self, value: AnyScalar, fixed: Sequence[AnyScalar]) -> AnyScalar:
         """The rate of the coordinate's velocity, from that value.
 
-        `fixed` is (a_x, a_z, α) of a body fixed to the parent.
+        `fixed` is the motion (a, α) of a body fixed to the parent.
         """
-        return value - fixed[self.index] if self.relative else value
+        return minus(value, fixed[self.index]) if self.relative else value
 
 
 @dataclass(frozen=True)
 class Twist:
-    """A motion against the parent: along `direction`, and `turning` by 1 rad or not.
+    """A motion against the parent: along `direction`, and about `turning` by 1 rad.
 
-    `omega` [rad/s] is that of the axes in which the direction is fixed: the parent's.
+    `omega` [rad/s] is that of the axes in which both are fixed: the parent's.
     """
 
     direction: Vector
-    omega: AnyScalar
-    turning: bool = False
+    omega: Vector
+    turning: Vector = ZERO
+
+    @property
+    def _parts(self) -> list[tuple[int, AnyScalar]]:
+        motion = enumerate((*self.direction, *self.turning))
+        return [(c, part) for c, part in motion if not is_zero(part)]
 
     def along(self, wrench: Sequence[AnyScalar]) -> AnyScalar:
-        """Force along the direction, and the moment if it turns."""
-        force = dot(self.direction, wrench)
-        return force + wrench[TURN] if self.turning else force
+        """The generalized force of a wrench about the body's origin."""
+        total: AnyScalar = 0
+        for c, part in self._parts:
+            total = plus(total, times(part, wrench[c]))
+        return total
 
-    def momentum(
-        self, mass: AnyScalar, lever: Vector, second: AnyScalar
-    ) -> tuple[Vector, AnyScalar]:
-        """Linear and angular momentum about the origin at unit rate."""
-        linear = scaled(mass, self.direction)
-        if not self.turning:
-            return linear, dot(lever, self.direction)
-        return added(linear, lever), dot(lever, self.direction) + second
-
-    def column(self, lever: Vector, turning: AnyScalar) -> Wrench:
-        """Velocities (v_x, v_z, ω) at unit rate of the point at `lever` [m] from the origin."""
-        if not self.turning:
-            return (*self.direction, 0)
-        return (*added(self.direction, tilde(lever)), turning)
+    def column(self, lever: Vector, spin: bool) -> list[AnyScalar]:
+        """Motion (v, ω) at unit rate of the point at `lever` [m] from the origin."""
+        return [
+            *added(self.direction, cross(self.turning, lever)),
+            *(self.turning if spin else ZERO),
+        ]
 
     def column_rate(self, growth: Vector) -> Wrench | None:
         """Time derivative of `column` for a lever with rate `growth` [m/s]."""
-        rate = scaled(self.omega, tilde(self.direction))
-        return (*added(rate, tilde(growth)), 0) if self.turning else (*rate, 0)
+        rate = added(cross(self.omega, self.direction), cross(self.turning, growth))
+        return (*rate, *cross(self.omega, self.turning))
 
     def elimination(
-        self, H: Matrix, size: int, *, symmetric: bool
-    ) -> tuple[AnyScalar, list[AnyScalar], list[AnyScalar]]:
-        """Pivot, row and column of the coordinate in the first `size` rows of an inertia `H`."""
-        n = self.direction
-        column = [H[a][X] * n[0] + H[a][Z] * n[1] for a in range(size)]
-        if self.turning:
-            column = [part + H[a][TURN] for a, part in enumerate(column)]
+        self, H: Matrix, left: Sequence[int], *, symmetric: bool
+    ) -> tuple[AnyScalar, dict[int, AnyScalar], dict[int, AnyScalar]]:
+        """Pivot, row and column of the coordinate in the components `left` of an inertia `H`."""
+        column = {a: self.along(H[a]) for a in left}
         row = column
         if not symmetric:
-            row = [n[0] * H[X][b] + n[1] * H[Z][b] for b in range(size)]
-            if self.turning:
-                row = [part + H[TURN][b] for b, part in enumerate(row)]
-        pivot = self.along(column)
-        return pivot, [entry / pivot for entry in row], column
+            row = {b: self.along([line[b] for line in H]) for b in left}
+        pivot = self.along([column.get(c, 0) for c in range(2 * TURN)])
+        return pivot, {b: entry / pivot for b, entry in row.items()}, column
 
     def move(self, motion: list[AnyScalar], rate: AnyScalar) -> None:
-        """Turn (a_x, a_z, α) of a body fixed to the parent into the child's, by its own `rate`."""
-        motion[:TURN] = added((motion[X], motion[Z]), scaled(rate, self.direction))
-        if self.turning:
-            motion[TURN] = motion[TURN] + rate
+        """Turn the motion (a, α) of a body fixed to the parent into the child's, by its `rate`."""
+        for c, part in self._parts:
+            motion[c] = plus(motion[c], times(rate, part))
 
     def set(self, motion: list[AnyScalar], value: AnyScalar) -> None:
         """The same by the `value` that an elimination gives."""
@@ -165,7 +161,7 @@ class Twist:
 
 
 Freedom = Component | Twist
-"""The motion (v_x, v_z, ω) of a body at unit rate of one coordinate of its joint.
+"""The motion (v, ω) of a body at unit rate of one coordinate of its joint.
 
 `direction` is its part that depends on the configuration (1, or m/rad); `ZERO` if it has none.
 """

@@ -16,12 +16,12 @@ from m4e_fmi.space.vectors import (
     TURN,
     Matrix,
     Vector,
-    X,
-    Z,
+    cross,
     dot,
-    moment,
+    minus,
+    plus,
     scaled,
-    tilde,
+    times,
 )
 
 
@@ -30,95 +30,147 @@ class Elimination:
     """The acceleration of one coordinate of a joint, eliminated from an inertia.
 
     It is driven by what acts along its `freedom`, and is then (… − `row` · a) of what is left of
-    (a, α); its own effect on the body is `column`.
+    (a, α); its own effect on the body is `column`. Both are by component.
     """
 
     freedom: Freedom
     pivot: AnyScalar
-    row: list[AnyScalar]
-    column: list[AnyScalar]
+    row: dict[int, AnyScalar]
+    column: dict[int, AnyScalar]
 
-    def value(self, free: AnyScalar, acceleration: Sequence[AnyScalar]) -> AnyScalar:
-        """The acceleration, with its part `free` of what is left and with (a_x, a_z, α)."""
-        for weight, a in zip(self.row, acceleration, strict=False):
-            free = free - weight * a
+    def value(self, free: AnyScalar, motion: Sequence[AnyScalar]) -> AnyScalar:
+        """The acceleration, with its part `free` of what is left and with the motion (a, α)."""
+        for c, weight in self.row.items():
+            free = minus(free, times(weight, motion[c]))
         return free
 
 
 @dataclass
 class Inertia:
-    """H (3, 3) in kg, kg·m, kg·m²; of a symmetric one the entries below the diagonal are copies."""
+    """H (6, 6) in kg, kg·m, kg·m², in the `components` of the motions that there are.
+
+    Of a symmetric one the entries below the diagonal are copies; those of other components are 0.
+    """
 
     H: Matrix
+    components: Sequence[int]
     symmetric: bool = True
 
     @classmethod
-    def rigid(cls, mass: AnyScalar, inertia: AnyScalar, arm: Vector, local_arm: Vector) -> Inertia:
+    def rigid(
+        cls, mass: AnyScalar, second: Matrix, arm: Vector, components: Sequence[int]
+    ) -> Inertia:
         """Of a rigid body with its centre of gravity at `arm` [m] from the origin.
 
-        `inertia` [kg·m²] is about the centre of gravity, `local_arm` is the arm in body axes.
+        `second` [kg·m²] (3, 3) is about the origin, in world axes.
         """
-        lever = tilde(scaled(mass, arm))
-        about = inertia + mass * dot(local_arm, local_arm)
-        return cls([[mass, 0, lever[0]], [0, mass, lever[1]], [lever[0], lever[1], about]])
+        H: Matrix = [[0] * (2 * TURN) for _ in range(2 * TURN)]
+        first = scaled(mass, arm)
+        pushes = [cross(_axis(c), first) for c in range(TURN)]  # for each angular acceleration
+        for a in components:
+            for b in components:
+                if a < TURN and b < TURN:
+                    H[a][b] = mass if a == b else 0
+                elif a >= TURN and b >= TURN:
+                    H[a][b] = second[a - TURN][b - TURN]
+                else:
+                    H[a][b] = pushes[max(a, b) - TURN][min(a, b)]
+        return cls(H, components)
 
     def add_at(self, block: Matrix, arm: Vector) -> None:
-        """Add an inertia (3, 3) that is about the point at `arm` [m], such as added mass."""
-        H = self.H
-        columns = [[row[0], row[1], row[2] + moment(arm, (row[0], row[1]))] for row in block]
-        for b in range(3):
-            H[X][b] = H[X][b] + columns[X][b]
-            H[Z][b] = H[Z][b] + columns[Z][b]
-            turning = columns[TURN][b] + moment(arm, (columns[X][b], columns[Z][b]))
-            H[TURN][b] = H[TURN][b] + turning
+        """Add an inertia (6, 6) that is about the point at `arm` [m], such as added mass."""
+        columns = [[*row[:TURN], *_sum(row[TURN:], _about(arm, row))] for row in block]
+        for b in self.components:
+            column = [row[b] for row in columns]
+            column[TURN:] = _sum(column[TURN:], _about(arm, column))
+            for a in self.components:
+                self.H[a][b] = plus(self.H[a][b], column[a])
 
-    def eliminate(self, freedom: Freedom, size: int) -> Elimination:
-        """The elimination of a freedom from the first `size` rows and columns; H stays as it is."""
-        return Elimination(freedom, *freedom.elimination(self.H, size, symmetric=self.symmetric))
+    def eliminate(self, freedom: Freedom, left: Sequence[int]) -> Elimination:
+        """The elimination of a freedom from the components `left`; H stays as it is."""
+        return Elimination(freedom, *freedom.elimination(self.H, left, symmetric=self.symmetric))
 
     def reduce(self, out: Elimination) -> None:
         """Put an eliminated acceleration into H."""
-        for a, b in self._places(len(out.column)):
-            self._set(a, b, self.H[a][b] - out.column[a] * out.row[b])
+        for a, b in self._places(tuple(out.column)):
+            self._set(a, b, minus(self.H[a][b], times(out.column[a], out.row[b])))
 
-    def add_child(self, child: Inertia, reach: Vector, *, rotates: bool, with_moment: bool) -> None:
+    def add_child(
+        self, child: Inertia, reach: Vector, left: Sequence[int], *, rotates: bool
+    ) -> None:
         """Add a reduced inertia whose origin is at `reach` [m].
 
-        `rotates`: this body ever turns; `with_moment`: the joint hands on the child's moment.
+        `left` are the components that its joint hands on; `rotates`: this body ever turns.
         """
-        H = child.H
-        for a, b in self._places(2):
-            self._set(a, b, self.H[a][b] + H[a][b])
+        pushes = [c for c in left if c < TURN]
+        turns = [c for c in left if c >= TURN]
+        for a, b in self._places(pushes):
+            self._set(a, b, plus(self.H[a][b], child.H[a][b]))
         if not rotates:
             return
-        column = [moment(reach, (H[a][X], H[a][Z])) for a in (X, Z)]
-        row = column if child.symmetric else [moment(reach, (H[X][b], H[Z][b])) for b in (X, Z)]
-        turn = moment(reach, (column[X], column[Z]))
-        if with_moment:
-            turn = turn + (moment(reach, (H[X][TURN], H[Z][TURN])) + H[TURN][TURN])
-            turn = turn + moment(reach, (H[TURN][X], H[TURN][Z]))
-            column = [column[a] + H[a][TURN] for a in (X, Z)]
-            row = [row[b] + H[TURN][b] for b in (X, Z)]
-        for a in (X, Z):
-            self._set(a, TURN, self.H[a][TURN] + column[a])
-            if not self.symmetric:
-                self.H[TURN][a] = self.H[TURN][a] + row[a]
-        self.H[TURN][TURN] = self.H[TURN][TURN] + turn
+        own = [c for c in self.components if c >= TURN]
 
-    def felt(self, wrench: Sequence[AnyScalar], inward: Vector) -> Vector:
-        """The force [N] of a wrench, and of an acceleration `inward` [m/s²] of the origin."""
-        return wrench[X] + dot(self.H[X], inward), wrench[Z] + dot(self.H[Z], inward)
+        def row(a: int, parts: Sequence[int]) -> list[AnyScalar]:
+            return [child.H[a][b] if b in parts else 0 for b in range(2 * TURN)]
 
-    def felt_moment(self, wrench: Sequence[AnyScalar], inward: Vector) -> AnyScalar:
-        """The moment [N·m] of the same."""
-        return wrench[TURN] + dot(self.H[TURN], inward)
+        def column(b: int, parts: Sequence[int]) -> list[AnyScalar]:
+            return [child.H[a][b] if a in parts else 0 for a in range(2 * TURN)]
 
-    def _places(self, size: int) -> list[tuple[int, int]]:
-        """Entries to be computed in the first `size` rows and columns."""
-        first = [(a, a if self.symmetric else 0) for a in range(size)]
-        return [(a, b) for a, start in first for b in range(start, size)]
+        by_turning = {a: _about(reach, row(a, pushes)) for a in pushes}
+        for b in own:
+            moved = [by_turning[a][b - TURN] if a in by_turning else 0 for a in range(TURN)]
+            turn = _about(reach, moved)
+            if b in turns:
+                handed = column(b, left)
+                moved = _sum(moved, handed[:TURN])
+                turn = _sum(turn, _sum(_about(reach, handed), handed[TURN:]))
+            for a in pushes:
+                self._set(a, b, plus(self.H[a][b], moved[a]))
+            for a in own:
+                if a > b and self.symmetric:
+                    continue
+                more = turn[a - TURN]
+                if a in turns:
+                    more = plus(more, _about(reach, row(a, pushes))[b - TURN])
+                self._set(a, b, plus(self.H[a][b], more))
+        if not self.symmetric:
+            for b in pushes:
+                handed = column(b, left)
+                turn = _sum(_about(reach, handed), handed[TURN:])
+                for a in own:
+                    self.H[a][b] = plus(self.H[a][b], turn[a - TURN])
+
+    def felt(
+        self, wrench: Sequence[AnyScalar], inward: Vector, left: Sequence[int]
+    ) -> list[AnyScalar]:
+        """The wrench in the components `left`, with that for an acceleration `inward` [m/s²]."""
+        found: list[AnyScalar] = [0] * (2 * TURN)
+        for c in left:
+            found[c] = plus(wrench[c], dot(self.H[c][:TURN], inward))
+        return found
+
+    def _places(self, components: Sequence[int]) -> list[tuple[int, int]]:
+        """Entries to be computed in these rows and columns."""
+        return [
+            (a, b)
+            for k, a in enumerate(components)
+            for b in components[k if self.symmetric else 0 :]
+        ]
 
     def _set(self, a: int, b: int, value: AnyScalar) -> None:
         self.H[a][b] = value
         if self.symmetric:
             self.H[b][a] = value
+
+
+def _axis(c: int) -> Vector:
+    return int(c == 0), int(c == 1), int(c == 2)
+
+
+def _about(arm: Vector, motion: Sequence[AnyScalar]) -> list[AnyScalar]:
+    """arm × the linear part of a wrench or of a row of an inertia."""
+    return list(cross(arm, (motion[0], motion[1], motion[2])))
+
+
+def _sum(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> list[AnyScalar]:
+    return [plus(left, right) for left, right in zip(a, b, strict=True)]

@@ -1,4 +1,8 @@
-"""Vectors of the X–Z plane, rotations about +Y and moments, over any scalar."""
+"""Vectors of space, rotations and moments, over any scalar.
+
+The integer 0 stands for what is always zero, as y in a model of the X–Z plane: nothing is computed
+with it, so a planar model costs what it would cost by formulas of the plane.
+"""
 
 from __future__ import annotations
 
@@ -7,89 +11,128 @@ from dataclasses import dataclass
 
 from m4e_fmi.program import AnyScalar, Scalar, cos, sin, sqrt
 
-Vector = tuple[AnyScalar, AnyScalar]
-"""(x, z)."""
+Vector = tuple[AnyScalar, AnyScalar, AnyScalar]
+"""(x, y, z)."""
 
-Wrench = tuple[AnyScalar, AnyScalar, AnyScalar]
-"""Force (F_x, F_z) [N] and moment M_y [N·m]."""
+Wrench = tuple[AnyScalar, AnyScalar, AnyScalar, AnyScalar, AnyScalar, AnyScalar]
+"""Force (F_x, F_y, F_z) [N] and moment (M_x, M_y, M_z) [N·m]; or a motion (v, ω)."""
 
 Matrix = list[list[AnyScalar]]
 
-X, Z, TURN = 0, 1, 2
-"""Places of the components of a motion (v_x, v_z, ω) or of a wrench."""
+X, Y, Z = 0, 1, 2
+TURN = 3
+"""Place of the first component of an angular velocity in a motion (v, ω), of a moment in a wrench.
 
-AXES = "xz"
-DOFS = 3
-"""Degrees of freedom of a free body."""
+`TURN + Y` is that about the Y axis."""
 
-ZERO: Vector = (0, 0)
+AXES = "xyz"
+PLANE = (X, Z, TURN + Y)
+"""Components of the motions in the X–Z plane."""
+
+ZERO: Vector = (0, 0, 0)
+UP: Vector = (0, 0, 1)
+ABOUT_Y: Vector = (0, 1, 0)
 SMALLEST_SQUARE = 1e-300
+
+
+def is_zero(a: AnyScalar) -> bool:
+    """True of the integer 0: what is always zero."""
+    return isinstance(a, int) and a == 0
+
+
+def plus(a: AnyScalar, b: AnyScalar) -> AnyScalar:
+    """a + b."""
+    if isinstance(a, int) and a == 0:
+        return b
+    return a if isinstance(b, int) and b == 0 else a + b
+
+
+def minus(a: AnyScalar, b: AnyScalar) -> AnyScalar:
+    """a − b."""
+    if isinstance(b, int) and b == 0:
+        return a
+    return -b if isinstance(a, int) and a == 0 else a - b
+
+
+def times(a: AnyScalar, b: AnyScalar) -> AnyScalar:
+    """a · b."""
+    if isinstance(a, int):
+        return 0 if a == 0 else b if a == 1 else a * b
+    if isinstance(b, int):
+        return 0 if b == 0 else a if b == 1 else a * b
+    return a * b
 
 
 @dataclass(frozen=True)
 class Rotation:
-    """The rotation by an absolute angle, body axes → world axes: R = [[c, s], [−s, c]]."""
+    """A rotation, body axes → world axes, by its matrix."""
 
-    c: AnyScalar = 1
-    s: AnyScalar = 0
+    rows: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
     @classmethod
-    def by(cls, angle: AnyScalar) -> Rotation:
+    def about_y(cls, angle: AnyScalar) -> Rotation:
         """The rotation by `angle` [rad] about +Y."""
-        return cls(cos(angle), sin(angle))
+        c, s = cos(angle), sin(angle)
+        return cls(((c, 0, s), ABOUT_Y, (-s, 0, c)))
 
     def __call__(self, vector: Vector) -> Vector:
-        x, z = vector
-        return self.c * x + self.s * z, self.c * z - self.s * x
+        x, y, z = (dot(row, vector) for row in self.rows)
+        return x, y, z
 
 
-def tilde(arm: Vector) -> Vector:
-    """d(arm)/dθ of an arm that turns with a body: (x, z) → (z, −x)."""
-    x, z = arm
-    return z, -x
+def cross(a: Vector, b: Vector) -> Vector:
+    """a × b: the moment of a force b at an arm a, or the velocity of an arm b that turns with a."""
+    return (
+        minus(times(a[1], b[2]), times(a[2], b[1])),
+        minus(times(a[2], b[0]), times(a[0], b[2])),
+        minus(times(a[0], b[1]), times(a[1], b[0])),
+    )
 
 
-def swung(vector: Vector, rate: AnyScalar, arm: Vector) -> Vector:
-    """vector + rate · tilde(arm): what turning adds at the end of an arm."""
-    return vector[0] + rate * arm[1], vector[1] - rate * arm[0]
+def swung(vector: Vector, rate: Vector, arm: Vector) -> Vector:
+    """vector + rate × arm: what turning adds at the end of an arm."""
+    x, y, z = vector
+    return (
+        minus(plus(x, times(rate[1], arm[2])), times(rate[2], arm[1])),
+        minus(plus(y, times(rate[2], arm[0])), times(rate[0], arm[2])),
+        minus(plus(z, times(rate[0], arm[1])), times(rate[1], arm[0])),
+    )
 
 
-def moment(arm: Vector, force: Vector) -> AnyScalar:
-    """Moment about +Y of a force at an arm: z F_x − x F_z."""
-    return arm[1] * force[0] - arm[0] * force[1]
-
-
-def add_force(wrench: list[AnyScalar], force: Vector, arm: Vector, torque: AnyScalar = 0) -> None:
-    """Add a force [N] at `arm` [m] and a moment [N·m] to a wrench (F_x, F_z, M_y)."""
-    wrench[X] = wrench[X] + force[0]
-    wrench[Z] = wrench[Z] + force[1]
-    wrench[TURN] = wrench[TURN] + (torque + moment(arm, force))
+def outward(omega: Vector, arm: Vector) -> Vector:
+    """ω² arm − ω (ω · arm) = −ω × (ω × arm), what turning would throw out at the end of an arm."""
+    square, along = dot(omega, omega), dot(omega, arm)
+    return subtracted(scaled(square, arm), scaled(along, omega))
 
 
 def added(a: Vector, b: Vector) -> Vector:
     """a + b."""
-    return a[0] + b[0], a[1] + b[1]
+    return plus(a[0], b[0]), plus(a[1], b[1]), plus(a[2], b[2])
 
 
 def subtracted(a: Vector, b: Vector) -> Vector:
     """a − b."""
-    return a[0] - b[0], a[1] - b[1]
+    return minus(a[0], b[0]), minus(a[1], b[1]), minus(a[2], b[2])
 
 
 def scaled(factor: AnyScalar, a: Vector) -> Vector:
     """factor · a."""
-    return factor * a[0], factor * a[1]
+    return times(factor, a[0]), times(factor, a[1]), times(factor, a[2])
 
 
 def dot(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> AnyScalar:
-    """a · b of two vectors."""
-    return a[0] * b[0] + a[1] * b[1]
+    """a · b."""
+    result: AnyScalar = 0
+    for left, right in zip(a, b, strict=True):
+        result = plus(result, times(left, right))
+    return result
 
 
 def unit(a: Vector) -> Vector:
     """a / |a|; a ZeroDivisionError of numbers that are all 0."""
-    length = sqrt(a[0] * a[0] + a[1] * a[1])
-    return a[0] / length, a[1] / length
+    length = sqrt(dot(a, a))
+    x, y, z = (part if is_zero(part) else part / length for part in a)
+    return x, y, z
 
 
 def norm(a: Vector) -> AnyScalar:
@@ -99,3 +142,19 @@ def norm(a: Vector) -> AnyScalar:
     """
     square = dot(a, a)
     return sqrt(square + SMALLEST_SQUARE if isinstance(square, Scalar | float) else square)
+
+
+def force_of(wrench: Sequence[AnyScalar]) -> Vector:
+    """The force of a wrench, or the linear part of a motion."""
+    return wrench[0], wrench[1], wrench[2]
+
+
+def moment_of(wrench: Sequence[AnyScalar]) -> Vector:
+    """The moment of a wrench, or the angular part of a motion."""
+    return wrench[3], wrench[4], wrench[5]
+
+
+def add_force(wrench: list[AnyScalar], force: Vector, arm: Vector, torque: Vector = ZERO) -> None:
+    """Add a force [N] at `arm` [m] and a moment [N·m] to a wrench."""
+    wrench[:TURN] = added(force_of(wrench), force)
+    wrench[TURN:] = added(moment_of(wrench), added(torque, cross(arm, force)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from m4e_fmi.joints import Coordinate, Frame, JointType, Mount, carried
-from m4e_fmi.space import TURN, Component, Rotation, Twist, added, scaled, unit
+from m4e_fmi.space import TURN, Component, Rotation, Twist, Y, added, scaled, unit
 
 
 class PinInSlot(JointType):
@@ -18,17 +18,17 @@ class PinInSlot(JointType):
     def frame(self, mount: Mount) -> Frame:
         parent, (s, angle), (speed, omega) = mount.parent, mount.q, mount.u
         if mount.is_relative:
-            angle, omega = parent.angle + angle, parent.omega + omega
+            angle, omega = parent.angle + angle, parent.omega[Y] + omega
         local_direction = unit(mount.vector("direction"))
         direction = parent.rotation(local_direction)
         return carried(
             parent,
             added(mount.to_joint(), scaled(s, local_direction)),
-            angle=(angle, omega, Rotation.by(angle)),
+            angle=(angle, (0, omega, 0), Rotation.about_y(angle)),
             local_arm=mount.vector("joint_to_child"),
             slide=(direction, speed),
             freedoms=(
                 Twist(direction, parent.omega),
-                Component(TURN, relative=mount.is_relative),
+                Component(TURN + Y, relative=mount.is_relative),
             ),
         )

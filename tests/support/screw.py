@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from m4e_fmi.joints import Coordinate, Frame, JointType, Mount, carried
-from m4e_fmi.space import Rotation, Twist, added, scaled
+from m4e_fmi.space import ABOUT_Y, Rotation, Twist, Y, added, scaled
 
 
 class Screw(JointType):
@@ -24,8 +24,8 @@ class Screw(JointType):
         return carried(
             parent,
             added(mount.to_joint(), scaled(angle, local_pitch)),
-            angle=(own_angle, parent.omega + rate, Rotation.by(own_angle)),
+            angle=(own_angle, (0, parent.omega[Y] + rate, 0), Rotation.about_y(own_angle)),
             local_arm=mount.vector("joint_to_child"),
             slide=(pitch, rate),
-            freedoms=(Twist(pitch, parent.omega, turning=True),),
+            freedoms=(Twist(pitch, parent.omega, turning=ABOUT_Y),),
         )

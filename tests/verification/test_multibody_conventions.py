@@ -22,7 +22,7 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import Equations, model_program
-from m4e_fmi.space import Rotation, moment, tilde
+from m4e_fmi.space import ABOUT_Y, Rotation, cross, outward
 
 ROUNDING = 1e-14  # relative: a few dozen operations in double precision
 G = 9.81
@@ -68,23 +68,24 @@ def pair(**fields: Any) -> Evaluated:
 )
 class TestRotation:
     def test_positive_angles_turn_z_towards_x(self) -> None:
-        x, z = Rotation.by(0.1)((0.0, 1.0))
-        assert (x, z) == (sin(0.1), cos(0.1))
-        x, z = Rotation.by(0.1)((1.0, 0.0))
-        assert (x, z) == (cos(0.1), -sin(0.1))
+        turned = Rotation.about_y(0.1)
+        assert turned((0, 0, 1.0)) == (sin(0.1), 0, cos(0.1))
+        assert turned((1.0, 0, 0)) == (cos(0.1), 0, -sin(0.1))
+        assert turned((0, 1.0, 0)) == (0, 1.0, 0)
 
-    def test_tilde_is_the_derivative_of_an_arm(self) -> None:
-        theta, x, z = sp.symbols("theta x z")
-        arm = Rotation.by(theta)((x, z))
-        assert [
-            sp.simplify(sp.diff(a, theta) - b) for a, b in zip(arm, tilde(arm), strict=True)
-        ] == [
-            0,
-            0,
-        ]
+    def test_an_arm_that_turns_changes_by_the_cross_product(self) -> None:
+        theta, x, y, z = sp.symbols("theta x y z")
+        arm = Rotation.about_y(theta)((x, y, z))
+        for found, expected in zip(cross(ABOUT_Y, arm), arm, strict=True):
+            assert sp.simplify(sp.diff(expected, theta) - found) == 0
 
-    def test_moment_is_z_times_fx_minus_x_times_fz(self) -> None:
-        assert moment((2.0, 3.0), (5.0, 7.0)) == 3 * 5 - 2 * 7
+    def test_moment_about_y_is_z_times_fx_minus_x_times_fz(self) -> None:
+        assert cross((2.0, 0, 3.0), (5.0, 0, 7.0)) == (0, 3 * 5 - 2 * 7, 0)
+
+    def test_turning_twice_is_what_it_would_throw_out(self) -> None:
+        omega, arm = (1.0, -2.0, 3.0), (5.0, 7.0, -11.0)
+        inwards = cross(omega, cross(omega, arm))
+        assert outward(omega, arm) == tuple(-part for part in inwards)
 
     def test_a_hanging_link_with_positive_angle_has_its_cg_at_negative_x(self) -> None:
         values = link().outputs({"joint.pin.q": 0.1})

@@ -17,8 +17,8 @@ from m4e_fmi.multibody.model_program.load_outputs import Outputs, add_load_outpu
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
-from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.space import AXES, Vector
+from m4e_fmi.program import AnyScalar, Program, Recorder, Variable
+from m4e_fmi.space import AXES, Vector, X, Y, Z
 
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
@@ -110,11 +110,11 @@ def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Acceleratio
             recorder.output(Variable(f"{name}.theta", "rad", text), frame.angle)
             text = in_words(body, "Angular velocity about +Y")
             omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
-            recorder.output(omega, frame.omega)
+            recorder.output(omega, frame.omega[Y])
         _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm))
         text = in_words(body, "Angular acceleration about +Y")
         variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
-        recorder.output(variable, solved.alphas[k])
+        recorder.output(variable, solved.alphas[k][Y])
 
 
 def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
@@ -130,20 +130,25 @@ def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerati
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
-        for axis, value in zip(AXES, reaction.force, strict=True):
+        for axis, value in _in_plane(reaction.force):
             text = in_words(joint, f"Force of the joint on its child, world {axis.upper()}")
             recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
         text = in_words(joint, "Moment of the joint on its child at the joint, about +Y")
         recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
 
 
+def _in_plane(vector: Vector) -> list[tuple[str, AnyScalar]]:
+    """Components in the X–Z plane, by the names of their axes."""
+    return [(AXES[c], vector[c]) for c in (X, Z)]
+
+
 def _motion(
     recorder: Outputs, name: str, what: str, owner: Body | Point, position: Vector, velocity: Vector
 ) -> None:
-    for axis, value in zip(AXES, position, strict=True):
+    for axis, value in _in_plane(position):
         text = in_words(owner, f"Position of the {what}, world {axis.upper()}")
         recorder.output(Variable(f"{name}.{axis}", "m", text), value)
-    for axis, value in zip(AXES, velocity, strict=True):
+    for axis, value in _in_plane(velocity):
         text = in_words(owner, f"Velocity of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
         recorder.output(variable, value)
@@ -152,7 +157,7 @@ def _motion(
 def _accelerations(
     recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Vector
 ) -> None:
-    for axis, value in zip(AXES, acceleration, strict=True):
+    for axis, value in _in_plane(acceleration):
         text = in_words(owner, f"Acceleration of the {what}, world {axis.upper()}")
         variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
         recorder.output(variable, value)

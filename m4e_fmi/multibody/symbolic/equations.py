@@ -24,6 +24,7 @@ from m4e_fmi.multibody.topology import topology
 from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import listing
+from m4e_fmi.space import PLANE, X, Z
 
 if TYPE_CHECKING:
     import sympy
@@ -133,7 +134,7 @@ class Equations:
         Functions of q, u and `u_dot`. A floating joint exerts nothing and is left out.
         """
         found = reactions(self.assembly, self._moving)
-        return {r.joint: _matrix([[r.force[0]], [r.force[1]], [r.moment]]) for r in found}
+        return {r.joint: _matrix([[r.force[X]], [r.force[Z]], [r.moment]]) for r in found}
 
     @cached_property
     def _moving(self) -> Accelerations:
@@ -171,17 +172,17 @@ class Equations:
     @cached_property
     def positions(self) -> sympy.Matrix:
         """(x, z) of every centre of gravity [m], N×2."""
-        return _matrix([list(frame.position) for frame in self.assembly.frames])
+        return _matrix([[f.position[X], f.position[Z]] for f in self.assembly.frames])
 
     def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
-        """The three rows of every body as one matrix."""
+        """The rows of every body that are in the plane as one matrix."""
         import sympy
 
-        result = sympy.zeros(3 * len(bodies), len(self.topology.coordinate_names))
+        result = sympy.zeros(len(PLANE) * len(bodies), len(self.topology.coordinate_names))
         for k, body in enumerate(bodies):
             for column, entries in body.items():
-                for row, entry in enumerate(entries):
-                    result[3 * k + row, column] = entry
+                for row, c in enumerate(PLANE):
+                    result[len(PLANE) * k + row, column] = entries[c]
         return result
 
     def text(
