@@ -39,7 +39,7 @@ def checked_inputs(
     """
     problems: list[Problem] = []
     if not system.components and not wrong:
-        problems.append(_no_component(system))
+        problems.append(no_component(system))
     drafts: dict[str, Draft] = {}
     descriptions: dict[str, Description] = {}
     for component in system.components:
@@ -62,7 +62,8 @@ def checked_inputs(
     return list(dict.fromkeys(problems)), drafts
 
 
-def _no_component(system: System) -> Problem:
+def no_component(system: System) -> Problem:
+    """The problem of a system that has none."""
     message, remedy = "the system has no component", "name an FMU, a model or a kind"
     if system.document is None:
         return Problem(message, remedy)

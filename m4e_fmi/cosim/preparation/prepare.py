@@ -15,6 +15,7 @@ from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
 from m4e_fmi.cosim.input_checks.drafts import Draft
+from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
@@ -54,6 +55,8 @@ def prepare(
     that say they can go back are tried (`forgetful`).
     """
     system = _as_system(system, tell)
+    if not system.components:
+        raise InputError([no_component(system)])
     fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)

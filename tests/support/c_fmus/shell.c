@@ -21,6 +21,7 @@ typedef struct {
     double *r;      /* Real variables */
     double *d1, *d2; /* first and second time derivatives of inputs during a step */
     double t;       /* s */
+    double stop;    /* s */
     double reached; /* s, the last successful time of a step that was discarded */
     int terminated; /* it asks for the end of the simulation: nothing may be set, no step be made */
     int stale;      /* outputs do not fit inputs and states */
@@ -126,7 +127,7 @@ void fmi2FreeInstance(fmi2Component c) {
     free(m->shown);
     free(m);
 }
-fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; return fmi2OK; }
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean d, fmi2Real tol, fmi2Real t0, fmi2Boolean e, fmi2Real t1) { ((Model *)c)->t = t0; ((Model *)c)->stop = e ? t1 : INFINITY; return fmi2OK; }
 fmi2Status fmi2EnterInitializationMode(fmi2Component c) { ((Model *)c)->running = 1; return fmi2OK; }
 /* LOUD: says its name. ANONYMOUS: loses the environment, with which the importer tells instances. */
 fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
@@ -182,6 +183,12 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
         SAY(m, fmi2Error, "no step after the end");
         return fmi2Error;
     }
+#ifdef STRICT
+    if (t + h > m->stop) {
+        SAY(m, fmi2Error, "Exceeded model finish time: %g > %g", t + h, m->stop);
+        return fmi2Error;
+    }
+#endif
 #ifdef CONSTANT
     if (!m->size) m->size = h;
 #endif

@@ -311,6 +311,10 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
     assert "x.txt" in text
     assert "simulation" in text
     assert "s.yaml:2:1: the system has no component" in text
+    whole = "name: s\ncomponents: {}\nsimulation: {stop_time: 1, step_size: 0.1}\n"
+    (here / "s.yaml").write_text(whole)
+    for command in ("run", "info"):
+        assert "s.yaml:2:1: the system has no component" in refused(capsys, command, "s.yaml")
 
 
 def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):

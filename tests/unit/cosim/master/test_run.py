@@ -30,6 +30,16 @@ from m4e_fmi.model import load_model
 from m4e_fmi.report.text.summaries import run_summary
 
 
+@pytest.mark.parametrize("algorithm", ["jacobi", "corrector", "implicit"])
+@pytest.mark.parametrize(("stop", "step"), [(0.3, 0.1), (0.7, 0.1), (2e-4, 1e-4), (0.9, 0.3)])
+def test_no_step_goes_beyond_the_stop_time(
+    c_fmu: Fmus, algorithm: str, stop: float, step: float
+) -> None:
+    """0.2 + 0.1 is more than 0.3 in doubles."""
+    outcome = run(oscillator(c_fmu, Simulation(stop, step, algorithm), "+state+strict"))
+    assert outcome.steps == round(stop / step)
+
+
 def test_time_never_drifts(c_fmu: Fmus) -> None:
     seen: list[float] = []
     settings = Simulation(1000, 0.1)
