@@ -196,7 +196,7 @@ def _connectors(
 
 
 def _unit(reader: _Reader, element: Element, name: str | None) -> Definition | None:
-    if name is None:
+    if not name:
         return None
     try:
         return unit_named(name, reader.units)

@@ -85,7 +85,7 @@ def _edge(package: Package, system: Node, element: Element) -> Edge | None:
 
 def _end(package: Package, system: Node, element: Element, side: str) -> tuple[Signal, str] | None:
     """The signal at one end of a connection, and whether it takes a value there or gives one."""
-    owner, name = element.get(f"{side}Element"), element.get(f"{side}Connector")
+    owner, name = element.get(f"{side}Element") or None, element.get(f"{side}Connector")
     node = system if owner is None else system.children.get(owner)
     if node is None or name not in node.connectors:
         what = f"element {owner!r}" if node is None else f"connector {name!r}"

@@ -18,11 +18,13 @@ Element = Any
 KINDS = ("ModelExchange", "CoSimulation", "ScheduledExecution")
 _TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration")
 _REALS = ("min", "max", "nominal", "factor", "offset", "startTime", "stopTime", "tolerance")
+_REFERENCES = range(2**32)
 _NUMBERS: dict[str, Callable[[str], object]] = {
     **dict.fromkeys((*_REALS, "stepSize", "fixedInternalStepSize"), float),
-    **dict.fromkeys(("valueReference", "index", "derivative", "maxOutputDerivativeOrder"), int),
+    **dict.fromkeys(("index", "derivative", "maxOutputDerivativeOrder"), int),
     **dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad"), int),
     "numberOfEventIndicators": int,
+    "valueReference": lambda text: _REFERENCES.index(int(text)),
 }
 """Attribute → how it is read, wherever FMI has it."""
 _FREE = ("VendorAnnotations", "Annotations")
@@ -52,7 +54,7 @@ def flaws(text: bytes) -> list[Flaw]:
     version = root.get("fmiVersion") or ""
     if not version:
         return [Flaw(root.sourceline, "fmiModelDescription has no fmiVersion")]
-    found = list(_missing(root, version)) + list(_numbers(root))
+    found = [*_missing(root, version), *_numbers(root), *_names(root)]
     return found or list(_references(root, version))
 
 
@@ -88,10 +90,20 @@ def _numbers(element: Element) -> Iterator[Flaw]:
     for name, value in element.attrib.items():
         read = _of_start(element) if name == "start" else _NUMBERS.get(name)
         if read is not None and not _readable(read, value):
-            message = f'{_name(element)}: {name}="{value}" is no number'
+            what = "value reference" if name == "valueReference" else "number"
+            message = f'{_name(element)}: {name}="{value}" is no {what}'
             yield Flaw(element.sourceline, message, known=True)
     for child in element:
         yield from _numbers(child)
+
+
+def _names(root: Element) -> Iterator[Flaw]:
+    """Names in which a line ends: they could be taken for words of others."""
+    for element in root.iter(etree.Element):
+        for key in ("name", "modelName", "modelIdentifier"):
+            name = element.get(key, "")
+            if name and name.splitlines() != [name]:
+                yield Flaw(element.sourceline, f"the {key} {name!r} has an end of line in it")
 
 
 def _of_start(element: Element) -> Callable[[str], object] | None:

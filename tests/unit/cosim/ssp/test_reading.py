@@ -147,6 +147,17 @@ def test_connections_may_be_written_the_other_way(tmp_path: Path, stages: Files)
     assert read(tmp_path, ssd, stages).connections == ("a.y -> b.u",)
 
 
+def test_what_others_leave_empty_is_not_given(tmp_path: Path, stages: Files) -> None:
+    """OMSimulator writes units of no name, and the system itself as an element of no name."""
+    pair = elements(component("a", "s.fmu", *STAGE), component("b", "s.fmu", *STAGE))
+    own = '<ssd:Connector name="in" kind="input"><ssc:Real unit=""/></ssd:Connector>'
+    own = f"<ssd:Connectors>{own}</ssd:Connectors>"
+    empty = connection("in", "a/u", attributes='startElement=""')
+    joined = connections(empty, connection("a/y", "b/u"))
+    system = read(tmp_path, description(own + pair + joined), stages)
+    assert system.connections == ("a.y -> b.u",)
+
+
 def test_the_system_has_inputs_and_outputs_of_its_own(tmp_path: Path, stages: Files) -> None:
     own = inner("x", "", "input wish Real", "output result Real", "input loose Real")
     own = own[own.index("<ssd:Connectors>") : own.index("</ssd:System>")]

@@ -93,6 +93,14 @@ def test_no_model_description(c_fmu: Fmus, tmp_path: Path) -> None:
         (b"</ModelStructure>", b"", "cannot be understood"),
         (b'derivative="5"', b'derivative="99"', "derivative has 99, the index of no variable"),
         (b"<CoSimulation", b'<CoSimulation maxOutputDerivativeOrder="x"', "is no number"),
+        (
+            b'valueReference="2"',
+            b'valueReference="-1"',
+            'valueReference="-1" is no value reference',
+        ),
+        (b'valueReference="2"', b'valueReference="4294967296"', "is no value reference"),
+        (b'modelName="mass"', b'modelName="x&#10;error: y"', "has an end of line in it"),
+        (b'modelName="mass"', b'modelName="x&#x2028;y"', "has an end of line in it"),
     ],
 )
 def test_bad_model_description(
