@@ -3,8 +3,10 @@
 The run would be altered wherever a step is made again. So before the run, each file is tried once
 for each set of start values: an instance that is thrown away makes steps with its inputs moved,
 returns, and makes them again. Where its outputs are others then, the component is one that cannot
-go back. FMUs of models and of the kinds that come with this package are not tried, nor are native
-ones that it has built: all that they know is kept.
+go back. If there are to be checkpoints, another instance goes on from the state as bytes (of FMUs
+in processes of their own); where it does not, checkpoints have no states. FMUs of models and of the
+kinds that come with this package are not tried, nor are native ones that it has built: all that
+they know is kept.
 """
 
 from __future__ import annotations
@@ -38,6 +40,10 @@ OWN_KINDS = "m4e_fmus.", "m4e_adapters."
 """Packages of the kinds that come with this one."""
 
 
+_ROLLBACK = "rollback (canGetAndSetFMUstate), but {}: run without rollback"
+_BYTES = "states as bytes (canSerializeFMUstate), but {}: run without states in checkpoints"
+
+
 class _FaultError(Exception):
     """An FMU does not save its state or does not return to it; the text says how that shows."""
 
@@ -51,8 +57,9 @@ def without_forgetful(
     """The descriptions as they hold in a run, and a line for each FMU that cannot go back."""
     result = dict(descriptions)
     driven = driven_inputs(wiring)
-    known: dict[object, str] = {}
+    known: dict[object, tuple[str, str]] = {}
     told: dict[tuple[str, str], list[str]] = {}
+    saved = system.simulation.has_checkpoints
     for component in system.components:
         description = descriptions[component.name]
         if not description.saves_state or description.once_per_process:
@@ -64,15 +71,18 @@ def without_forgetful(
         key = description.path, start, component.step_size, inputs
         if key not in known:
             new = Instances(component, description, system.simulation, hosts.get(component.name))
-            known[key] = _fault(new, description, inputs)
-        if known[key]:
-            result[component.name] = replace(description, saves_state=False)
-            told.setdefault((description.path.name, known[key]), []).append(component.name)
+            fault, lost = _fault(new, description, inputs), ""
+            if saved and description.serializes_state and component.name in hosts and not fault:
+                lost = _fault_of_bytes(new, description)
+            known[key] = _ROLLBACK.format(fault) if fault else "", lost and _BYTES.format(lost)
+        for why, change in zip(known[key], ("saves_state", "serializes_state"), strict=True):
+            if why:
+                result[component.name] = replace(description, **{change: False})
+                told.setdefault((description.path.name, why), []).append(component.name)
     return result, [
-        f"{', '.join(names)}: {fmu} declares rollback (canGetAndSetFMUstate), but {fault}: "
-        f"run without rollback; `m4e-fmi validate {fmu}` tells more (group state), to be "
-        "mended in the FMU"
-        for (fmu, fault), names in told.items()
+        f"{', '.join(names)}: {fmu} declares {why}; `m4e-fmi validate {fmu}` tells more (groups "
+        "state and state_elsewhere), to be mended in the FMU"
+        for (fmu, why), names in told.items()
     ]
 
 
@@ -104,6 +114,38 @@ def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> s
             continue
         return _named([name for name in outputs if name in different])
     return ""
+
+
+def _fault_of_bytes(new: Instances, description: Description) -> str:
+    """Why another instance cannot go on from an FMU's state; empty if it can.
+
+    Empty also if steps cannot be made.
+    """
+    outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
+    try:
+        with setting_up(), new.instance() as instance:
+            subject = Subject(instance, outputs, ())
+            for _ in range(BEFORE):
+                subject.step(new.step)
+            time = instance.time
+            try:
+                instance.save_state()
+                state = instance.rollback.serialized(instance.slot())
+            except RunError as error:
+                return f"its state cannot be saved ({error.message})"
+            going_on = list(_trajectory(subject, new.step))
+    except RunError:
+        return ""
+    try:
+        with setting_up(), new.instance() as instance:
+            instance.rollback.deserialize(instance.slot(), state)
+            instance.restore_state(time)
+            beginning = list(_trajectory(Subject(instance, outputs, ()), new.step))
+    except RunError as error:
+        return f"another instance cannot go on from them ({error.message})"
+    different = _apart(outputs, going_on, beginning, GROSS, TOLERANCE)
+    names = _named([name for name in outputs if name in different])
+    return names and f"in another instance {names}"
 
 
 def _trajectories(

@@ -277,6 +277,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
 OPTIONS = {
     "state": ("STATE", 'canGetAndSetFMUstate="true"'),
     "bytes": ("BYTES", 'canSerializeFMUstate="true"'),
+    "unreadable": ("UNREADABLE", ""),
     "forgets": ("FORGETS", ""),
     "claims": ("CLAIMS", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
@@ -302,8 +303,9 @@ of a fiftieth all but 0.02 s. A strict one makes no step beyond the stop time. O
 zeros when something has been set, until it has made a step; one that refreshes shows what a step
 has made when something has been set. A loud one warns with its name when it is initialised, an
 anonymous one without saying which instance it is. One with a state as bytes can give it to another
-process. One with a state that forgets does not bring its last variable back; one that claims has no
-state. An armed one does harm when the file `trouble_file` says so: see trouble.h.
+process; an unreadable one crashes when it is to take one. One with a state that forgets does not
+bring its last variable back; one that claims has no state. An armed one does harm when the file
+`trouble_file` says so: see trouble.h.
 """
 
 

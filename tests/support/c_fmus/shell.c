@@ -252,6 +252,9 @@ fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate s, fmi2Byte b[], 
 }
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte b[], size_t n, fmi2FMUstate *s) {
     if (n != SIZE) return fmi2Error;
+#ifdef UNREADABLE
+    *(volatile int *)0 = 1;
+#endif
     *s = malloc(SIZE);
     memcpy(*s, b, SIZE);
     return fmi2OK;

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.interrupted import differences
 
 from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepare, run
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
@@ -72,6 +73,32 @@ def test_a_state_that_is_refused_is_told_before_the_run(c_fmu: Fmus) -> None:
     (warning,) = (text for text in outcome.warnings if "rollback" in text)
     assert "its state cannot be saved" in warning
     assert "fmi2GetFMUstate answered Error" in warning
+
+
+def test_states_that_no_other_instance_can_take_are_not_saved(c_fmu: Fmus, tmp_path: Path) -> None:
+    """An FMU that crashes in fmi2DeSerializeFMUstate is found before the run."""
+    names = {"body": "mass+state+bytes", "spring": "spring+state+bytes+unreadable"}
+    parts = tuple(
+        Component(
+            name, FmuFile(c_fmu(fmu)), {"body.m.x": 1.0} if name == "body" else {}, process="own"
+        )
+        for name, fmu in names.items()
+    )
+    given = System("s", parts, ("body.m <-> spring.end",), Simulation(2.0, 0.02))
+    assert not prepare(given).warnings
+    saving = given.changed(checkpoint_interval=0.5)
+    (warning,) = prepare(saving).warnings
+    assert warning.startswith("spring: spring_state_bytes_unreadable")
+    assert "its process was ended by SIGSEGV in fmi2DeSerializeFMUstate" in warning
+    told: list[str] = []
+    run(saving, results=tmp_path / "r.nc", tell=told.append)
+    assert "spring cannot save states for another process" in told[0]
+    run(saving.changed(stop_time=3.0), results=tmp_path / "r.nc", resume=True)
+    run(given.changed(stop_time=3.0), results=tmp_path / "whole.nc")
+    found = {
+        name.partition("@")[2] for name in differences(tmp_path / "r.nc", tmp_path / "whole.nc")
+    }
+    assert found <= {"notes"}
 
 
 def test_what_needs_a_return_is_refused(c_fmu: Fmus) -> None:
