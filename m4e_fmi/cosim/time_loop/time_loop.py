@@ -139,7 +139,7 @@ class TimeLoop:
         self.now, self._row, self.steps = snapshot.now, snapshot.row, snapshot.steps
         self.shortened, self.discarded = snapshot.shortened, snapshot.discarded
         self._jump, self._full, self._cap = snapshot.jump, snapshot.full, snapshot.cap
-        self._most = snapshot.most
+        self._most = 1 if self._singly else snapshot.most
         self.switches = copy(snapshot.switches)
 
     @property

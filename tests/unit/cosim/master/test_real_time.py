@@ -73,6 +73,8 @@ def test_a_run_of_which_a_part_was_in_real_time_has_no_estimate(
     assert "what is run in real time is not repeated" in str(outcome.certificate)
     lines = load(place).attributes["real_time"].splitlines()
     assert lines[0] == f"{told}, up to t = 2 s"
+    if outcome.real_time:
+        assert outcome.real_time.points == 101
     assert lines[1:] == ([f"from t = 2 s on: {outcome.real_time}"] if last else [])
     whole = run(given.changed(stop_time=3.0), results=tmp_path / "whole.nc")
     assert "coupling error" in str(whole.certificate)
