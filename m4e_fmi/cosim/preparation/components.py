@@ -21,7 +21,7 @@ from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem, file_stems
 from m4e_fmi.files.files_read import files_read
 from m4e_fmi.files.writing import remove_leftovers
-from m4e_fmi.fmu.export.build_record import BuildRecord, read_record, write_record
+from m4e_fmi.fmu.export.build_record import BuildRecord, read_record, way_to, write_record
 
 Tell = Callable[[str], None]
 
@@ -106,7 +106,9 @@ def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[
         c.name: fmus[c.name]
         for c in system.components
         if not isinstance(c.source, FmuFile)
-        and _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
+        and _current(
+            fmus[c.name], _made_from(system, c.name, c.source, fmus[c.name], native=native)
+        )
     }
     if all(c.name in ready or isinstance(c.source, FmuFile) for c in system.components):
         return {}
@@ -133,7 +135,9 @@ def waiting(
         for c in system.components
         if isinstance(c.source, Kind)
         and takes_long(c.source)
-        and not _current(fmus[c.name], _made_from(system, c.name, c.source, native=native))
+        and not _current(
+            fmus[c.name], _made_from(system, c.name, c.source, fmus[c.name], native=native)
+        )
     )
     return later, drafts
 
@@ -183,7 +187,7 @@ def _built(
     """The FMU of a component, at the path `fmu`; of its `draft`, if that is made already."""
     name, source = component.name, component.source
     assert not isinstance(source, FmuFile)
-    made_from = _made_from(system, name, source, native=native)
+    made_from = _made_from(system, name, source, fmu, native=native)
     record = _current(fmu, made_from)
     if record is not None:
         for warning in record.warnings:
@@ -215,15 +219,17 @@ def _built(
     return ReadyFmu(fmu, content)
 
 
-def _made_from(system: System, name: str, source: ModelFile | Kind, *, native: bool) -> str:
+def _made_from(
+    system: System, name: str, source: ModelFile | Kind, fmu: Path, *, native: bool
+) -> str:
     """Hash of what the FMU of a component is made from, but for the content of files."""
     said: dict[str, Any] = {"name": name, "native": native, "machine": sysconfig.get_platform()}
     package = ""
     if isinstance(source, ModelFile):
-        said["model"] = str(source.path.absolute())
+        said["model"] = way_to(source.path, fmu)
     else:
         module = kinds()[source.name].value
-        said |= {"kind": module, "folder": str(system.folder.absolute())}
+        said |= {"kind": module, "folder": way_to(system.folder, fmu)}
         said |= {"config": source.config.model_dump(serialize_as_any=True)}
         package = module.partition(":")[0].partition(".")[0]
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits

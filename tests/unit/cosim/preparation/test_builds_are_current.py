@@ -261,6 +261,19 @@ def test_a_copy_of_a_project_has_files_of_its_own(table: Project, tmp_path: Path
     assert copy.run()[1] != table.run()[1]
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_a_project_that_is_moved_is_not_built_again(name: str, tmp_path: Path) -> None:
+    """Unless a file changes there; the FMUs that checkpoints name stay what they are."""
+    case = CASES[name]
+    Project(tmp_path / "here", case).run()
+    (tmp_path / "far").mkdir()
+    shutil.move(tmp_path / "here", tmp_path / "far/there")
+    moved = Project(tmp_path / "far/there", case)
+    assert moved.run()[0] is False
+    moved.write(case.changed, case.content)
+    assert moved.run()[0] is True
+
+
 def test_every_file_that_a_build_opens_is_in_its_record(tmp_path: Path) -> None:
     """So that a reader that forgets to tell is found."""
     opened: list[set[str]] = []
