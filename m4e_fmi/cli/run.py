@@ -171,10 +171,13 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, run
+    from m4e_fmi.cosim.master.run import begun_at
     from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
     from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
+    # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
+    begun_at(output, options.resume, check=options.check, watched=False, warn=None)
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )

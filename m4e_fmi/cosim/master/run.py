@@ -69,7 +69,7 @@ def run(
     the checkpoint is missing, damaged, or of another run; RunError if a run that is made again
     comes to other values.
     """
-    resumed = _checkpoint(results, resume, check=check, watched=bool(observers), warn=warn)
+    resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
     if results is not None:
@@ -145,7 +145,7 @@ def _once(
     return begun.outcome
 
 
-def _checkpoint(
+def begun_at(
     results: str | Path | None,
     resume: bool | str | Path,
     *,

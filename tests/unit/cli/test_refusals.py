@@ -317,6 +317,13 @@ def test_mistakes_of_a_run_are_told_before_anything_is_built(here, capsys):
         assert "s.yaml:2:1: the system has no component" in refused(capsys, command, "s.yaml")
 
 
+def test_a_checkpoint_that_is_not_there_is_told_before_anything_is_built(here, capsys):
+    text = refused(capsys, "run", FLEXIBLE / "system.yaml", "--resume", "no.nc.checkpoint")
+    assert "no.nc.checkpoint" in text
+    assert "no such file" in text
+    assert not list(here.rglob("*.fmu"))
+
+
 def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):
     (here / "a.model.yaml").write_text(
         "name: a\nbodies: {b: {mass: 1, inertia: 1}}\n"
