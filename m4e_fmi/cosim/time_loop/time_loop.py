@@ -300,7 +300,8 @@ class TimeLoop:
         return bool(within)
 
     def _record(self) -> None:
-        self._row = self.now
+        if self.now >= self._row + self._every:  # a row at the end between two moves none after it
+            self._row = self.now
         if self._results:
             self._results.record(self._network.time)
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.interrupted import copied_at, differences
 from support.small_systems import Fmus, system
@@ -15,6 +16,7 @@ from support.small_systems import Fmus, system
 from m4e_fmi.cosim import Simulation, System, run
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.results.results_file import load
 
 ALGORITHMS = ("jacobi", "gauss_seidel", "corrector", "implicit")
 SAVING = "+state+bytes"
@@ -55,6 +57,21 @@ def test_the_bits_are_those_of_the_undisturbed_run(
 def test_fmi_3_and_rows_at_intervals(c_fmu: Fmus, tmp_path: Path) -> None:
     settings = Simulation(12, 0.01, output_interval=0.25)
     check(oscillator(c_fmu, settings, of="3:"), tmp_path, [3.03])
+
+
+@pytest.mark.parametrize("stop", [1.05, 1.07])
+@pytest.mark.parametrize("tolerance", [None, 1e-3])
+def test_an_end_between_two_rows_moves_none_of_those_that_follow(
+    c_fmu: Fmus, tmp_path: Path, stop: float, tolerance: float | None
+) -> None:
+    settings = Simulation(
+        stop, 0.05, output_interval=0.1, coupling_tolerance=tolerance, checkpoint_interval=0.5
+    )
+    first = oscillator(c_fmu, settings)
+    run(first, results=tmp_path / "r.nc")
+    run(first.changed(stop_time=2.0), results=tmp_path / "r.nc", resume=True)
+    times = load(tmp_path / "r.nc").time
+    assert times == pytest.approx([*np.arange(11) / 10, stop, *np.arange(11, 21) / 10], abs=1e-9)
 
 
 def test_a_checkpoint_of_a_whole_run_is_where_a_longer_one_goes_on(
