@@ -143,9 +143,7 @@ class Instance:
     def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
         """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
         self.time = self._start = start
-        # t + h of the last step may be rounded up by so much, and some refuse to go further
-        reached = math.nextafter(math.nextafter(stop, math.inf), math.inf)
-        self._usable.setup(start=start, stop=reached, tolerance=tolerance)
+        self._usable.setup(start=start, stop=stop, tolerance=tolerance)
 
     @not_lost()
     def set_values(self, values: Mapping[str, Value]) -> None:

@@ -77,6 +77,7 @@ class Network(ExchangedVariables):
     ) -> None:
         super().__init__(prepared)
         self.instances = dict(instances)
+        self._apart = [one for name, one in instances.items() if name in prepared.hosts]
         for link in prepared.wiring.all_links:
             if link.is_real and not link.is_plain:
                 instance = self.instances[link.target.component]
@@ -353,7 +354,7 @@ class Network(ExchangedVariables):
 
     def flush(self) -> None:
         """Have all FMUs take the values that were set; RunError if one refuses."""
-        for instance in self.instances.values():
+        for instance in self._apart:
             instance.flush()
 
     def _arrive(self, component: str) -> None:

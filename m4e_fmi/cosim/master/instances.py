@@ -39,7 +39,7 @@ def initialised(
             worker.notice = journal.notice
         stack.enter_context(instance).setup(
             start=simulation.start_time,
-            stop=simulation.stop_time,
+            stop=simulation.last_time,
             tolerance=simulation.tolerance,
         )
         instance.set_values(start_values(component, description))

@@ -61,7 +61,7 @@ class Instances:
             opened_binary(self._description, files, origin=origin, host=self._host) as binary,
             Instance(name, self._description, binary, suffix=PROBE) as instance,
         ):
-            instance.setup(start=times.start_time, stop=times.stop_time, tolerance=times.tolerance)
+            instance.setup(start=times.start_time, stop=times.last_time, tolerance=times.tolerance)
             instance.set_values(start_values(self._component, self._description))
             instance.enter_initialization()
             instance.exit_initialization()

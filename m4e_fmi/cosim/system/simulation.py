@@ -61,6 +61,14 @@ class Simulation:
         return any(getattr(self, key) is not None for key in CHECKPOINTS)
 
     @property
+    def last_time(self) -> float:
+        """The stop time that FMUs are told [s]: some refuse to go further.
+
+        In doubles, t + h of the last step may be larger than `stop_time` by so much.
+        """
+        return math.nextafter(math.nextafter(self.stop_time, math.inf), math.inf)
+
+    @property
     def step(self) -> Fraction:
         """`step_size` as the master counts it [s]: whole nanoseconds."""
         return Fraction(round(self.step_size * NS_PER_SECOND), NS_PER_SECOND)
