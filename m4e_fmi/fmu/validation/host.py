@@ -128,7 +128,7 @@ class _RunningGroup:
 
 
 def _told(path: Path) -> tuple[list[Finding], str, str, bool]:
-    """What a process has told: findings, why there was nothing to check, what failed to run.
+    """All that a process has told: findings, why there was nothing to check, what failed to run.
 
     And if it came to its end.
     """

@@ -24,7 +24,7 @@ from m4e_fmi.fmu.validation.probe import RefusedError
 PACKAGE = "m4e_fmi.fmu.validation.checks"
 FACTS = "facts.json"
 ENDED: dict[str, object] = {"ended": True}
-"""What a group tells last, if the FMU does not end its process before."""
+"""The last that a group tells, if the FMU does not end its process before."""
 MODULES = {
     "start": "capabilities",
     "values": "values",
