@@ -22,6 +22,7 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.files import temporary
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.signals import handled
 
 HOLDER = """\
 import sys
@@ -142,8 +143,8 @@ def test_ctrl_c_while_a_folder_is_made_leaves_nothing(
         usual(self, *arguments, **options)
 
     monkeypatch.setattr(Path, "mkdir", struck)
-    with pytest.raises(KeyboardInterrupt):
-        TemporaryFolder(tmp_path)
+    with handled([signal.SIGINT], signal.default_int_handler), pytest.raises(KeyboardInterrupt):
+        TemporaryFolder(tmp_path)  # also where Ctrl-C is ignored, as in the background of a shell
     assert names(tmp_path) == set()
 
 
