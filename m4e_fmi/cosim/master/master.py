@@ -259,7 +259,7 @@ class Master:
         self._observe(observers)
         with self._stepping() as check, saving(checkpoints, self, results) as save:
             while not self.done:
-                self._advance(min((one.rest(self) for one in limits), default=math.inf))
+                self._advance(min([one.rest(self) for one in limits]) if limits else math.inf)
                 if resumed:
                     resumed.compare(self)
                 self._observe(observers)
@@ -306,7 +306,7 @@ class Master:
             self._time_loop.prepare()
             self.is_stepping = True
             room = self._second_look.room(self.steps) or ENERGY_BLOCK
-            self._time_loop.advance(int(min(room, most)))
+            self._time_loop.advance(room if room <= most else int(most))
             self.network.flush()
         except RunError as failure:
             step_size = self._prepared.system.simulation.step_size
