@@ -114,6 +114,8 @@ def load(path: str | Path) -> Results:
             return _of_netcdf(path)
     except (OSError, RuntimeError) as error:
         said = f": {error}"
+    except MemoryError:
+        said = ": it has more rows than memory holds"
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         said = f": {error}" if type(error) is ValueError else ""
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
@@ -168,6 +170,9 @@ def _of_netcdf(path: Path) -> Results:
         _check_format(path, attributes)
         if "time" not in file.variables:
             message = "is netCDF, but not results: it has no variable `time`"
+            raise InputError.single(message, WRITTEN, str(path))
+        if others := [name for name in file.variables if name != "time"]:
+            message = f"is netCDF, but not results: variable {others[0]!r} is of no component"
             raise InputError.single(message, WRITTEN, str(path))
         components = {
             component: {name: _series(variable) for name, variable in group.variables.items()}

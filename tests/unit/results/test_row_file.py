@@ -164,6 +164,12 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
     noise.write_bytes(b"\xff\x00\x01")
     with Dataset(other, "w") as file:
         file.createDimension("time", 3)
+    foreign, endless = tmp_path / "f.nc", tmp_path / "l.nc"
+    for file_path, count, name in ((foreign, 3, "T"), (endless, 10**14, "")):
+        with Dataset(file_path, "w") as file:
+            file.createDimension("time", count)
+            for variable in filter(None, ("time", name)):
+                file.createVariable(variable, "f8", ("time",), chunksizes=(3,))
     for path, message in (
         (whole, r"w\.nc: is cut off or damaged: .*\n +copy it again"),
         (rows, r"r\.nc: is cut off: it has \d+ bytes of \d+\n +copy it again"),
@@ -178,6 +184,8 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
         (noise, r"x\.bin: .* but data of a kind that is not known here"),
         (empty, r"e\.nc: is empty"),
         (other, r"o\.nc: is netCDF, but not results: it has no variable `time`"),
+        (foreign, r"f\.nc: is netCDF, but not results: variable 'T' is of no component"),
+        (endless, r"l\.nc: is cut off or damaged: it has more rows than memory holds"),
         (tmp_path / "none.nc", r"none\.nc: no such file"),
         (tmp_path, "is a folder, not a file of results"),
     ):
