@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.writing import part_prefix
 from m4e_fmi.results.row_header import (
     BEGIN_AT,
@@ -183,7 +184,7 @@ def _row(sections: Sequence[Section]) -> np.dtype:
 
 def is_row_file(path: Path) -> bool:
     """True if the file at `path` begins as those that RowFile writes; OSError if none is there."""
-    with path.open("rb") as file:
+    with opened(path) as file:
         head = file.read(BEGIN_AT + len(BEGIN_NAME))
     return head.startswith(MAGIC) and head.endswith(BEGIN_NAME)
 

@@ -24,6 +24,8 @@ from m4e_fmi.cosim.ssp.names import (
 from m4e_fmi.cosim.ssp.package import Element, Package, check, parse
 from m4e_fmi.cosim.ssp.units import Definition, quantity, read_units, unit_named
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.files_read import TooLongError, read_bytes
+from m4e_fmi.files.limits import LARGEST_XML
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import Quantity
 
@@ -84,8 +86,8 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
     """The values of an SSV file by name; InputError with all that is wrong with it."""
     path = Path(path)
     try:
-        content = path.read_bytes()
-    except OSError as error:
+        content = read_bytes(path, largest=LARGEST_XML)
+    except (OSError, TooLongError) as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
     root = parse(content, str(path), SSV)
     return {parameter.name: parameter.value for parameter in _parameters(root, {})}

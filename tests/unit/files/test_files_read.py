@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim.checkpoint.container import read_checkpoint
+from m4e_fmi.cosim.ssp import read_parameter_set
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.csv_columns import read_columns
@@ -23,6 +24,7 @@ from m4e_fmi.files.files_read import (
 )
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.results.results_file import load
+from m4e_fmi.results.rows_again import rows_again
 
 
 def test_a_file_is_read_up_to_the_limit_and_not_a_byte_beyond(tmp_path: Path) -> None:
@@ -66,7 +68,9 @@ READERS: dict[str, Callable[[Path], object]] = {
     "t.csv": lambda path: read_columns(path, [0]),
     "f.fmu": check_archive,
     "s.ssp": Package,
+    "p.ssv": read_parameter_set,
     "r.nc": load,
+    "again.nc": lambda path: list(rows_again(path, (), 1, int)),
     "r.nc.checkpoint": read_checkpoint,
 }
 
@@ -77,3 +81,10 @@ def test_a_pipe_in_place_of_a_file_is_named(name: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / name)
     with pytest.raises(InputError, match=rf"{name}: .*is a pipe"):
         READERS[name](tmp_path / name)
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a device without end")
+def test_parameters_are_read_up_to_a_limit(tmp_path: Path) -> None:
+    (tmp_path / "p.ssv").symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=r"p.ssv: cannot be read: is longer than 50 MB"):
+        read_parameter_set(tmp_path / "p.ssv")
