@@ -35,6 +35,7 @@ LARGEST_MESH = 300 * MB
 LARGEST_PROGRAM = 1_000 * MB
 LARGEST_CHECKPOINT = 4_000 * MB
 LARGEST_CHECKPOINT_TEXT = 250 * MB
+MOST_RESULTS = 2_000_000_000
 
 LARGEST_BITS = 1023
 
@@ -86,6 +87,8 @@ LIMITS = (
           "that of a ring of 200 FMUs has 2 MB; states of some FMUs are large"),
     Limit("checkpoint", "size without arrays and states of FMUs", LARGEST_CHECKPOINT_TEXT, "bytes",
           "that of a ring of 200 FMUs has 0.1 MB"),
+    Limit("results", "values", MOST_RESULTS, "",
+          "a day of 100 rows a second of 100 variables has 900,000,000"),
     Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
     Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
 )  # fmt: skip

@@ -23,7 +23,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Named, is_other
 from m4e_fmi.files.writing import check_suffix, netcdf, written
 from m4e_fmi.results.recorded import recorded_as
-from m4e_fmi.results.row_file import is_row_file, read_rows
+from m4e_fmi.results.row_file import SMALLER, check_size, is_row_file, read_rows
 from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
 from m4e_fmi.results.series import Series
 from m4e_fmi.shown import listing, span
@@ -91,7 +91,8 @@ def load(path: str | Path) -> Results:
     """The results in a file that a run or a simulation has written.
 
     Of a run that goes on or was killed: all rows that had reached the disk, each of them complete.
-    InputError for a file that is not there, empty, damaged, of another kind or of a newer form.
+    InputError for a file that is not there, empty, damaged, too large, of another kind or of a
+    newer form.
     """
     path = Path(path)
     if not path.is_file():
@@ -114,10 +115,10 @@ def load(path: str | Path) -> Results:
             return _of_netcdf(path)
     except (OSError, RuntimeError) as error:
         said = f": {error}"
-    except MemoryError:
-        said = ": it has more rows than memory holds"
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         said = f": {error}" if type(error) is ValueError else ""
+    except MemoryError:
+        raise InputError.single("takes more memory than there is", SMALLER, str(path)) from None
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
     raise InputError.single(message, remedy, str(path))
 
@@ -158,7 +159,7 @@ def _of_rows(path: Path) -> Results:
         series = Series(name, column.unit, column.long_name, one.values(values), one)
         components.setdefault(component, {})[name] = series
     told = {name: str(value) for name, value in attributes.items()}
-    return Results(path, variables[0][1], components, told)
+    return Results(path, _increasing(variables[0][1]), components, told)
 
 
 def _of_netcdf(path: Path) -> Results:
@@ -168,18 +169,40 @@ def _of_netcdf(path: Path) -> Results:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         _check_format(path, attributes)
-        if "time" not in file.variables:
-            message = "is netCDF, but not results: it has no variable `time`"
-            raise InputError.single(message, WRITTEN, str(path))
-        if others := [name for name in file.variables if name != "time"]:
-            message = f"is netCDF, but not results: variable {others[0]!r} is of no component"
-            raise InputError.single(message, WRITTEN, str(path))
+        if strange := _strange(file):
+            raise InputError.single(f"is netCDF, but not results: {strange}", WRITTEN, str(path))
+        columns = sum(len(group.variables) for group in (file, *file.groups.values()))
+        check_size(path, file["time"].size, columns)
+        time = _increasing(file["time"][:])
         components = {
             component: {name: _series(variable) for name, variable in group.variables.items()}
             for component, group in file.groups.items()
         }
         told = {name: str(value) for name, value in attributes.items()}
-        return Results(path, file["time"][:], components, told)
+        return Results(path, time, components, told)
+
+
+def _strange(file: Any) -> str:
+    """What a netCDF-4 file has or lacks, unlike those of `write_netcdf`; empty if nothing."""
+    if "time" not in file.variables:
+        return "it has no variable `time`"
+    if FORMAT not in file.ncattrs() and not file.groups:
+        return f"it has no attribute `{FORMAT}`, and no groups"
+    for group in (file, *file.groups.values()):
+        place = "at its root" if group is file else f"in {group.name!r}"
+        if group is not file and group.groups:
+            return f"it has groups {place}"
+        for name, variable in group.variables.items():
+            if (group is file and name != "time") or variable.shape != file["time"].shape:
+                return f"it has the variable {name!r}, of shape {variable.shape}, {place}"
+    return "" if file["time"].ndim == 1 else "its `time` has no dimension, or several"
+
+
+def _increasing(time: np.ndarray) -> np.ndarray:
+    """`time` (n,) [s]; ValueError unless it is finite and increases."""
+    if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
+        raise ValueError("its times do not increase, or are not finite")
+    return time
 
 
 def _series(variable: Any) -> Series:

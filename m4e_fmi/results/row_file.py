@@ -24,6 +24,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.files_read import opened
+from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import part_prefix
 from m4e_fmi.results.row_header import (
     BEGIN_AT,
@@ -46,6 +47,8 @@ from m4e_fmi.results.row_header import (
 
 READ = 2**24
 """Bytes of rows that are read at once, about."""
+SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
+"""Remedy for a file with more values than are read at once."""
 
 
 class RowFile:
@@ -194,7 +197,7 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
 
     Each variable is a Column, with its full name, and its values in all complete rows. Cells are
     given as the values that they stand for, as by `Recorded.stored`. InputError if the file is cut
-    off.
+    off, or has more values than are read.
     """
     with path.open("rb", buffering=0) as file:
         begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")
@@ -202,6 +205,7 @@ def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.n
         count, attributes, columns, kinds = Header(bytes(_read(file, 0, begin))).content()
         row = np.dtype([(f"_{k}", f">{kind}", (1,)) for k, kind in enumerate(kinds)])
         _check_length(path, file, begin + count * row.itemsize)
+        check_size(path, count, len(columns))
         values = [np.empty(count, kind) for kind in kinds]
         first = 0
         for parts in _blocks(file, row, begin, count):
@@ -240,6 +244,13 @@ def leading_rows(path: Path, sections: Sequence[Section], count: int) -> Iterato
         row = _row(sections)
         _check_length(path, file, begin + count * row.itemsize)
         yield from _blocks(file, row, begin, count)
+
+
+def check_size(path: Path, count: int, columns: int) -> None:
+    """InputError if so many rows of so many columns are not read."""
+    if count * columns > MOST_RESULTS:
+        message = f"has {count} rows of {columns} values; {MOST_RESULTS:,} values are read at most"
+        raise InputError.single(message, SMALLER, str(path))
 
 
 def _check_length(path: Path, file: FileIO, length: int) -> None:

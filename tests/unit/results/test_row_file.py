@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import random
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -115,12 +118,12 @@ def test_a_write_that_breaks_off_anywhere_leaves_complete_rows(
     assert seen == {0, 2, 40, 50, 60, 70, ROWS}
 
 
-def old_file(path: Path, **attributes: Any) -> None:
+def old_file(path: Path, times: Sequence[float] = (0.0, 1.0), **attributes: Any) -> None:
     """As m4e_fmi wrote them before they had a number."""
     with Dataset(path, "w") as file:
         file.setncatts({"title": "old", **attributes})
         file.createDimension("time", None)
-        file.createVariable("time", "f8", ("time",))[:] = [0.0, 1.0]
+        file.createVariable("time", "f8", ("time",))[:] = times
         variable = file.createGroup("body").createVariable("x", "f8", ("time",))
         variable.setncatts({"units": "m", "long_name": ""})
         variable[:] = [2.0, 3.0]
@@ -129,6 +132,101 @@ def old_file(path: Path, **attributes: Any) -> None:
 def test_older_files_are_read(tmp_path: Path) -> None:
     old_file(tmp_path / "r.nc")
     assert load(tmp_path / "r.nc")["body.x"].values.tolist() == [2.0, 3.0]
+
+
+def variable_at_the_root(file: Dataset) -> None:
+    file.createVariable("T", "f8", ("time",))[:] = [1.0, 2.0]
+
+
+def wider_variable(file: Dataset) -> None:
+    file.createDimension("point", 3)
+    file["body"].createVariable("T", "f8", ("time", "point"))
+
+
+def other_times(file: Dataset) -> None:
+    file["body"].createDimension("time", 3)
+    file["body"].createVariable("T", "f8", ("time",))
+
+
+def group_in_a_group(file: Dataset) -> None:
+    file["body"].createGroup("arm")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (variable_at_the_root, r"it has the variable 'T', of shape \(2,\), at its root"),
+        (wider_variable, r"it has the variable 'T', of shape \(2, 3\), in 'body'"),
+        (other_times, r"it has the variable '.', of shape \(3,\), in 'body'"),
+        (group_in_a_group, "it has groups in 'body'"),
+    ],
+)
+def test_netcdf_of_others_is_refused(
+    change: Callable[[Dataset], None], message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.nc"
+    old_file(path)
+    with Dataset(path, "a") as file:
+        change(file)
+    with pytest.raises(InputError, match=rf"r\.nc: is netCDF, but not results: {message}\n +give"):
+        load(path)
+
+
+@pytest.mark.parametrize("times", [(1.0, 1.0), (1.0, 0.0), (0.0, np.nan), (0.0, np.inf)])
+@pytest.mark.parametrize("form", ["netcdf", "rows"])
+def test_times_that_do_not_increase_are_refused(
+    form: str, times: tuple[float, float], tmp_path: Path
+) -> None:
+    path = tmp_path / "r.nc"
+    if form == "netcdf":
+        old_file(path, times)
+    else:
+        file = RowFile(path, (), {})
+        file.append(0, [np.array(times)[:, np.newaxis]])
+        file.close()
+    with pytest.raises(InputError, match=r"damaged: its times do not increase, or are not finite"):
+        load(path)
+
+
+def packed(path: Path, count: int) -> None:
+    """A small file of two variables of so many values."""
+    with Dataset(path, "w") as file:
+        file.setncatts({FORMAT: FORMAT_NUMBER})
+        file.createDimension("time", count)
+        file.createVariable("time", "f8", ("time",), compression="zlib")
+        file.createGroup("a").createVariable("x", "f8", ("time",), compression="zlib")
+
+
+def test_more_values_than_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "r.nc"
+    packed(path, 10**11)
+    message = r"r\.nc: has 100000000000 rows of 2 values; 2,000,000,000 values are read at most\n"
+    with pytest.raises(InputError, match=message):
+        load(path)
+    rows_of(path)
+    monkeypatch.setattr("m4e_fmi.results.row_file.MOST_RESULTS", 10)
+    with pytest.raises(InputError, match=r"rows of \d values; 10 values are read at most\n"):
+        load(path)
+
+
+SMALL_MEMORY = """
+import resource, sys
+from m4e_fmi import load
+resource.setrlimit(resource.RLIMIT_AS, (2**32, 2**32))
+try:
+    load(sys.argv[1])
+except Exception as error:
+    print(type(error).__name__, error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory")
+def test_more_values_than_there_is_memory(tmp_path: Path) -> None:
+    path = tmp_path / "r.nc"
+    packed(path, 999_000_000)
+    command = [sys.executable, "-c", SMALL_MEMORY, str(path)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert told.startswith(f"InputError {path}: takes more memory than there is\n      read parts")
 
 
 def rows_of(path: Path, **attributes: int) -> None:
@@ -150,7 +248,7 @@ def cut(path: Path, part: float) -> None:
 
 
 def test_files_that_are_no_results(tmp_path: Path) -> None:
-    whole, rows, text, empty, other = (tmp_path / f"{name}.nc" for name in "wrteo")
+    whole, rows, text, empty, other, foreign = (tmp_path / f"{name}.nc" for name in "wrteof")
     old_file(whole)
     cut(whole, 0.7)
     rows_of(rows)
@@ -164,12 +262,9 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
     noise.write_bytes(b"\xff\x00\x01")
     with Dataset(other, "w") as file:
         file.createDimension("time", 3)
-    foreign, endless = tmp_path / "f.nc", tmp_path / "l.nc"
-    for file_path, count, name in ((foreign, 3, "T"), (endless, 10**14, "")):
-        with Dataset(file_path, "w") as file:
-            file.createDimension("time", count)
-            for variable in filter(None, ("time", name)):
-                file.createVariable(variable, "f8", ("time",), chunksizes=(3,))
+    with Dataset(foreign, "w") as file:
+        file.createDimension("time", 3)
+        file.createVariable("time", "f8", ("time",))[:] = [0.0, 1.0, 2.0]
     for path, message in (
         (whole, r"w\.nc: is cut off or damaged: .*\n +copy it again"),
         (rows, r"r\.nc: is cut off: it has \d+ bytes of \d+\n +copy it again"),
@@ -184,8 +279,7 @@ def test_files_that_are_no_results(tmp_path: Path) -> None:
         (noise, r"x\.bin: .* but data of a kind that is not known here"),
         (empty, r"e\.nc: is empty"),
         (other, r"o\.nc: is netCDF, but not results: it has no variable `time`"),
-        (foreign, r"f\.nc: is netCDF, but not results: variable 'T' is of no component"),
-        (endless, r"l\.nc: is cut off or damaged: it has more rows than memory holds"),
+        (foreign, r"f\.nc: is netCDF, .*: it has no attribute `m4e_fmi_format`, and no groups"),
         (tmp_path / "none.nc", r"none\.nc: no such file"),
         (tmp_path, "is a folder, not a file of results"),
     ):
