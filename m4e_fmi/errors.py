@@ -45,13 +45,13 @@ class Problem:
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
-        lines = [f"{place}: {self.message}" if place else self.message]
+        lines = [_indented(f"{place}: {self.message}" if place else self.message)]
         if self.source:
             gutter = f"{self.line:>5}"
             lines.append(f"{gutter} | {self.source}")
             lines.append(f"{'':>5} | {' ' * (self.column - 1)}{'^' * max(1, self.width)}")
         if self.remedy:
-            lines.append(f"      {self.remedy}")
+            lines.append(f"      {_indented(self.remedy)}")
         return "\n".join(lines)
 
 
@@ -114,7 +114,12 @@ class RunError(M4eError):
     def __init__(self, message: str, remedy: str = "") -> None:
         self.message = message
         self.remedy = remedy
-        super().__init__(f"{message}\n      {remedy}" if remedy else message)
+        super().__init__(_indented(f"{message}\n{remedy}" if remedy else message))
+
+
+def _indented(text: str) -> str:
+    """`text` whose further lines are indented: of what it quotes, none looks like one of ours."""
+    return text.replace("\n", "\n      ")
 
 
 def unknown_names(

@@ -21,13 +21,20 @@ Kind = TypeVar("Kind")
 _ACTING = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line feed
     "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # direction of writing
-    "\u2028\u2029\ufeff\ud800-\udfff\U000e0000-\U000e007f]"  # lines, marks, halves, tags
+    "\u180e\u200b\u2060-\u2064\ufeff\ufff9-\ufffb\U000e0000-\U000e007f"  # of no width
+    "\u2028\u2029\ud800-\udfff]"  # ends of lines, halves
 )
+_LINE_END = re.compile(r"\s*[\n\t]\s*")
 
 
 def cleaned(text: str) -> str:
     """`text` with U+FFFD in place of each character that acts on a terminal or hides others."""
     return _ACTING.sub("\ufffd", text)
+
+
+def one_line(text: str) -> str:
+    """`text`, cleaned, with a blank in place of ends of lines and tabs."""
+    return _LINE_END.sub(" ", cleaned(text)).strip()
 
 
 class _Short(reprlib.Repr):

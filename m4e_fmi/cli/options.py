@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -137,12 +138,13 @@ def load_system(path: Path) -> System:
 
     system = cosim.load_system(path)
     for note in system.notes:
-        print(f"{path}: {note}", file=sys.stderr)
+        print(one_line(f"{path}: {note}"), file=sys.stderr)
     return system
 
 
 def say(text: str) -> None:
     """Print a line; one that counts ("… 3 of 40") overwrites itself on a terminal."""
+    text = one_line(text)
     counting = re.search(r"(\d+) of (\d+)$", text)
     if counting and sys.stdout.isatty():
         last = counting[1] == counting[2]

@@ -42,7 +42,7 @@ from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestio
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
 
-_NAME = re.compile(r"[A-Za-z_]\w*$")
+_NAME = re.compile(r"^[A-Za-z_]\w*$")
 
 BusName = Annotated[str, StringConstraints(pattern=_NAME.pattern)]
 SignalName = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")]
@@ -298,7 +298,7 @@ def _read_component(
 ) -> Component | None:
     """The component at `at` with its valid parts; adds to `problems`."""
     name = str(at[-1])
-    if not _NAME.match(name):
+    if not _NAME.fullmatch(name):
         remedy = "use letters, digits and _, not starting with a digit"
         problems.append(document.problem(at, f"component name {name!r}", remedy))
     given = [key for key in ("model", "kind", "fmu") if key in keys]

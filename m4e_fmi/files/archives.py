@@ -82,6 +82,8 @@ def _wrong_name(name: str) -> Iterator[tuple[str, str]]:
         yield f"holds a name of {len(name)} characters", "give its files shorter names"
     if len(parts) > DEEPEST_FOLDER:
         yield f"holds folders {len(parts)} levels deep; {DEEPEST_FOLDER} are taken", _DISTRUST
+    if name.splitlines() != [name]:
+        yield f"holds {name!r}, a name with an end of line in it", _DISTRUST
     if ":" in name or name.startswith("/") or ".." in parts:
         yield f"holds {name!r}, which leads out of its folder", _DISTRUST
     if sys.platform == "win32" and any(map(is_device, parts)):

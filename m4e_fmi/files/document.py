@@ -21,6 +21,7 @@ from m4e_fmi.files.limits import LARGEST_YAML
 from m4e_fmi.files.section_errors import complaints, found_at
 from m4e_fmi.files.sections import Location, Section, SectionType, rejected
 from m4e_fmi.files.yaml_tree import Place, Places, problem_at, read_yaml
+from m4e_fmi.shown import one_line
 
 __all__ = ["Document", "Location", "Section", "SectionType", "rejected"]
 
@@ -63,7 +64,10 @@ class Document:
     def parse(cls, text: str, path: str | Path = "<text>") -> Document:
         """Like `load`, from text; `path` is named in messages."""
         path = Path(path)
-        return cls(path, text, *read_yaml(text, path))
+        data, places = read_yaml(text, path)
+        if isinstance(name := data.get("name"), str):
+            data["name"] = one_line(name)
+        return cls(path, text, data, places)
 
     def validate(
         self,

@@ -6,6 +6,7 @@ the parser, whatever the encoding; so are depth and number of elements.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 from xml.parsers import expat
 
@@ -16,6 +17,8 @@ from m4e_fmi.files.limits import DEEPEST_XML, LARGEST_XML, MB, MOST_ELEMENTS
 
 Element = Any
 """An lxml element."""
+_NAMES = ("name", "modelName", "modelIdentifier", "unit", "displayUnit", "quantity", "declaredType")
+"""Attributes of FMI and SSP that are names."""
 
 
 class _RefusedError(Exception):
@@ -61,6 +64,15 @@ def check_xml(content: bytes, file: str) -> None:
         if _is_read(content):  # by a parser that knows more encodings, in which it was not checked
             message = "is XML in an encoding that is not read here"
             raise InputError.single(message, "save it as UTF-8", file) from None
+
+
+def broken_names(root: Element) -> Iterator[tuple[int, str]]:
+    """Line and message for each name in which a line ends: it could be taken for words of ours."""
+    for element in root.iter(etree.Element):
+        for key in _NAMES:
+            name = element.get(key, "")
+            if name and name.splitlines() != [name]:
+                yield element.sourceline, f"the {key} {name!r} has an end of line in it"
 
 
 def check_size(size: int, file: str) -> None:

@@ -15,7 +15,7 @@ from typing import Protocol
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.comparison import differences
 from m4e_fmi.program.tape import Scalar, Tape
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import listing, one_line
 
 TIME = "time"
 
@@ -145,11 +145,11 @@ class Program:
         return replace(self, **groups)
 
     def __str__(self) -> str:
-        lines = [f"program {self.name}: {self.description}", self._size()]
+        lines = [f"program {self.name}: {one_line(self.description)}", self._size()]
         for title in ("parameters", "inputs", "states", "outputs", "calculated"):
             variables: tuple[Variable, ...] = getattr(self, title)
             lines.append(f"{title} ({len(variables)})")
-            lines += [f"  {v.name} [{v.unit}] {v.description}" for v in variables]
+            lines += [f"  {v.name} [{v.unit}] {one_line(v.description)}" for v in variables]
         return "\n".join(lines)
 
     def _size(self) -> str:

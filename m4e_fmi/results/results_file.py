@@ -183,7 +183,7 @@ def _of_netcdf(path: Path) -> Results:
 
 
 def _strange(file: Any) -> str:
-    """What a netCDF-4 file has or lacks, unlike those of `write_netcdf`; empty if nothing."""
+    """The first difference of a netCDF-4 file from those of `write_netcdf`; empty if none."""
     if "time" not in file.variables:
         return "it has no variable `time`"
     if FORMAT not in file.ncattrs() and not file.groups:

@@ -20,7 +20,7 @@ from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.files_read import file_hash
 from m4e_fmi.files.limits import MB
 from m4e_fmi.files.writing import written
-from m4e_fmi.files.xml_text import Element, check_size, xml_root
+from m4e_fmi.files.xml_text import Element, broken_names, check_size, xml_root
 
 SUFFIX = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
@@ -108,6 +108,8 @@ def check(root: Element, file: str, namespace: str) -> None:
     if version and not version.startswith("1."):
         message = f"is SSP {version}; SSP 1.0 is read here"
         raise InputError([Problem(message, "export it as SSP 1.0", file, root.sourceline or 0)])
+    if found := list(broken_names(root)):
+        raise InputError(Problem(message, "", file, line) for line, message in found)
     schema = _schema(namespace)
     if not schema.validate(root):
         raise InputError(

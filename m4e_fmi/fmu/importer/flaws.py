@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import starmap
 from typing import Any
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+
+from m4e_fmi.files.xml_text import broken_names
 
 Element = Any
 """An lxml element."""
@@ -54,7 +57,7 @@ def flaws(text: bytes) -> list[Flaw]:
     version = root.get("fmiVersion") or ""
     if not version:
         return [Flaw(root.sourceline, "fmiModelDescription has no fmiVersion")]
-    found = [*_missing(root, version), *_numbers(root), *_names(root)]
+    found = [*_missing(root, version), *_numbers(root), *starmap(Flaw, broken_names(root))]
     return found or list(_references(root, version))
 
 
@@ -95,15 +98,6 @@ def _numbers(element: Element) -> Iterator[Flaw]:
             yield Flaw(element.sourceline, message, known=True)
     for child in element:
         yield from _numbers(child)
-
-
-def _names(root: Element) -> Iterator[Flaw]:
-    """Names in which a line ends: they could be taken for words of others."""
-    for element in root.iter(etree.Element):
-        for key in ("name", "modelName", "modelIdentifier"):
-            name = element.get(key, "")
-            if name and name.splitlines() != [name]:
-                yield Flaw(element.sourceline, f"the {key} {name!r} has an end of line in it")
 
 
 def _of_start(element: Element) -> Callable[[str], object] | None:

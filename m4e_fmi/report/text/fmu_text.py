@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from m4e_fmi.shown import one_line
+
 ORDER = (
     "structuralParameter",
     "parameter",
@@ -57,7 +59,7 @@ def _line(variable: dict[str, Any], needs: dict[str, list[str] | None]) -> str:
     unit = variable.get("unit", "-") if kind in REALS else kind
     if "items" in variable:
         unit += f" ({', '.join(variable['items'])})"
-    line = f"  {name:<32} {unit:<10} {variable.get('description', '')}"
+    line = f"  {name:<32} {unit:<10} {one_line(variable.get('description', ''))}"
     through = needs.get(name, [])
     if through is None:
         return f"{line}  ← ?"

@@ -15,6 +15,7 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.expression import Expression, ExpressionError, Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, topology
+from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
     import sympy
@@ -64,7 +65,10 @@ def model_tables(model: Model, *, latex: bool = False) -> str:
 def model_listings(model: Model, *, latex: bool = False) -> list[Listing]:
     """Tables of bodies, joints, points, loads and parameters, cells as text or as LaTeX."""
     show: Show = _latex_quantity if latex else _quantity
-    word: Show = (lambda text: str(text).translate(LATEX)) if latex else str
+
+    def word(text: object) -> str:
+        return one_line(str(text)).translate(LATEX if latex else {})
+
     tree = topology(model)
     return [
         _bodies(model, tree, show, word),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
+from m4e_fmi.shown import one_line
+
 if TYPE_CHECKING:
     from m4e_fmi.fmu import Finding, Group, Report
 
@@ -30,7 +32,7 @@ def validation_text(report: Report) -> str:
         lines += ["", *_block(finding)]
     if notes:
         lines.append("")
-    lines += [f"note {f.id}: {f.message}" for f in report.of_severity("note")]
+    lines += [f"note {f.id}: {one_line(f.message)}" for f in report.of_severity("note")]
     return "\n".join(lines)
 
 
@@ -40,7 +42,7 @@ def _count(number: int, noun: str) -> str:
 
 def _outcome(group: Group) -> str:
     if group.skipped:
-        return f"- {group.skipped}"
+        return f"- {one_line(group.skipped)}"
     found = [
         _count(group.count(severity), severity)
         for severity in ("error", "warning")
@@ -57,5 +59,5 @@ def _block(finding: Finding) -> list[str]:
         lines += textwrap.wrap(
             finding.basis, _WIDTH, initial_indent="  → ", subsequent_indent="    "
         )
-    lines += [f"  the FMU: {text}" for text in finding.words]
+    lines += [f"  the FMU: {one_line(text)}" for text in finding.words]
     return lines

@@ -1,0 +1,146 @@
+"""Texts of files from elsewhere in the output: none begins a line, none hides another.
+
+Each file here holds texts with "\\nerror: forged", which would look like a line of the output.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from support.forged import forge
+from support.packages import component, description, package
+
+from m4e_fmi.cli import main
+from m4e_fmi.cosim.checkpoint.container import checkpoint_of
+from m4e_fmi.shown import cleaned, one_line
+
+Fmus = Callable[[str], Path]
+XML = "modelDescription.xml"
+MODEL = """\
+name: "a\\nerror: forged"
+description: "b\\nerror: forged"
+bodies: {a: {mass: 2, inertia: 0.1, description: "c\\nerror: forged"}}
+joints: {j: {type: prismatic, child: a, direction: [1, 0]}}
+"""
+SYSTEM = """\
+name: "a\\nerror: forged"
+components: {{{name}: {{fmu: {fmu}}}}}
+simulation: {{stop_time: 2, step_size: 0.1}}
+"""
+
+
+@pytest.fixture
+def lines(capsys: pytest.CaptureFixture[str]) -> Callable[..., list[str]]:
+    """Runs a command that ends with the exit code `code`; gives the lines of its output."""
+
+    def run(code: int, *arguments: str | Path) -> list[str]:
+        assert main([str(one) for one in arguments]) == code
+        printed = "".join(capsys.readouterr())
+        assert "forged" in printed
+        return printed.splitlines()
+
+    return run
+
+
+def forged(lines: list[str]) -> list[str]:
+    return [line for line in lines if line.startswith(("error: forged", "forged"))]
+
+
+@pytest.mark.parametrize("command", [("info",), ("equations",), ("simulate", "--stop-time", "1")])
+def test_models(
+    command: tuple[str, ...], lines: Callable[..., list[str]], tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Path("a.yaml").write_text(MODEL)
+    assert not forged(lines(0, command[0], "a.yaml", *command[1:]))
+
+
+@pytest.mark.parametrize(
+    ("name", "fmu", "code"),
+    [("a", "F.fmu", 0), ("a", '"x\\nerror: forged.fmu"', 2), ('"a\\nerror: forged"', "F.fmu", 2)],
+)
+def test_systems(
+    name: str, fmu: str, code: int, lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    text = SYSTEM.format(name=name, fmu=fmu.replace("F.fmu", str(c_fmu("mass"))))
+    Path("s.yaml").write_text(text)
+    assert not forged(lines(code, "run", "s.yaml"))
+
+
+def with_text(fmu: Path, path: Path, old: str, new: str, **more: str) -> Path:
+    """A copy of an FMU at `path` with another description, and `more` files."""
+    with zipfile.ZipFile(fmu) as archive:
+        content = {name: archive.read(name).decode("latin-1") for name in archive.namelist()}
+    assert old in content[XML]
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in (content | {XML: content[XML].replace(old, new, 1)} | more).items():
+            archive.writestr(name, data.encode("latin-1"))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code"),
+    [
+        ('description="', 'description="a&#10;error: forged ', 0),
+        ('unit="', 'unit="a&#10;error: forged ', 2),
+        ('modelName="', 'modelName="a&#10;error: forged ', 2),
+        ('valueReference="', 'valueReference="a&#10;error: forged ', 2),
+    ],
+)
+def test_fmus(
+    old: str, new: str, code: int, lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path
+) -> None:
+    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", old, new)
+    assert not forged(lines(code, "info", path))
+
+
+def test_a_note_of_a_validation(
+    lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path
+) -> None:
+    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", 'unit="', 'unit="a&#10;error: forged ')
+    assert not forged(lines(1, "validate", path, "--only", "description"))
+
+
+def test_names_in_an_archive(lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path) -> None:
+    more = {"binaries/x\nforged/a.so": ""}
+    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", "", "", **more)
+    assert not forged(lines(2, "info", path))
+
+
+@pytest.mark.parametrize("attribute", ['name="u"', 'kind="input"'])
+def test_packages(
+    attribute: str, lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path
+) -> None:
+    part = component("a", "s.fmu", "input u Real")
+    assert attribute in part
+    part = part.replace(attribute, attribute[:6] + "a&#10;error: forged" + '"')
+    ssd = description(f"<ssd:Elements>{part}</ssd:Elements>")
+    path = package(tmp_path / "s.ssp", ssd, {"resources/s.fmu": c_fmu("stage")})
+    found = lines(2, "run", path)
+    assert not forged(found)
+    assert "end of line" in found[0] or "kind" in attribute
+
+
+def test_checkpoints(
+    lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("s.yaml").write_text(SYSTEM.format(name="a", fmu=c_fmu("mass")))
+    for field in (b'"without":"', b'"recorded variables of a","'):
+        lines(0, "run", "s.yaml", "--checkpoint-interval", "1", "--output-file", "r.nc")
+        forge(checkpoint_of("r.nc"), field, field + b"a\\nerror: forged ")
+        code = 0 if b"without" in field else 2
+        resumed = ("run", "s.yaml", "--resume", "--stop-time", "3", "--output-file", "r.nc")
+        assert not forged(lines(code, *resumed))
+
+
+def test_characters_of_no_width_are_shown() -> None:
+    assert cleaned("a\u200bb\u2060c\ufffad") == "a\ufffdb\ufffdc\ufffdd"
+    assert cleaned("نمی\u200cخواهم") == "نمی\u200cخواهم"  # it separates letters
+    assert one_line("a \n\tb\tc\u2028d\r\n") == "a b c\ufffdd\ufffd"
