@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -109,3 +110,8 @@ class Head:
     exchanged: Exchanged
     without: str
     real_time: str
+
+    def check(self) -> None:
+        """ValueError if the times cannot be those of a run."""
+        if not (math.isfinite(self.time) and self.last <= self.time):
+            raise ValueError(f"results up to t = {self.last} s, and a state at t = {self.time} s")

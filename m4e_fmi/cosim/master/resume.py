@@ -97,6 +97,8 @@ class Resumed:
         live = {"master": master, "spans_of": Spans(master.network)}
         saved = self._parts.part(SAVED, Saved, live)
         try:
+            if saved.state.time != self.head.time:
+                raise ValueError(f"a state of t = {saved.state.time:.9g} s")
             deserialize(master.network, saved)
             master.restore(saved.state)
             master.remember(saved.memory, self.warn)

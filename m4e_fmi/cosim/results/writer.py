@@ -138,7 +138,8 @@ class ResultsWriter:
         with self._errors():
             for block in rows_again(begun.path, self._sections, begun.rows, self._texts.place):
                 self._file.append(self._file.count, block)
-            if not block or digest_of([part[-1:] for part in block]) != begun.digest:
+            last = [part[-1:] for part in block]
+            if not last or digest_of(last) != begun.digest or last[0].item() != begun.last:
                 message = f"row {begun.rows} is not the one that the checkpoint was taken after"
                 raise InputError.single(message, "run again from the start", str(begun.path))
             self._file.keep_texts(self._texts)

@@ -211,6 +211,10 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
         (b'"most":', b'"must":'),
         (b'"class":"EnergySnapshot","sums"', b'"class":"LoopSnapshot","sums"  '),
         (b'"fmu_states":[[3,', b'"fmu_states":[[7,'),
+        (b'"time":2.0,"steps"', b'"time":NaN,"steps"'),
+        (b'"time":2.0,"steps"', b'"time":Infinity,"steps"'),
+        (b'"time":2.0,"steps"', b'"time":2.5,"steps"'),
+        (b'"last":2.0,"digest"', b'"last":NaN,"digest"'),
     ],
 )
 def test_a_forged_state_is_refused(c_fmu: Fmus, tmp_path: Path, old: bytes, new: bytes) -> None:
@@ -219,4 +223,13 @@ def test_a_forged_state_is_refused(c_fmu: Fmus, tmp_path: Path, old: bytes, new:
     run(whole, results=file)
     forge(checkpoint_of(file), old, new)
     with pytest.raises(InputError, match="is damaged"):
+        run(whole.changed(stop_time=3.0), results=file, resume=True)
+
+
+def test_a_forged_time_of_the_last_row_is_refused(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "results.nc"
+    whole = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))
+    run(whole, results=file)
+    forge(checkpoint_of(file), b'"last":2.0,"digest"', b'"last":-5,"digest"')
+    with pytest.raises(InputError, match="row 201 is not the one that the checkpoint was taken"):
         run(whole, results=file, resume=True)
