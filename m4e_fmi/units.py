@@ -91,6 +91,7 @@ _BARE = {"kg", "min", "h", "kn", "%"}
 """Units that take no prefix."""
 KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"
 """All units and prefixes, for messages."""
+TOO_LARGE = "the number is too large: write one below 1.8e308, in SI units"
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,12 @@ class Quantity:
 
     def __str__(self) -> str:
         return f"{self.value:g} {self.unit.text}"
+
+    @property
+    def si_number(self) -> str:
+        """The number in SI units, in 12 digits; empty if that is not finite."""
+        number = self.value * self.unit.factor
+        return f"{number:.12g}" if math.isfinite(number) else ""
 
     def in_unit(self, unit: Unit, offset: float = 0.0) -> float:
         """The number in `unit`; ValueError if that is of another dimension."""

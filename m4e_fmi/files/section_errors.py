@@ -20,7 +20,7 @@ from m4e_fmi.files.sections import (
     tags_most_alike,
     types_at,
 )
-from m4e_fmi.units import parse_quantity
+from m4e_fmi.units import TOO_LARGE, parse_quantity
 
 _MOST_TAGS = 6
 _PLAIN_WORDS = {
@@ -203,9 +203,11 @@ def _number_instead(text: str) -> str:
         given = parse_quantity(text)
     except ValueError:
         return "write a number without quotes; expressions stand where their value is used"
+    number = given.si_number
+    if not number:
+        return TOO_LARGE
     if given.unit.text == "1":
         return "write a number without quotes"
-    number = f"{given.value * given.unit.factor:.12g}"
     return f"write {number}: numbers here are in SI units ({text} is {number} {given.unit.si_text})"
 
 

@@ -18,7 +18,7 @@ from m4e_fmi.model.expression import (
     UnknownFunctionError,
 )
 from m4e_fmi.model.quantity import as_expression
-from m4e_fmi.units import parse_quantity
+from m4e_fmi.units import TOO_LARGE, parse_quantity
 
 if TYPE_CHECKING:
     from types import SimpleNamespace
@@ -155,7 +155,8 @@ def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
         given = parse_quantity(text)
     except ValueError:
         return "allowed: numbers without a unit, names, + - * / **, functions"
-    number = f"{given.value * given.unit.factor:.12g}"
+    if not (number := given.si_number):
+        return TOO_LARGE
     parameter = f"{{value: {given.value:g}, unit: {given.unit.text}}}"
     return f"write {number}, which is SI, or the name of a parameter that is {parameter}"
 
