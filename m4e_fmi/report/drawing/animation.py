@@ -16,6 +16,7 @@ import numpy as np
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.model import Model
 from m4e_fmi.report.drawing.film import Film, film
+from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.parts import (
     SPACING,
     WIDTH,
@@ -205,7 +206,8 @@ def _stage(shown: Film) -> tuple[FigureCanvasAgg, Axes, Text]:
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axis.axis("off")
     heights = {"y": 1 - 0.2 / inches[1], "va": "center"}
-    figure.text(0.02, s=shown.scene.title, fontsize=11, fontweight="bold", color=INK, **heights)
+    title = shortened(shown.scene.title)
+    figure.text(0.02, s=title, fontsize=11, fontweight="bold", color=INK, **heights)
     clock = figure.text(0.98, s="", fontsize=10, ha="right", color=GREY, **heights)
     ground = ground_lines(shown.scene, shown.poses, shown.size)
     axis.add_collection(LineCollection(ground, colors=GREY, linewidths=0.9))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, unknown_names
+from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY
 from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
@@ -87,9 +88,9 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
         for axis in row:
             _fill(axis, time, panel)
         unit = f"[{panel.unit}]" if panel.unit else ""
-        row[0].set_ylabel("\n".join(filter(None, (panel.title, unit))))
+        row[0].set_ylabel("\n".join(filter(None, (shortened(panel.title), unit))))
         if panel.items:
-            row[0].set_yticks(list(panel.items.values()), list(panel.items))
+            row[0].set_yticks(list(panel.items.values()), list(map(shortened, panel.items)))
         row[0].legend(
             handles=_by_rows(row[0].get_lines()), loc="upper left", ncols=LEGEND_COLUMNS,
             fontsize=7, frameon=False, borderaxespad=0.1, handlelength=3,
@@ -108,7 +109,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
         axes[0][1].set_title(f"last {ZOOM:g} s", fontsize=9, loc="left", color="#5b6770")
     if len(time) > 1:
         axes[0][0].set_xlim(time[0], time[-1])
-    axes[0][0].set_title(title, fontsize=11, loc="left", fontweight="bold")
+    axes[0][0].set_title(shortened(title), fontsize=11, loc="left", fontweight="bold")
     return save(figure, picture)
 
 
@@ -129,7 +130,14 @@ def _fill(axis: Axes, time: np.ndarray, panel: Panel) -> None:
         drawn = "steps-post" if panel.steps else "default"
         marker = "." if len(time) == 1 else ""
         axis.plot(
-            time, curve, color=colour, lw=0.9, label=name, ls=style, drawstyle=drawn, marker=marker
+            time,
+            curve,
+            color=colour,
+            lw=0.9,
+            label=shortened(name),
+            ls=style,
+            drawstyle=drawn,
+            marker=marker,
         )
     axis.grid(color="#d8dde2", lw=0.5)
     axis.tick_params(labelsize=8)

@@ -10,6 +10,13 @@ import numpy as np
 Box = tuple[np.ndarray, np.ndarray]
 HALO = 2.4  # points of white around a name
 DISTANCES = (7.0, 13.0, 21.0, 25.0)  # points from the place to the name
+LONGEST = 40  # characters of a name that are drawn
+
+
+def shortened(name: str) -> str:
+    """`name` without its middle if it is longer than `LONGEST`: pictures have no room for it."""
+    half = LONGEST // 2 - 1
+    return name if len(name) <= LONGEST else f"{name[:half]}…{name[-half:]}"
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,7 @@ class Labels:
 
     def add(self, text: str, at: np.ndarray, colour: str, *, bold: bool = False) -> None:
         """Write `text` near `at` (2,) [m]."""
-        self.names.append(_Name(text, (float(at[0]), float(at[1])), colour, bold))
+        self.names.append(_Name(shortened(text), (float(at[0]), float(at[1])), colour, bold))
 
     def avoid(self, outline: np.ndarray) -> None:
         """Do not cover `outline` (n, 2) [m], if there is another place."""

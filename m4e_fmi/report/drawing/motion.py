@@ -13,6 +13,7 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.parts import colour_of, ground_lines, placed, ranks, tie_lines
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.scene import Scene, scene, start_values
@@ -50,8 +51,8 @@ def plot_phase(
         axis.plot(across, up, color=colour, lw=0.8)
         axis.plot(across[:1], up[:1], "o", ms=5, color=colour)
         axis.plot(across[-1:], up[-1:], "o", ms=5.5, mfc=PAPER, mec=colour)
-        axis.set_xlabel(f"{x} [{simulation.variables[x].unit}]", fontsize=8)
-        axis.set_ylabel(f"{y} [{simulation.variables[y].unit}]", fontsize=8)
+        axis.set_xlabel(f"{shortened(x)} [{simulation.variables[x].unit}]", fontsize=8)
+        axis.set_ylabel(f"{shortened(y)} [{simulation.variables[y].unit}]", fontsize=8)
         axis.grid(color=GRID, lw=0.6)
         axis.tick_params(labelsize=7, colors=GREY)
         for side in ("top", "right"):
@@ -98,7 +99,7 @@ def plot_modes(
         )
         _mode(axis, shown, moved, size)
         title = titles[k] if k < len(titles) else f"mode {k + 1}"
-        axis.set_title(title, fontsize=9, color=INK, loc="left")
+        axis.set_title(shortened(title), fontsize=9, color=INK, loc="left")
     return _saved(figure, model.name, picture)
 
 
@@ -174,5 +175,5 @@ def _grid(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
 
 
 def _saved(figure: Figure, title: str, picture: Path) -> Path:
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
+    figure.suptitle(shortened(title), x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
     return save(figure, picture, margin=0.1)

@@ -14,7 +14,7 @@ import numpy as np
 from m4e_fmi.model import Model
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing import symbols
-from m4e_fmi.report.drawing.labels import Labels
+from m4e_fmi.report.drawing.labels import Labels, shortened
 from m4e_fmi.report.drawing.parts import (
     colour_of,
     direction_of,
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LARGEST = (8.5, 7.0)  # inches
+MOST_LINES = 6  # of the description
 MOST_NAMES = 24  # bodies that are named; of more, only the numbers are written
 ICON, BOLDER = 2.0, 2.2  # inches; how much larger symbols are on an icon
 LEAST_RATIO = 0.62  # of the shorter to the longer side
@@ -97,10 +98,12 @@ def _limits(shown: Scene) -> tuple[np.ndarray, np.ndarray]:
 
 def _write_title(axis: Axes, shown: Scene, width: float) -> None:
     """The name, and the description in lines that fit `width` [inches]."""
-    lines = textwrap.wrap(shown.description, int(13 * width))
+    lines = textwrap.wrap(
+        shown.description, int(13 * width), max_lines=MOST_LINES, placeholder=" …"
+    )
     title = axis.set_title("\n".join(lines), fontsize=9, loc="left", color=GREY)
     axis.annotate(
-        shown.title, (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
+        shortened(shown.title), (0, 1), (0, 8 + 11.5 * len(lines)), xycoords=axis.transAxes,
         textcoords="offset points", fontsize=12, fontweight="bold", color=INK,
     )  # fmt: skip
     title.set_linespacing(1.25)

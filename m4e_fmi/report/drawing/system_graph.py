@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.report.drawing.labels import Box, covering
+from m4e_fmi.report.drawing.labels import Box, covering, shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
 
@@ -78,7 +78,9 @@ def system_figure(prepared: Prepared) -> Figure:
         _box(axis, prepared, name, place, looped=name in looped)
     _write_names(axis, names, places.values())
     _legend(axis, prepared, bool(looped))
-    axis.set_title(prepared.system.name, fontsize=12, fontweight="bold", color=INK, pad=12)
+    axis.set_title(
+        shortened(prepared.system.name), fontsize=12, fontweight="bold", color=INK, pad=12
+    )
     return figure
 
 
@@ -149,10 +151,10 @@ def _box(axis: Axes, prepared: Prepared, name: str, place: np.ndarray, *, looped
     if loose:
         below = f"{loose} input{'s' * (loose > 1)} unconnected"
     width = 9 if len(name) < 16 else 6.5
-    axis.text(place[0], place[1] + 0.09, name, ha="center", va="center", color=INK, fontsize=width,
-              fontweight="bold", zorder=5)  # fmt: skip
-    axis.text(place[0], place[1] - 0.14, below, ha="center", va="center", color=GREY, fontsize=6.5,
-              zorder=5)  # fmt: skip
+    axis.text(place[0], place[1] + 0.09, shortened(name), ha="center", va="center", color=INK,
+              fontsize=width, fontweight="bold", zorder=5)  # fmt: skip
+    axis.text(place[0], place[1] - 0.14, shortened(below), ha="center", va="center", color=GREY,
+              fontsize=6.5, zorder=5)  # fmt: skip
 
 
 def _arrow(
@@ -252,10 +254,10 @@ def _label(links: list[Link]) -> str:
         groups.setdefault(group, {}).setdefault(last if link.is_plain else f"{last} (converted)")
     lines = []
     for group, names in groups.items():
-        shown = list(names)
+        shown = list(map(shortened, names))
         if len(shown) > MOST_NAMES:
             shown = [*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more"]
-        lines.append(f"{group}: {', '.join(shown)}" if group else ", ".join(shown))
+        lines.append(f"{shortened(group)}: {', '.join(shown)}" if group else ", ".join(shown))
     return "\n".join(lines[:3])
 
 

@@ -280,6 +280,23 @@ def test_a_start_with_a_tilt_is_drawn_tilted() -> None:
     assert shown.start[0] == pytest.approx([-1, 0, math.pi / 2])
 
 
+@pytest.mark.filterwarnings("error")
+def test_names_of_any_length_leave_room_for_the_picture(tmp_path: Path) -> None:
+    long = "W" * 5000
+    joints = {f"{long}b": Joint("revolute", f"{long}a", initial={"q": 1})}
+    model = Model(long, {f"{long}a": Body(1, 1)}, joints, description=f"{long} " * 9)
+    result = simulate(model, stop_time=1.0, output_interval=0.1)
+    pictures = [
+        draw_model(model, tmp_path / "model.png"),
+        plot_simulation(result, tmp_path / "histories.png"),
+        plot_phase(result, tmp_path / "phase.png"),
+        plot_modes(model, np.eye(1), tmp_path / "modes.png", titles=[long]),
+    ]
+    for path in pictures:
+        with Image.open(path) as picture:
+            assert max(picture.size) < 2000
+
+
 def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:
     """A dashed arrow of its own, beside that of what flows in time; no name covers another."""
     water = hydrodynamics_program(calm(("float",)), name="water")
