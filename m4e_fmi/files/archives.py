@@ -26,6 +26,8 @@ from m4e_fmi.files.limits import (
 ERRORS = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, EOFError, OSError,
           RuntimeError, ValueError)  # fmt: skip
 """Errors of Python for archives that are damaged, encrypted or packed by unknown methods."""
+ENCRYPTED = 1
+"""The bit of an entry's flags that says so."""
 _DISTRUST = "do not use this file: no tool that exports FMUs or systems writes such an archive"
 
 
@@ -58,6 +60,8 @@ def _wrong(archive: zipfile.ZipFile, size: int, *, alike: bool) -> Iterator[tupl
     `alike`: names in capitals and without are the same.
     """
     infos = archive.infolist()
+    if any(info.flag_bits & ENCRYPTED for info in infos):
+        yield "is encrypted", "save it without a password, or ask for such a file"
     if len(infos) > MOST_ENTRIES:
         yield f"has {len(infos):,} entries; {MOST_ENTRIES:,} are taken at most", _DISTRUST
     for info in infos:

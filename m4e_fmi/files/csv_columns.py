@@ -121,7 +121,10 @@ def _text(path: Path) -> str:
         text = read_text(path, encoding="utf-8-sig", largest=LARGEST_TABLE)
     except TooLongError as error:
         raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
+        raise InputError.single(message, "save it as UTF-8", str(path)) from None
+    except OSError as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
     if _NO_TEXT.search(text):
         raise InputError.single("is not a table: it has control characters", "", str(path))

@@ -53,7 +53,7 @@ class Document:
             reason, remedy = "no such file", suggestion(path.name, names)
         except UnicodeDecodeError as error:
             reason = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
-            remedy = "models, systems and parameter sets are text"
+            remedy = "models, systems and parameter sets are text: save it as UTF-8"
         except OSError as error:
             reason, remedy = f"cannot be read: {error}", ""
         else:

@@ -365,6 +365,12 @@ def test_devices_of_windows_are_no_entries_there(
         check_archive(path)
 
 
+def test_an_encrypted_archive_is_named_so(tmp_path: Path):
+    path = fmu(tmp_path / "a.fmu", defects.description())
+    with pytest.raises(InputError, match=r"the archive is encrypted\n +.*without a password"):
+        check_archive(rewritten(path, CENTRAL, 8, b"\x01"))
+
+
 def test_a_link_in_an_archive_becomes_a_plain_file(tmp_path: Path):
     path = fmu(tmp_path / "a.fmu", defects.description())
     link = zipfile.ZipInfo("resources/link")

@@ -31,3 +31,10 @@ def test_si_units_in_names_and_empty_entries_at_the_end_are_fine(tmp_path: Path)
     file = tmp_path / "t.csv"
     file.write_text("time [s],force [N]\n0,1,\n1,2\n", "utf-8")
     assert read_columns(file, (0, 1)).values == ([0.0, 1.0], [1.0, 2.0])
+
+
+def test_another_encoding_is_named_with_the_remedy(tmp_path: Path) -> None:
+    file = tmp_path / "a.csv"
+    file.write_text("time,force\n0,1\n", encoding="utf-16")
+    with pytest.raises(InputError, match=r"byte 1 is not valid UTF-8\n +save it as UTF-8"):
+        read_columns(file, (0, 1))
