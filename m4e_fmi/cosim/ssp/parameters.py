@@ -23,7 +23,7 @@ from m4e_fmi.cosim.ssp.names import (
 )
 from m4e_fmi.cosim.ssp.package import Element, Package, check, parse
 from m4e_fmi.cosim.ssp.units import Definition, quantity, read_units, unit_named
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML
 from m4e_fmi.fmu.importer.reading import Variable
@@ -110,8 +110,10 @@ def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[Paramet
             try:
                 result = quantity(float(given), unit_named(value.get("unit"), own, units))
             except ValueError as error:
-                file = root.getroottree().docinfo.URL
-                raise InputError.single(f"parameter {name!r}: {error}", "", file) from None
+                file, line = root.getroottree().docinfo.URL, value.sourceline or 0
+                remedy = "define it among the file's Units"
+                problem = Problem(f"parameter {name!r}: {error}", remedy, file, line)
+                raise InputError([problem]) from None
         yield Parameter(name, result, element)
 
 

@@ -18,6 +18,7 @@ from support.packages import (
 )
 
 from m4e_fmi.cosim import System, load_system, prepare, run
+from m4e_fmi.cosim.ssp import read_parameter_set
 from m4e_fmi.errors import InputError
 from m4e_fmi.units import Quantity
 
@@ -217,6 +218,13 @@ def test_bindings_further_out_and_later_ones_win(tmp_path: Path, stages: Files) 
         "row_c": {"gain": 1.0, "u": 1.0},
     }
     assert "parameter 'other' of a reaches no variable: it is left out" in system.notes
+
+
+def test_an_unknown_unit_of_a_parameter_is_refused_with_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "set.ssv"
+    file.write_text(parameter_set({"k": 'Real value="1"', "x": 'Real value="1" unit="[m]"'}))
+    with pytest.raises(InputError, match=r"set\.ssv:2: parameter 'x': .* is not a unit"):
+        read_parameter_set(file)
 
 
 def test_mapped_and_converted_parameters(tmp_path: Path, c_fmu: Fmus) -> None:
