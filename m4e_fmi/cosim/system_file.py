@@ -140,6 +140,10 @@ def _read_scenario(
         if action.parameters is None:
             continue
         path = document.path.parent / action.parameters
+        if not is_file(path):
+            missing = missing_file(path)
+            problems.append(document.problem(("scenario", name, "parameters"), *missing))
+            continue
         try:
             values = read_parameters(path)
         except InputError as error:

@@ -107,7 +107,7 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
         ("{when: __import__('os').name > 1, freeze: spring.end.x}", "no component"),
         ("{when: body.body.m.x > 1 kg, freeze: spring.end.x}", "'1 kg' is no value"),
         ("{at: 1, broken_line: spring.line_1}", "no line 'spring.line_1' that can part"),
-        ("{at: 1, parameters: missing.yaml}", "no such file"),
+        ("{at: 1, parameters: missing.yaml}", "no such file: .*missing.yaml"),
         ("{at: 1, freeze: spring.end.x, until: 3}", "until"),
     ],
 )
@@ -116,8 +116,7 @@ def test_what_is_refused(c_fmu: Fmus, tmp_path: Path, action: str, message: str)
     with pytest.raises(InputError, match=message) as caught:
         prepare(path, build_directory=tmp_path / "build")
     (problem,) = caught.value.problems
-    assert problem.file.endswith((".yaml", "missing.yaml"))
-    assert problem.line == (0 if "missing" in action else 9)
+    assert (problem.file, problem.line) == (str(path), 9)
 
 
 def test_all_problems_are_found_before_anything_is_built(c_fmu: Fmus, tmp_path: Path) -> None:
