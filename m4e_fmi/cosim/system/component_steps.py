@@ -22,10 +22,13 @@ def rounded(simulation: Simulation) -> list[str]:
     size = simulation.step_size
     if is_whole(size):
         return []
-    return [
-        f"steps are whole nanoseconds: those of step_size {size:.12g} s are "
-        f"{round(size * NS_PER_SECOND)} ns long"
-    ]
+    times = (size, simulation.start_time, simulation.stop_time)
+    whole, begin, end = (round(time * NS_PER_SECOND) for time in times)
+    left = (end - begin) % whole
+    note = f"steps are whole nanoseconds: those of step_size {size:.12g} s are {whole} ns long"
+    if left and simulation.coupling_tolerance is None:
+        note += f", but the last one, up to the stop time, which is {left} ns long"
+    return [note]
 
 
 def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, str]:

@@ -243,9 +243,16 @@ def test_adaptive_steps_do_not_sample_a_component(c_fmu: Fmus, own: float, told:
 
 
 def test_steps_are_whole_nanoseconds_and_that_is_told(c_fmu: Fmus) -> None:
-    system = System("s", (Component("b", FmuFile(c_fmu("mass"))),), (), Simulation(1e-4, 7.8125e-6))
+    parts = (Component("b", FmuFile(c_fmu("mass"))),)
+    system = System("s", parts, (), Simulation(1.0, 0.0333333333333))
     (note,) = prepare(system).notes
-    assert note == "steps are whole nanoseconds: those of step_size 7.8125e-06 s are 7812 ns long"
+    assert note == (
+        "steps are whole nanoseconds: those of step_size 0.0333333333333 s are 33333333 ns long, "
+        "but the last one, up to the stop time, which is 10 ns long"
+    )
+    assert run(system).steps == 31
+    (note,) = prepare(system.changed(stop_time=0.33333333)).notes
+    assert note.endswith("33333333 ns long")
     for step in (0.1, 1e-3, 7.812e-6, 3e-9):
         assert not prepare(system.changed(step_size=step, stop_time=1.0)).notes
 
