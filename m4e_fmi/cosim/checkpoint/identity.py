@@ -51,7 +51,9 @@ def identity(
     found["the order of the components"] = ", ".join(c.name for c in system.components)
     found["connections"] = "; ".join(system.connections)
     found["inputs of the system"] = str({k: list(v) for k, v in system.inputs.items()})
-    found |= {f"action {name} of the scenario": str(a) for name, a in system.scenario.items()}
+    found["the order of the actions"] = ", ".join(system.scenario)
+    for name, action in system.scenario.items():
+        found |= {f"{key!r} of action {name}": str(value) for key, value in action.given.items()}
     settings = system.simulation
     found |= {
         f.name: str(getattr(settings, f.name)) for f in fields(settings) if f.name not in FREE

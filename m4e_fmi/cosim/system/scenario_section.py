@@ -83,6 +83,12 @@ class Action(Section):
         """The key that says what it does."""
         return next(kind for kind in KINDS if getattr(self, kind) is not None)
 
+    @property
+    def given(self) -> dict[str, object]:
+        """Its values by the keys of files, without those that are as if they were left out."""
+        fields = ((key, field.default) for key, field in type(self).model_fields.items())
+        return {_key(k): getattr(self, k) for k, default in fields if getattr(self, k) != default}
+
     @model_validator(mode="after")
     def _whole(self) -> Action:
         for message, remedy in self._faults():

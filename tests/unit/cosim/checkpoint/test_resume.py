@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +14,7 @@ from support.forged import forge
 from support.interrupted import copied_at, differences
 from support.small_systems import Fmus, system
 
-from m4e_fmi.cosim import Simulation, System, run
+from m4e_fmi.cosim import Action, Simulation, System, run
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import load
@@ -132,6 +133,31 @@ def test_what_differs_is_named(c_fmu: Fmus, tmp_path: Path) -> None:
             run(other, results=tmp_path / "other.nc", resume=checkpoint_of(file))
     with pytest.raises(InputError, match="recorded variables of spring was"):
         run(first, results=file, resume=True, variables=["body.*"])
+
+
+def test_actions_that_differ_are_named_by_their_keys(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "results.nc"
+    stuck, late = (
+        Action(freeze=("spring.end.x",), at=0.5),
+        Action(set={"spring.damping": 2.0}, at=1.0),
+    )
+    actions = {"stuck": stuck, "late": late}
+    settings = Simulation(2, 0.01, "jacobi", checkpoint_interval=1.0)
+    first = replace(oscillator(c_fmu, settings), scenario=actions)
+    run(first, results=file)
+    held, heavier = Action(freeze=("spring.end.x",), at=0.5, duration=1.0), {"spring.damping": 3.0}
+    others = {
+        "'for' of action stuck was not given, and is 1.0": {**actions, "stuck": held},
+        "'set' of action late was {'spring.damping': 2.0}, and is {'spring.damping': 3.0}": {
+            **actions, "late": Action(set=heavier, at=1.0)
+        },
+        "the order of the actions was stuck, late, and is late, stuck": {
+            "late": late, "stuck": stuck
+        },
+    }  # fmt: skip
+    for message, scenario in others.items():
+        with pytest.raises(InputError, match=f"another run: {re.escape(message)}\n"):
+            run(replace(first, scenario=scenario), results=file, resume=True)
 
 
 def test_another_platform_is_refused(
