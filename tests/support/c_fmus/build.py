@@ -309,8 +309,11 @@ bring its last variable back; one that claims has no state. An armed one does ha
 """
 
 
-def build(name: str, folder: Path) -> Path:
-    """The FMU ``model`` or ``model+option+option`` of MODELS and OPTIONS, in `folder`."""
+def build(name: str, folder: Path, linked: Sequence[str] = ()) -> Path:
+    """The FMU ``model`` or ``model+option+option`` of MODELS and OPTIONS, in `folder`.
+
+    `linked` are further options for the linker.
+    """
     model, *options = name.split("+")
     source, variables = MODELS[model]
     name = "_".join([model, *options])
@@ -321,7 +324,7 @@ def build(name: str, folder: Path) -> Path:
     flags += armed(folder / name, options)
     command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
     command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", "-o", str(library)]
-    subprocess.run(command, check=True)
+    subprocess.run([*command, *linked], check=True)
     fmu = folder / f"{name}.fmu"
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", describe(name, variables, options))

@@ -30,6 +30,7 @@ from fmpy import fmi1, fmi2, fmi3
 from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
+from m4e_fmi.fmu.importer.missing_library import remedy_for
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.worker import Host, Worker
@@ -192,7 +193,7 @@ def _not_started(origin: str, error: OSError) -> RunError:
 
 def _not_loaded(description: Description, files: Files, origin: str, why: str) -> RunError:
     text = why.replace(f"{files.folder}{os.sep}", "")
-    remedy = f"a library it needs is missing, or it is not an FMI {description.version} binary"
+    remedy = remedy_for(why, description.version)
     return RunError(f"{origin}: its binary cannot be loaded: {text}", remedy)
 
 

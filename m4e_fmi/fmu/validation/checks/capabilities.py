@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.fmu.importer.calls.functions import ERROR
+from m4e_fmi.fmu.importer.missing_library import remedy_for
 from m4e_fmi.fmu.validation.checks.simulated import check_simulated
 from m4e_fmi.fmu.validation.context import Context, Facts
 from m4e_fmi.fmu.validation.findings import Failure, Finding, some
@@ -30,7 +31,7 @@ def check(context: Context) -> Iterator[Finding | Failure | Facts]:
         version = _version(context)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
         text = str(error).replace(str(context.subject.folder), "")
-        remedy = "a library it needs is missing, or the file is not an FMI 2.0 binary"
+        remedy = remedy_for(text, context.subject.raw.fmiVersion)
         yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
         return
     if version != (context.subject.raw.fmiVersion, "default"):

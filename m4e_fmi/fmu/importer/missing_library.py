@@ -1,0 +1,25 @@
+"""Remedies for libraries of FMUs that cannot be loaded."""
+
+from __future__ import annotations
+
+import re
+
+_MISSING = re.compile(
+    r"([^\s/:]+): cannot open shared object file|Library not loaded: (?:\S*/)?(\S+)"
+)
+"""Words of the loaders of Linux and macOS; that of Windows does not name the library."""
+
+
+def remedy_for(why: str, version: str) -> str:
+    """The remedy where an FMU's library is not loaded, by the loader's words.
+
+    `version` is that of FMI.
+    """
+    found = _MISSING.search(why)
+    if not found:
+        return f"a library it needs is missing, or it is not an FMI {version} binary"
+    name = found[1] or found[2]
+    return (
+        f"install the package of your system that has {name}, which the FMU needs (on Debian and "
+        f"Ubuntu `apt-file search {name}` finds it), or ask the FMU's author for one without"
+    )
