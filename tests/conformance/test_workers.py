@@ -169,6 +169,18 @@ def test_harm_to_the_process_alone_does_not_matter(
     assert children() == []
 
 
+@pytest.mark.parametrize("call", ["terminate", "free"])
+def test_harm_at_the_end_says_that_the_results_are_complete(
+    armed: Fmus, c_fmu: Fmus, tmp_path: Path, call: str
+) -> None:
+    mass = armed("mass+state+armed")
+    trouble_file(mass).write_text(f"{call} segv 0")
+    with pytest.raises(RunError, match="SIGSEGV") as raised:
+        run(masses(mass, c_fmu("spring+state")), results=tmp_path / "r.nc")
+    assert f"the results are complete in {tmp_path / 'r.nc'} (101 rows)" in str(raised.value)
+    assert len(load(tmp_path / "r.nc").time) == 101
+
+
 def test_components_step_side_by_side(c_fmu: Fmus, armed: Fmus) -> None:
     """Each step of both takes 5 ms: together as long as one."""
     fmu, other = c_fmu("vandal"), armed("vandal+armed")

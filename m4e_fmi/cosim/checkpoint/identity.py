@@ -17,6 +17,7 @@ from dataclasses import fields
 import m4e_fmi
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.errors import InputError
+from m4e_fmi.units import Quantity
 
 FREE = ("stop_time", "checkpoint_interval", "checkpoint_wall_interval")
 """Settings of a simulation that may differ."""
@@ -41,7 +42,9 @@ def identity(
         name, description = component.name, prepared.descriptions[component.name]
         content = f"{description.path.name}, SHA-256 {description.content}"
         found[f"the file of {name}'s FMU"] = content
-        found |= {f"start value {name}.{v}": str(given) for v, given in component.start.items()}
+        found |= {
+            f"start value {name}.{v}": _exactly(given) for v, given in component.start.items()
+        }
         found |= {f"unit of {name}.{v}": str(unit) for v, unit in component.units.items()}
         found[f"step_size of {name}"] = str(component.step_size)
         dependencies = {v: sorted(needs) for v, needs in component.dependencies.items()}
@@ -77,3 +80,8 @@ def _shown(value: str | None) -> str:
         return "not given"
     value = _SHA_256.sub(r"\1", value)
     return value if len(value) <= _SHOWN else f"{value[:_SHOWN]} …"
+
+
+def _exactly(given: object) -> str:
+    """A start value with all its digits."""
+    return f"{given.value!r} {given.unit.text}" if isinstance(given, Quantity) else str(given)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import TYPES
+
+LARGEST_ARRAY = 9
+"""Elements of an array that is recorded if nobody chooses: a vector, or a matrix of three by three.
+
+Scalar variables of FMI 1.0 and 2.0 that are called y[1], y[2], … are an array.
+"""
 
 
 def chosen(
@@ -18,21 +25,23 @@ def chosen(
 ) -> dict[str, list[Variable]]:
     """The variables to be recorded, by component, of all types but Binary.
 
-    Without patterns these are all scalar outputs, and all arrays of which an element is
-    `connected`. A pattern is ``component.variable``, where ``*`` stands for anything. With ``*`` it
-    chooses among the outputs, elements of arrays included; without, it may name any variable, or an
-    array. InputError for patterns that match nothing.
+    Without patterns these are all outputs but arrays of more than `LARGEST_ARRAY` elements of which
+    none is `connected`. A pattern is ``component.variable``, where ``*`` stands for anything. With
+    ``*`` it chooses among the outputs, elements of arrays included; without, it may name any
+    variable, or an array. InputError for patterns that match nothing.
     """
     if not patterns:
         arrays = {(port.component, array_of(port.variable)) for port in connected}
-        return {
-            name: [
+        result = {}
+        for name, description in descriptions.items():
+            outputs = _outputs(description)
+            sizes = Counter(array_of(v.name) for v in outputs)
+            result[name] = [
                 v
-                for v in _outputs(description)
-                if not v.name.endswith("]") or (name, array_of(v.name)) in arrays
+                for v in outputs
+                if sizes[of := array_of(v.name)] <= LARGEST_ARRAY or (name, of) in arrays
             ]
-            for name, description in descriptions.items()
-        }
+        return result
     found: dict[str, dict[str, Variable]] = {name: {} for name in descriptions}
     problems = []
     for pattern in patterns:

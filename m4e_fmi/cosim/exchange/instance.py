@@ -384,12 +384,14 @@ class Instance:
 
     @not_lost()
     def close(self) -> None:
-        """Terminate and free as far as the FMU's condition allows."""
+        """Terminate and free as far as the FMU's condition allows; a refusal is a message."""
         fmu, states = self._fmu, list(self._states.values())
         self._states.clear()
         if fmu.component is None:
             return
         status = fmu.terminate() if self._initialised and not self._broken else 0
+        if told := ANSWERS.get(status) if status > WARNING else "":
+            self._messages.add(status, f"{fmu.name('fmi2Terminate')} answered {told}")
         for state in states:
             if not self._broken:
                 self.rollback.free_state(state)

@@ -122,26 +122,28 @@ def begun_run(system: Prepared, options: Options) -> Generator[Begun]:
         results = options.results
         place = None if results is None else stack.enter_context(place_of(results))
         same = identity(system, recorded, certify=options.certify)
-        master = stack.enter_context(_master(system, options, recorded, same))
-        begun = Begun(master, system, file)
-        gravity = partial(model_gravity, system.system, system.descriptions)
-        floats = start_warnings(master.network, system.wiring, gravity)
-        options.warn_of(floats)
-        if place is None:
-            with _timed(begun):
-                yield begun
-            complete[:] = [begun.reached]
-        else:
-            with _written(begun, options, place, same):
-                yield begun
-            assert begun.results
-            complete[:] = [begun.reached, whole(file, options.given, begun.results)]
-        late = (*master.warnings, *(begun.results.warnings if begun.results else ()))
-        options.warn_of(late)
-        outcome = _outcome(begun, options, clock.perf_counter() - start_time)
-        begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
-        if begun.results:
-            complete[1:] = [_exported(begun, begun.outcome, begun.results, options.given)]
+        with _master(system, options, recorded, same) as master:
+            begun = Begun(master, system, file)
+            gravity = partial(model_gravity, system.system, system.descriptions)
+            floats = start_warnings(master.network, system.wiring, gravity)
+            options.warn_of(floats)
+            if place is None:
+                with _timed(begun):
+                    yield begun
+                complete[:] = [begun.reached]
+            else:
+                with _written(begun, options, place, same):
+                    yield begun
+                assert begun.results
+                complete[:] = [begun.reached, whole(file, options.given, begun.results)]
+            late = (*master.warnings, *(begun.results.warnings if begun.results else ()))
+            options.warn_of(late)
+            outcome = _outcome(begun, options, clock.perf_counter() - start_time)
+            begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
+            if begun.results:
+                complete[1:] = [_exported(begun, begun.outcome, begun.results, options.given)]
+        # what FMUs say at their end comes after the results are complete
+        begun.outcome = replace(begun.outcome, messages=begun.master.messages)
 
 
 def _recorded_variables(system: Prepared, options: Options) -> dict[str, list[str]]:
@@ -288,7 +290,10 @@ def _timed(begun: Begun) -> Generator[None]:
 
 @contextmanager
 def _told_if_complete() -> Generator[list[str]]:
-    """Ctrl-C and signals that have no notes get those of this list, which is for a complete run."""
+    """Errors that come after a run is complete say so, by the notes of this list.
+
+    Ctrl-C and signals get them unless they have notes; an ExportError tells itself.
+    """
     notes: list[str] = []
     try:
         yield notes
@@ -296,3 +301,10 @@ def _told_if_complete() -> Generator[list[str]]:
         for note in () if getattr(error, "__notes__", ()) else notes:
             error.add_note(note)
         raise
+    except ExportError:
+        raise
+    except RunError as error:
+        if not notes:
+            raise
+        remedy = "; ".join(filter(None, (error.remedy, *notes[1:])))
+        raise RunError(error.message, remedy) from error

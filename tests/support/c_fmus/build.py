@@ -294,6 +294,7 @@ OPTIONS = {
     "picky": ("PICKY", ""),
     "loud": ("LOUD", ""),
     "anonymous": ("ANONYMOUS", ""),
+    "reluctant": ("RELUCTANT", ""),
     "armed": ("", ""),
 }
 """Capabilities that an FMU may have or lack: compiler flag and attribute of the description.
@@ -302,10 +303,10 @@ A constant one refuses steps of another size than its first, one of a hundredth 
 of a fiftieth all but 0.02 s. A strict one makes no step beyond the stop time. One that clears shows
 zeros when something has been set, until it has made a step; one that refreshes shows what a step
 has made when something has been set. A loud one warns with its name when it is initialised, an
-anonymous one without saying which instance it is. One with a state as bytes can give it to another
-process; an unreadable one crashes when it is to take one. One with a state that forgets does not
-bring its last variable back; one that claims has no state. An armed one does harm when the file
-`trouble_file` says so: see trouble.h.
+anonymous one without saying which instance it is. A reluctant one answers its end with an error.
+One with a state as bytes can give it to another process; an unreadable one crashes when it is to
+take one. One with a state that forgets does not bring its last variable back; one that claims has
+no state. An armed one does harm when the file `trouble_file` says so: see trouble.h.
 """
 
 

@@ -18,6 +18,7 @@ from m4e_fmi.cosim import Action, Simulation, System, run
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import load
+from m4e_fmi.units import parse_quantity
 
 ALGORITHMS = ("jacobi", "gauss_seidel", "corrector", "implicit")
 SAVING = "+state+bytes"
@@ -133,6 +134,17 @@ def test_what_differs_is_named(c_fmu: Fmus, tmp_path: Path) -> None:
             run(other, results=tmp_path / "other.nc", resume=checkpoint_of(file))
     with pytest.raises(InputError, match="recorded variables of spring was"):
         run(first, results=file, resume=True, variables=["body.*"])
+
+
+def test_start_values_are_compared_in_all_digits(c_fmu: Fmus, tmp_path: Path) -> None:
+    file = tmp_path / "results.nc"
+    plain = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))
+    first, other = (
+        plain.changed(start={"body.body.m.x": parse_quantity(f"1000.00{k} mm")}) for k in (1, 2)
+    )
+    run(first, results=file)
+    with pytest.raises(InputError, match=r"start value body\.body\.m\.x was 1000\.001 mm, and is"):
+        run(other, results=file, resume=True)
 
 
 def test_actions_that_differ_are_named_by_their_keys(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -70,7 +70,10 @@ def test_a_thinned_run_says_so(
     assert len(run(again, results=tmp_path / "some.nc").results().time) == 101
 
 
-def test_connected_arrays_are_counted(c_fmu: Fmus, tmp_path: Path) -> None:
+def test_connected_arrays_are_counted(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.connections.recorded_variables.LARGEST_ARRAY", 2)
     parts = tuple(Component(name, FmuFile(c_fmu("3:kinds+state+through"))) for name in "ab")
     system = System("s", parts, ("a.y_list -> b.u_list",), Simulation(1.0, 0.1))
     prepared = prepare(system)

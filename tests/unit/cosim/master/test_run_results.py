@@ -25,6 +25,7 @@ from m4e_fmi.cosim import (
     read_parameters,
     run,
 )
+from m4e_fmi.cosim.connections.recorded_variables import LARGEST_ARRAY
 from m4e_fmi.cosim.results.writer import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import build_fmu
@@ -72,6 +73,29 @@ def test_results_that_fill_their_blocks_are_complete(
     outcome = run(system(c_fmu, {"a": "rogue"}, simulation=settings), results=tmp_path / "r.nc")
     assert len(outcome.results().time) == 2 * LEAST_ROWS
     assert outcome.results().attributes["ended"] == "at the stop time"
+
+
+def test_an_error_at_the_end_is_a_message_and_the_results_are_whole(
+    c_fmu: Fmus, tmp_path: Path
+) -> None:
+    given = system(c_fmu, {"a": "mass+reluctant"}, simulation=Simulation(1, 0.1))
+    outcome = run(given, results=tmp_path / "r.nc")
+    (message,) = outcome.messages
+    assert str(message) == "a, error at t = 1 s: fmi2Terminate answered Error"
+    assert "fmi2Terminate answered Error" in run_summary(outcome)
+    assert len(outcome.results().time) == 11
+    assert outcome.results().attributes["ended"] == "at the stop time"
+
+
+def test_vectors_of_scalars_are_recorded_and_long_arrays_are_not(tmp_path: Path) -> None:
+    program = [f"r[{k}]" for k in range(1, LARGEST_ARRAY + 1)]
+    recorder = Recorder("vectors", "Outputs of FMI 2.0 that are called like elements")
+    for name in [*program, *(f"s[{k}]" for k in range(1, LARGEST_ARRAY + 2))]:
+        recorder.output(Variable(name, "m", "Element"), recorder.time)
+    fmu = build_fmu(recorder.program(), tmp_path / "vectors.fmu")
+    given = System("vectors", (Component("a", FmuFile(fmu)),), (), Simulation(0.2, 0.1))
+    found = run(given, results=tmp_path / "r.nc").results()
+    assert set(found.components["a"]) == set(program)
 
 
 @pytest.mark.parametrize("names", [{"a": "talker"}, {"a": "talker", "b": "kinds"}])
