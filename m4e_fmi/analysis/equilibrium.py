@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from m4e_fmi.analysis.attitudes import attitudes, rotated, tangent_of
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
@@ -65,19 +66,26 @@ class Balance:
     def __init__(self, program: Program) -> None:
         self.program = program
         pairs = motion(program)
-        self.velocities = [v for _, v in pairs]
+        self._attitudes = attitudes(program)
+        turning = [k for a in self._attitudes for k in a.turning]
+        quaternions = [k for a in self._attitudes for k in a.quaternion]
+        self.velocities = [*(v for _, v in pairs), *turning]
         partner = dict(pairs)
-        moving = [k for k in range(len(program.states)) if k not in set(self.velocities)]
-        self.unknowns = moving
-        """States that are sought: coordinates, and those that are no part of a motion."""
-        names = [program.states[partner.get(k, k)].name for k in moving]
-        self.equations = tuple(program.states[partner.get(k, k)] for k in moving)
+        passed = {*self.velocities, *quaternions}
+        self._plain = [k for k in range(len(program.states)) if k not in passed]
+        self.unknowns = [*self._plain, *quaternions]
+        """States that are sought: coordinates, and those that are no part of a motion.
+
+        Quaternions are sought by small rotations, three each."""
+        places = [*(partner.get(k, k) for k in self._plain), *turning]
+        self.equations = tuple(program.states[k] for k in places)
+        names = [program.states[k].name for k in places]
         self.observed = observed(program, [f"der({name})" for name in names])
         """The program with the equations as outputs."""
-        units = np.array([program.states[k].unit for k in moving])
+        units = np.array([program.states[k].unit for k in self._plain], dtype=str)
         self._alike = (units[:, None] == units) & (units != "rad")
         self._rates = Evaluation(self.observed)
-        by = [program.states[k].name for k in moving]
+        by = [program.states[k].name for k in self.unknowns]
         self._slopes = Matrix(jacobian(self.observed, "outputs", by))
 
     def at_rest(self, point: OperatingPoint) -> OperatingPoint:
@@ -88,8 +96,12 @@ class Balance:
 
     def moved(self, point: OperatingPoint, step: Floats) -> OperatingPoint:
         """`point` with `step` (n,), in SI, added to the unknowns."""
-        states = point.states.copy()
-        states[self.unknowns] += step
+        states, size = point.states.copy(), len(self._plain)
+        states[self._plain] += step[:size]
+        for number, attitude in enumerate(self._attitudes):
+            turn = step[size + 3 * number : size + 3 * number + 3]
+            places = list(attitude.quaternion)
+            states[places] = rotated(states[places], turn)
         return point.with_states(states)
 
     def rates(self, point: OperatingPoint) -> Floats:
@@ -98,12 +110,19 @@ class Balance:
 
     def slopes(self, point: OperatingPoint) -> Floats:
         """Derivatives of the rates by the unknowns, shape (n, n), in SI."""
-        return self._slopes.at(point)
+        slopes, size = self._slopes.at(point), len(self._plain)
+        columns = [slopes[:, :size]]
+        for number, attitude in enumerate(self._attitudes):
+            first = size + 4 * number
+            T = tangent_of(point.states[list(attitude.quaternion)])
+            columns.append(slopes[:, first : first + 4] @ T)
+        return np.hstack(columns)
 
     def sizes(self, point: OperatingPoint) -> Floats:
         """Scales of the unknowns, shape (n,): 1 rad; 1 + the largest unknown of the same unit."""
-        values = np.abs(point.states[self.unknowns])
-        return 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1)
+        values = np.abs(point.states[self._plain])
+        plain = 1.0 + np.max(np.where(self._alike, values, 0.0), axis=1, initial=0.0)
+        return np.concatenate([plain, np.ones(3 * len(self._attitudes))])
 
     def newton(self, point: OperatingPoint) -> Floats:
         """`newton_matrix` at `point`, shape (n, n), in SI."""

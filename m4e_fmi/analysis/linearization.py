@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from m4e_fmi.analysis.attitudes import attitudes, tangent_of
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
@@ -82,11 +83,12 @@ class Linearization:
     rates: Floats = field(repr=False)
     values: Floats = field(repr=False)
     mechanical: Mechanical | None = field(repr=False)
+    degrees_of_freedom: int
 
     @cached_property
     def coordinates(self) -> tuple[Variable, ...]:
-        """The states that have a velocity among the states."""
-        return self.states[: len(motion(self.point.program))]
+        """The states that have a velocity among the states; of a free attitude small rotations."""
+        return self.states[: self.degrees_of_freedom]
 
     def to_control(self) -> control.StateSpace:
         """A, B, C, D for python-control, names with _ where they have a dot.
@@ -139,12 +141,23 @@ class Linearizer:
         outputs: Sequence[str] | None = None,
     ) -> None:
         self.program, self._model = program_and_model(system)
-        pairs = motion(self.program)
-        moving = [k for pair in zip(*pairs, strict=True) for k in pair]
-        rest = [k for k in range(len(self.program.states)) if k not in set(moving)]
-        self.states = tuple(self.program.states[k] for k in (*moving, *rest))
+        pairs, known = motion(self.program), self.program.states
+        self._attitudes = attitudes(self.program)
+        turning = [k for a in self._attitudes for k in a.turning]
+        quaternions = [k for a in self._attitudes for k in a.quaternion]
+        positions, velocities = [k for k, _ in pairs], [*(v for _, v in pairs), *turning]
+        passed = {*positions, *velocities, *quaternions}
+        rest = [k for k in range(len(known)) if k not in passed]
+        self._pairs = len(positions)
+        order = [*positions, *quaternions, *velocities, *rest]
+        rotations = [v for a in self._attitudes for v in a.rotations]
+        self.states = (
+            *(known[k] for k in positions), *rotations, *(known[k] for k in (*velocities, *rest))
+        )  # fmt: skip
+        """Coordinates (of a free attitude small rotations), their velocities, other states."""
+        self._coordinates = self._pairs + len(rotations)
         self.inputs = causes(self.program, inputs, states=False)
-        names = [v.name for v in self.states]
+        names = [known[k].name for k in order]
         wanted = names if outputs is None else list(outputs)
         self.outputs = observed(self.program, wanted).outputs
         rows = list(dict.fromkeys([*(f"der({name})" for name in names), *wanted]))
@@ -162,9 +175,10 @@ class Linearizer:
         """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
-        n = len(self.states)
+        n = len(self.program.states)
         values, slopes = self._values.at(point), self._slopes.at(point)
-        A, B = slopes[:n, :n], slopes[:n, n:]
+        T, back, turning = self._tangent(point, values[:n])
+        A, B = back @ (slopes[:n, :n] @ T - turning), back @ slopes[:n, n:]
         return Linearization(
             point=point,
             states=self.states,
@@ -172,18 +186,47 @@ class Linearizer:
             outputs=self.outputs,
             A=A,
             B=B,
-            C=slopes[self._rows, :n],
+            C=slopes[self._rows, :n] @ T,
             D=slopes[self._rows, n:],
-            rates=values[:n],
+            rates=back @ values[:n],
             values=values[self._rows],
             mechanical=self._mechanical(point, A, B),
+            degrees_of_freedom=self._coordinates,
         )
+
+    def _tangent(self, point: OperatingPoint, rates: Floats) -> tuple[Floats, Floats, Floats]:
+        """T, of a change of `states` that of the program's states; its inverse; dT/dt.
+
+        RunError if a quaternion is none.
+        """
+        n, first = len(self.program.states), self._pairs
+        T, back, rate = np.eye(n), np.eye(n), np.zeros((n, n))
+        for number, attitude in enumerate(self._attitudes):
+            e = point.states[list(attitude.quaternion)]
+            length = float(np.linalg.norm(e))
+            if not length > 0:
+                message = f"the quaternion of {attitude.owner} is zero"
+                raise RunError(message, "give its four numbers, or roll, pitch and yaw")
+            rows = slice(first + 4 * number, first + 4 * number + 4)
+            columns = slice(first + 4 * number, first + 4 * number + 3)
+            T[rows, rows], back[rows, rows] = 0.0, 0.0
+            T[rows, columns] = tangent_of(e)
+            back[columns, rows] = 4 / length**2 * tangent_of(e).T
+            rate[rows, columns] = tangent_of(rates[rows])
+        spare = [first + 4 * number + 3 for number in range(len(self._attitudes))]
+        kept = [k for k in range(n) if k not in spare]
+        return T[:, kept], back[kept], rate[:, kept]
 
     def change(self, point: OperatingPoint, direction: Mapping[str, float]) -> Floats:
         """Derivative of A along a change of parameters, inputs, states, shape (n, n), in SI.
 
         Exact second derivatives. Variables that `direction` does not name do not change.
         """
+        if self._attitudes:
+            message = (
+                f"{self.program.name}: a model with free attitudes has no such derivatives yet"
+            )
+            raise RunError(message, "linearize at two values and take the difference")
         along, n = tuple(direction), len(self.states)
         slopes = self._slopes.derivatives
         places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))

@@ -90,8 +90,8 @@ class SymbolicLinearization:
         import sympy
 
         e = self.equations
-        pairs = [pair for link in e.topology.links for pair in state_names(link)]
-        states = [name for half in zip(*pairs, strict=True) for name in half]
+        pairs = [state_names(link) for link in e.topology.links]
+        states = [name for half in zip(*pairs, strict=True) for names in half for name in names]
         known = dict(zip(states, [*e.q, *e.u], strict=True))
         names = list(known) if self._outputs is None else self._outputs
         if not set(names) <= set(known):

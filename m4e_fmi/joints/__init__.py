@@ -1,35 +1,62 @@
 """The types of joints, one module each: what an author may say of them, and how they move.
 
 `JOINT_TYPES` is the table of all; no other module compares their names. A new type is a module here
-with a subclass of `JointType`, and its entry in the table. Imports `space`. Start with
+with a subclass of `JointType`, and its entry in the tables. Imports `space`. Start with
 `joint_type`, then `prismatic`.
 """
 
+from m4e_fmi.joints.compound import Cylindrical, Planar, Universal
 from m4e_fmi.joints.fixed import Fixed
-from m4e_fmi.joints.floating import Floating
+from m4e_fmi.joints.floating import Floating, PlanarFloating
 from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Place, carried
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
+from m4e_fmi.joints.joint_type import (
+    ATTITUDE,
+    QUATERNION,
+    TURNING,
+    Coordinate,
+    JointType,
+    Mount,
+    attitude,
+    quaternion_of,
+)
 from m4e_fmi.joints.prismatic import Prismatic
-from m4e_fmi.joints.revolute import Revolute
+from m4e_fmi.joints.revolute import PlanarRevolute, Revolute
+from m4e_fmi.joints.spherical import Spherical
+from m4e_fmi.joints.turns import turned
 
-REVOLUTE, PRISMATIC, FLOATING, FIXED = Revolute(), Prismatic(), Floating(), Fixed()
+REVOLUTE, PRISMATIC, FLOATING, FIXED = PlanarRevolute(), Prismatic(), PlanarFloating(), Fixed()
 
-JOINT_TYPES: dict[str, JointType] = {
-    joint_type.name: joint_type for joint_type in (REVOLUTE, PRISMATIC, FLOATING, FIXED)
+
+def _by_name(*joint_types: JointType) -> dict[str, JointType]:
+    return {joint_type.name: joint_type for joint_type in joint_types}
+
+
+JOINT_TYPES: dict[int, dict[str, JointType]] = {
+    2: _by_name(REVOLUTE, PRISMATIC, FLOATING, FIXED),
+    3: _by_name(
+        *(Revolute(), PRISMATIC, Spherical(), Universal(), Cylindrical(), Planar()),
+        *(Floating(), FIXED),
+    ),
 }
-"""All types by the names that they have in files."""
+"""All types in the plane and in space, by the names that they have in files."""
 
 __all__ = [
+    "ATTITUDE",
     "FIXED",
     "FLOATING",
     "GROUND_FRAME",
     "JOINT_TYPES",
     "PRISMATIC",
+    "QUATERNION",
     "REVOLUTE",
+    "TURNING",
     "Coordinate",
     "Frame",
     "JointType",
     "Mount",
     "Place",
+    "attitude",
     "carried",
+    "quaternion_of",
+    "turned",
 ]

@@ -3,7 +3,8 @@
     v = v_parent + ω_parent × reach + ṡ direction
     a = a_parent + α_parent × reach + s̈ direction − inward
 
-of the body's origin, which is where its joint holds it.
+of the body's origin, which is where its joint holds it; `inward` has an angular part, too, where an
+axis about which the body turns moves.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from m4e_fmi.space import (
     Freedom,
     Rotation,
     Vector,
+    Wrench,
     added,
     cross,
     outward,
@@ -30,17 +32,16 @@ from m4e_fmi.space import (
 class Frame:
     """Motion of one body, or of the ground. Vectors are in world axes if nothing else is said.
 
-    `position` and `velocity` are those of the centre of gravity [m, m/s], `angle` (about +Y) and
-    `omega` are absolute [rad, rad/s]. `arm` leads from the origin to the centre of gravity,
-    `local_arm` is the same in body axes. `reach` leads from the parent's origin to this one,
-    `local_reach` is the same in the parent's axes; `inward` is defined above [m/s²]. `rotates` is
-    False of a body that never rotates. `freedoms` are the columns of the joint's motion subspace,
-    one for each coordinate.
+    `position` and `velocity` are those of the centre of gravity [m, m/s], `rotation` and `omega`
+    are absolute [rad/s]. `arm` leads from the origin to the centre of gravity, `local_arm` is the
+    same in body axes. `reach` leads from the parent's origin to this one, `local_reach` is the same
+    in the parent's axes; `inward` is defined above [m/s², rad/s²]. `rotates` is False of a body
+    that never rotates. `freedoms` are the columns of the joint's motion subspace, one for each
+    coordinate.
     """
 
     origin: Vector
     origin_velocity: Vector
-    angle: AnyScalar
     omega: Vector
     rotation: Rotation
     rotates: bool
@@ -48,8 +49,13 @@ class Frame:
     local_arm: Vector = ZERO
     local_reach: Vector = ZERO
     reach: Vector = ZERO
-    inward: Vector = ZERO
+    inward: Wrench = (*ZERO, *ZERO)
     arm: Vector = ZERO
+
+    @property
+    def angle(self) -> AnyScalar:
+        """The angle about +Y [rad] of a body that turns about no other axis."""
+        return self.rotation.angle
 
     @property
     def position(self) -> Vector:
@@ -84,45 +90,45 @@ class Place:
     velocity: Vector
 
 
-GROUND_FRAME = Frame(ZERO, ZERO, 0, ZERO, Rotation(), rotates=False)
+GROUND_FRAME = Frame(ZERO, ZERO, ZERO, Rotation(), rotates=False)
 
 
 def carried(
     parent: Frame,
     local_reach: Vector,
     *,
-    angle: tuple[AnyScalar, Vector, Rotation] | None = None,
+    turn: tuple[Vector, Rotation] | None = None,
     local_arm: Vector = ZERO,
-    slide: tuple[Vector, AnyScalar] | None = None,
+    slides: Sequence[tuple[Vector, AnyScalar]] = (),
+    turning: Vector = ZERO,
     freedoms: Sequence[Freedom] = (),
 ) -> Frame:
     """Frame of a body with its origin at `local_reach` [m] from the parent's, in the parent's axes.
 
-    `angle` is the body's own absolute angle [rad], its angular velocity [rad/s] and its rotation;
-    None: the parent's. `slide` is the direction along which the origin moves in the parent (world
-    axes), and its speed [m/s].
+    `turn` is the body's own angular velocity [rad/s] and its rotation; None: the parent's.
+    `slides` are the directions along which the origin moves in the parent (world axes), each with
+    its speed [m/s]. `turning` [rad/s²] is the angular acceleration at which axes that move turn the
+    body while no rate of its joint changes.
     """
     reach = parent.rotation(local_reach)
-    coriolis = ZERO
-    if slide and parent.rotates:
-        direction, speed = slide
-        coriolis = cross(scaled(speed, scaled(2, parent.omega)), direction)
     origin, velocity = added(parent.origin, reach), parent.velocity_at(reach)
-    if slide:
-        velocity = added(velocity, scaled(slide[1], slide[0]))
     inward = outward(parent.omega, reach)
-    own_angle, omega, rotation = angle or (parent.angle, parent.omega, parent.rotation)
+    for direction, speed in slides:
+        velocity = added(velocity, scaled(speed, direction))
+        if parent.rotates:
+            coriolis = cross(scaled(speed, scaled(2, parent.omega)), direction)
+            inward = subtracted(inward, coriolis)
+    omega, rotation = turn or (parent.omega, parent.rotation)
     return Frame(
         origin=origin,
         origin_velocity=velocity,
-        angle=own_angle,
         omega=omega,
         rotation=rotation,
-        rotates=angle is not None or parent.rotates,
+        rotates=turn is not None or parent.rotates,
         freedoms=freedoms,
         local_arm=local_arm,
         local_reach=local_reach,
         reach=reach,
-        inward=subtracted(inward, coriolis) if slide else inward,
+        inward=(*inward, *scaled(-1, turning)),
         arm=rotation(local_arm) if local_arm is not ZERO else ZERO,
     )

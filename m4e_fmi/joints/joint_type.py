@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import ClassVar, Literal
 
 from m4e_fmi.joints.frame import Frame
-from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import Vector, added
+from m4e_fmi.program import AnyScalar, atan2, cos, sin, sqrt
+from m4e_fmi.space import Rotation, Vector, added, cross, dot, scaled, unit
 
 Symbol = Literal["circle", "sleeve", "square", ""]
 """How a joint is drawn; a sleeve lies along the joint's direction."""
@@ -39,9 +39,10 @@ class Coordinate:
 class Mount:
     """A joint of a model in some state, for `JointType.frame`.
 
-    `parent` is the frame of the parent, `q` (n,) and `u` (n,) are the joint's own coordinates and
-    velocities. `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child,
-    direction. `is_relative`: the angle among `q` is the child's less the parent's.
+    `parent` is the frame of the parent, `q` and `u` are the joint's own coordinates and velocities.
+    `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child, direction, axis
+    (about +Y in the plane), second_axis. `is_relative`: the angle among `q` is the child's less the
+    parent's.
     """
 
     parent: Frame
@@ -49,6 +50,10 @@ class Mount:
     u: Sequence[AnyScalar]
     vector: Callable[[str], Vector]
     is_relative: bool
+
+    def axis(self, name: str) -> Vector:
+        """An axis or direction of the author's, of length 1."""
+        return unit(self.vector(name))
 
     def offset(self) -> Vector:
         """From the parent's origin to the child's centre of gravity [m], in the parent's axes.
@@ -63,11 +68,21 @@ class Mount:
         return added(self.parent.local_arm, self.vector("parent_to_joint"))
 
 
+QUATERNION = ("e0", "e1", "e2", "e3")
+"""States of a body's attitude: body axes → world axes, scalar part first."""
+ATTITUDE = ("phi", "theta", "psi")
+"""Roll, pitch, yaw [rad]: turns about the body's X axis, after its Y, after its Z."""
+TURNING = ("omega_x", "omega", "omega_z")
+"""The angular velocity in world axes [rad/s]; omega is that about +Y, as in the plane."""
+ATTRACTION = 1.0
+"""Rate [1/s] at which the length of a quaternion returns to 1."""
+
+
 class JointType(ABC):
     """A type of joint: facts for authors and checks, and the motion that it allows.
 
-    The only angle among the `coordinates` is the last one. `other_names` are those that other
-    programs have for the type.
+    Angles come last among the `coordinates`. `other_names` are those that other programs have for
+    the type.
     """
 
     name: ClassVar[str]
@@ -78,13 +93,20 @@ class JointType(ABC):
     has_direction: ClassVar[bool] = False
     """The author gives a `direction`, fixed in the parent."""
 
+    axes: ClassVar[tuple[str, ...]] = ()
+    """Axes that the author gives in space: the first is fixed in the parent."""
+
+    has_quaternion: ClassVar[bool] = False
+    """After its `coordinates` it has the child's attitude against the world as a quaternion e, and
+    the child's angular velocity ω in world axes: ė = ½ ω e + κ (1 − |e|²) e."""
+
     is_free: ClassVar[bool] = False
     """It holds nothing: always to the ground, without geometry, its states named after the body."""
 
     frees_rotation: ClassVar[bool] = False
     """It exerts no moment but its effort; its angle may be the child's absolute one.
 
-    Its last freedom is the `Component` TURN + Y.
+    Its last freedoms are the angular `Component`s of all that bodies of the model can have.
     """
 
     @abstractmethod
@@ -92,33 +114,106 @@ class JointType(ABC):
         """The child's frame, with a freedom for each coordinate."""
 
     @cached_property
+    def vectors(self) -> tuple[str, ...]:
+        """Fields of a joint that its author has to give: a direction, axes."""
+        return (*(("direction",) if self.has_direction else ()), *self.axes)
+
+    @cached_property
+    def positions(self) -> tuple[str, ...]:
+        """Names of the states that are coordinates."""
+        own = tuple(c.position for c in self.coordinates)
+        return own + QUATERNION if self.has_quaternion else own
+
+    @cached_property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the states that are velocities, one for each freedom."""
+        own = tuple(c.velocity for c in self.coordinates)
+        return own + TURNING if self.has_quaternion else own
+
+    @cached_property
+    def turns(self) -> tuple[bool, ...]:
+        """For each velocity, whether it turns the child."""
+        own = tuple(c.is_angle for c in self.coordinates)
+        return own + (True,) * len(TURNING) if self.has_quaternion else own
+
+    def rates(self, q: Sequence[AnyScalar], u: Sequence[AnyScalar]) -> list[AnyScalar]:
+        """q̇ of the joint's own coordinates."""
+        found = list(u[: len(self.coordinates)])
+        return found + quaternion_rates(q[-4:], u[-3:]) if self.has_quaternion else found
+
+    @cached_property
     def start_keys(self) -> tuple[str, ...]:
         """Keys of the start values: positions, then velocities."""
-        positions = (c.position for c in self.coordinates)
-        return (*positions, *(c.velocity for c in self.coordinates))
+        positions = tuple(c.position for c in self.coordinates)
+        return (*positions, *(ATTITUDE if self.has_quaternion else ()), *self.velocities)
 
     @cached_property
     def start_units(self) -> dict[str, str]:
         """Unit of each start value by its key."""
         positions = {c.position: c.unit for c in self.coordinates}
-        return positions | {c.velocity: f"{c.unit}/s" for c in self.coordinates}
+        velocities = {c.velocity: f"{c.unit}/s" for c in self.coordinates}
+        if self.has_quaternion:
+            positions |= dict.fromkeys(ATTITUDE, "rad")
+            velocities |= dict.fromkeys(TURNING, "rad/s")
+        return positions | velocities
 
     @cached_property
     def rotates(self) -> bool:
         """The child can rotate against its parent."""
-        return any(c.is_angle for c in self.coordinates)
+        return self.has_quaternion or any(c.is_angle for c in self.coordinates)
 
     @property
     def chooses_angle(self) -> bool:
         """The author may choose between an absolute and a relative angle."""
-        return self.frees_rotation and not self.is_free
+        return self.frees_rotation and not self.is_free and not self.has_quaternion
 
     @property
     def has_effort(self) -> bool:
         """It has one coordinate, q with the rate u, along which an effort may act."""
-        return len(self.coordinates) == 1
+        return len(self.coordinates) == 1 and not self.has_quaternion
 
     @property
     def effort_unit(self) -> str:
         """Unit of the effort."""
         return "N.m" if self.coordinates[0].is_angle else "N"
+
+
+def quaternion_rates(e: Sequence[AnyScalar], omega: Sequence[AnyScalar]) -> list[AnyScalar]:
+    """ė (4,) [1/s] for the angular velocity `omega` (3,) [rad/s] in world axes.
+
+    The rotation does not depend on the length of e: what rounding and steps of an integrator do to
+    it decays, and no one who integrates has to know of quaternions.
+    """
+    e0, v = e[0], (e[1], e[2], e[3])
+    w = (omega[0], omega[1], omega[2])
+    drift = ATTRACTION * (1 - (e0 * e0 + dot(v, v)))
+    turned = added(scaled(e0, w), cross(w, v))
+    return [
+        drift * e0 - 0.5 * dot(w, v),
+        *(0.5 * part + drift * own for part, own in zip(turned, v, strict=True)),
+    ]
+
+
+def quaternion_of(phi: float, theta: float, psi: float) -> tuple[float, float, float, float]:
+    """The quaternion of roll, pitch and yaw [rad]."""
+    (cx, sx), (cy, sy), (cz, sz) = ((cos(a / 2), sin(a / 2)) for a in (phi, theta, psi))
+    return (
+        cz * cy * cx + sz * sy * sx,
+        cz * cy * sx - sz * sy * cx,
+        cz * sy * cx + sz * cy * sx,
+        sz * cy * cx - cz * sy * sx,
+    )
+
+
+def attitude(rotation: Rotation) -> Vector:
+    """Roll, pitch and yaw [rad] of a rotation; at a pitch of ±90° roll and yaw have no meaning.
+
+    The angle of a turn about one coordinate axis is that itself, beyond ±180°, too.
+    """
+    if rotation.about is not None:
+        parts: list[AnyScalar] = [0, 0, 0]
+        parts[rotation.about] = rotation.angle
+        return parts[0], parts[1], parts[2]
+    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.rows
+    across = sqrt(xx * xx + yx * yx)
+    return atan2(zy, zz), atan2(-zx, across), atan2(yx, xx)

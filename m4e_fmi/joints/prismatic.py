@@ -24,6 +24,6 @@ class Prismatic(JointType):
         return carried(
             parent,
             added(mount.offset(), scaled(s, local_direction)),
-            slide=(direction, speed),
+            slides=((direction, speed),),
             freedoms=(Twist(direction, parent.omega),),
         )

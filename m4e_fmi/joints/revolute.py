@@ -4,31 +4,41 @@ from __future__ import annotations
 
 from m4e_fmi.joints.frame import Frame, carried
 from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.space import TURN, Component, Rotation, Y, plus
+from m4e_fmi.joints.turns import turned
+from m4e_fmi.space import ABOUT_Y, TURN, Component, Rotation, Y, scaled
 
-OWN_ANGLE, RELATIVE_ANGLE = Component(TURN + Y, relative=False), Component(TURN + Y)
+OWN_ANGLE = Component(TURN + Y, relative=False)
 
 
 class Revolute(JointType):
-    """Its coordinate is the absolute angle of the child, or that less the parent's."""
+    """Its coordinate is the angle of the child against its parent, about the axis."""
 
     name = "revolute"
-    coordinates = (Coordinate("Theta", "q", "u", "rad"),)
+    coordinates = (Coordinate("Phi", "q", "u", "rad"),)
     other_names = ("hinge", "pin", "pivot", "rotational", "rotation", "rotary")
     symbol = "circle"
-    frees_rotation = True
+    axes = ("axis",)
 
     def frame(self, mount: Mount) -> Frame:
-        """Frame with its origin at the joint and an angle of its own."""
-        parent, (angle,), (omega,) = mount.parent, mount.q, mount.u
+        """Frame with its origin at the joint."""
+        return turned(mount, [mount.axis("axis")])
+
+
+class PlanarRevolute(Revolute):
+    """Its coordinate is the absolute angle of the child, or that less the parent's."""
+
+    coordinates = (Coordinate("Theta", "q", "u", "rad"),)
+    frees_rotation = True
+    axes = ()
+
+    def frame(self, mount: Mount) -> Frame:
+        """Frame with its origin at the joint, and an angle of its own unless that is relative."""
         if mount.is_relative:
-            angle, omega = plus(parent.angle, angle), plus(parent.omega[Y], omega)
-        rotation = Rotation.about_y(angle)
-        local_arm = mount.vector("joint_to_child")
+            return turned(mount, [ABOUT_Y])
         return carried(
-            parent,
+            mount.parent,
             mount.to_joint(),
-            angle=(angle, (0, omega, 0), rotation),
-            local_arm=local_arm,
-            freedoms=(RELATIVE_ANGLE if mount.is_relative else OWN_ANGLE,),
+            turn=(scaled(mount.u[0], ABOUT_Y), Rotation.about_y(mount.q[0])),
+            local_arm=mount.vector("joint_to_child"),
+            freedoms=(OWN_ANGLE,),
         )

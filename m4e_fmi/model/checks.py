@@ -7,17 +7,14 @@ import re
 from collections.abc import Collection, Iterable, Iterator
 from numbers import Real
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
-from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.dimensions import dimension_findings
 from m4e_fmi.model.elements import (
     GROUND,
     NEUTRAL,
-    AngleReference,
-    Joint,
     Parameter,
     Quantity,
     neutral_mass,
@@ -30,11 +27,12 @@ from m4e_fmi.model.findings import (
     Finding,
     Known,
     Names,
-    expressions,
+    numbers,
     quantities,
     reference,
     vectors,
 )
+from m4e_fmi.model.joint_checks import AXES_OF_JOINTS, PARALLEL, axis_findings, joint_findings
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.model.table import Table, TableError
@@ -47,22 +45,13 @@ if TYPE_CHECKING:
 
 SMALLEST, LARGEST = 1e-100, 1e100
 """Sizes of the numbers of a model; products of three stay within what a float can hold."""
-EQUATION_SYMBOL = re.compile(r"(Theta|Phi|S|X|Z)(D|DD)?_\d+|A_\d+_\d+")
+EQUATION_SYMBOL = re.compile(
+    r"(Theta|Phi|Psi|S|R|X|Y|Z|OmegaX|OmegaY|OmegaZ)(D|DD)?_\d+|E[0-3]_\d+|A_\d+_\d+"
+)
 NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 TREE = ("child", "parent")
 """Keys of a joint that make the tree of bodies."""
 UNITS = "write it like N.s/m or kg.m2"
-SPATIAL = ("spherical", "ball", "universal", "cylindrical", "cardan", "hooke", "screw", "planar")
-
-
-def joint_type_elsewhere(word: str) -> str:
-    """A remedy for a type of a joint that other programs have; "" for any other word."""
-    for name, joint_type in JOINT_TYPES.items():
-        if word.lower() in joint_type.other_names:
-            return f"did you mean {name!r}?"
-    if word.lower() in SPATIAL and word not in JOINT_TYPES:
-        return f"models are planar; types: {', '.join(JOINT_TYPES)}"
-    return ""
 
 
 def findings(model: Model) -> list[Finding]:
@@ -109,16 +98,19 @@ def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
 
     `model` needs the groups of a Model only; some of its elements may be missing.
     """
-    known = Known(names.parameters)
+    known = Known(names.parameters, dimensions=model.dimensions)
     yield from _name_findings(model)
-    yield from expressions(("gravity",), model.gravity, known)
+    if known.dimensions == 3 and isinstance(model.gravity, tuple | list):
+        yield from vectors(("gravity",), model.gravity, known)
+    else:
+        yield from numbers(("gravity",), model.gravity, known, ())
     for name, parameter in model.parameters.items():
         yield from _parameter_findings(("parameters", name), parameter)
     for name, body in model.bodies.items():
         leaving_out = ("mass",) if body.is_neutral else ()
         yield from quantities(("bodies", name), body, known, leaving_out=leaving_out)
     for name, joint in model.joints.items():
-        yield from _joint_findings(("joints", name), joint, names, known)
+        yield from joint_findings(("joints", name), joint, names, known)
     for name, point in model.points.items():
         at = ("points", name, "body")
         yield from reference(at, point.body, names.bodies | {GROUND}, "bodies")
@@ -178,58 +170,6 @@ def _neutral_names(model: Elements) -> Iterator[str]:
             yield from (NEUTRAL, neutral_symbol(name))
 
 
-def _joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> Iterator[Finding]:
-    yield from reference((*at, "child"), joint.child, names.bodies, "bodies")
-    yield from reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
-    yield from quantities(at, joint, known)
-    if joint.type not in JOINT_TYPES:
-        remedy = joint_type_elsewhere(joint.type) or suggestion(joint.type, JOINT_TYPES)
-        yield Finding((*at, "type"), f"unknown type {joint.type!r}", remedy)
-        return
-    if joint.parent == joint.child and joint.child in names.bodies:
-        message = f"the joint joins body {joint.child!r} to itself"
-        yield Finding((*at, "parent"), message, "name another body, or ground")
-    yield from _joint_type_findings(at, joint)
-    if joint.direction is not None:
-        yield from vectors((*at, "direction"), joint.direction, known)
-    for key, value in joint.initial.items():
-        keys = joint.joint_type.start_keys
-        if key not in keys:
-            message = f"a {joint.type} joint has no initial {key!r}"
-            remedy = suggestion(key, keys) or "leave it out"
-            yield Finding((*at, "initial", key), message, remedy)
-        yield from expressions((*at, "initial", key), value, known)
-
-
-def _joint_type_findings(at: Location, joint: Joint) -> Iterator[Finding]:
-    """Keys that a joint of this type does not have, or needs."""
-    joint_type = joint.joint_type
-    if joint_type.is_free:
-        if joint.parent != GROUND:
-            message = f"a {joint.type} joint is always to the ground"
-            yield Finding((*at, "parent"), message, "leave 'parent' out")
-        for field in ("parent_to_joint", "joint_to_child"):
-            if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
-                message = f"a {joint.type} joint has no {field}"
-                yield Finding(
-                    (*at, field), message, "give the start position under 'initial': x, z"
-                )
-    if joint_type.has_direction != (joint.direction is not None):
-        if joint_type.has_direction:
-            message, remedy = f"a {joint.type} joint needs a direction", "add 'direction: [x, z]'"
-        else:
-            names = " or ".join(name for name, t in JOINT_TYPES.items() if t.has_direction)
-            message, remedy = f"only a {names} joint has a direction", "leave it out"
-        yield Finding((*at, "direction"), message, remedy)
-    if joint.coordinate not in get_args(AngleReference):
-        remedy = suggestion(joint.coordinate, get_args(AngleReference))
-        yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif joint.coordinate == "relative" and not joint_type.chooses_angle:
-        names = " or ".join(name for name, t in JOINT_TYPES.items() if t.chooses_angle)
-        message = f"only a {names} joint has a coordinate to choose"
-        yield Finding((*at, "coordinate"), message, "leave it out")
-
-
 def _tree_findings(model: Elements) -> Iterator[Finding]:
     """Each body must hang on the ground through exactly one chain of joints."""
     parents: dict[str, str] = {}
@@ -248,7 +188,8 @@ def _tree_findings(model: Elements) -> Iterator[Finding]:
             remedy = "one body of this chain must have a joint with parent: ground"
             yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
     used = {joint.type for joint in model.joints.values()}
-    if used and all(name in JOINT_TYPES and not JOINT_TYPES[name].coordinates for name in used):
+    types = JOINT_TYPES[model.dimensions]
+    if used and all(name in types and not types[name].velocities for name in used):
         message = "nothing can move: every joint is fixed"
         yield Finding(("joints",), message, "give at least one joint another type")
     if not model.bodies:
@@ -301,9 +242,30 @@ def _value_findings(
             message = f"the lower limit {lower:.6g} is not below the upper one, {upper:.6g}"
             yield Finding(("loads", name, "lower"), message, "exchange them")
     for name, joint in model.joints.items():
-        at = ("joints", name, "direction")
-        if joint.direction is not None and computed.get((*at, 0)) == computed.get((*at, 1)) == 0:
-            yield Finding(at, "the direction has no length", "give a vector such as [1, 0]")
+        yield from axis_findings(("joints", name), joint, computed)
+    for name, body in model.bodies.items():
+        at = ("bodies", name, "inertia")
+        count = len(body.inertia) if isinstance(body.inertia, tuple | list) else 0
+        entries = [computed[*at, k] for k in range(count) if (*at, k) in computed]
+        if entries and len(entries) == count:
+            yield from _inertia_findings(at, entries)
+
+
+def _inertia_findings(at: Location, entries: list[float]) -> Iterator[Finding]:
+    """Tensors that no body has: moments of inertia are positive, and none exceeds two others."""
+    import numpy as np
+
+    xx, yy, zz, xy, yz, zx = [*entries, 0.0, 0.0, 0.0][:6]
+    least, middle, most = np.linalg.eigvalsh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    if not least > 0:
+        message = f"principal moments of inertia must be positive, got {least:.6g}"
+        yield Finding(at, message, "check the signs of the products: Ixy is -∫ x y dm")
+    elif most > (least + middle) * (1 + PARALLEL):
+        message = (
+            f"no body has these moments of inertia: the principal one {most:.6g} exceeds the sum "
+            f"of the others, {least + middle:.6g}"
+        )
+        yield Finding(at, message, "check units, axes, and that they are about the CG")
 
 
 def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding]:
@@ -360,15 +322,20 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
 
 def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
     """Every number or expression of the model, and where it stands."""
-    yield ("gravity",), model.gravity
+    if isinstance(model.gravity, tuple | list):
+        yield from ((("gravity", k), part) for k, part in enumerate(model.gravity))
+    else:
+        yield ("gravity",), model.gravity
     for group in ("bodies", "joints", "points", "loads"):
         for name, element in getattr(model, group).items():
             for field in getattr(element, "scalars", ()):
-                if getattr(element, field) is not None:
-                    yield (group, name, field), getattr(element, field)
-            vectors = getattr(element, "vectors", ())
-            if getattr(element, "direction", None) is not None:
-                vectors = (*vectors, "direction")
+                value = getattr(element, field)
+                if isinstance(value, tuple | list):
+                    yield from (((group, name, field, k), part) for k, part in enumerate(value))
+                elif value is not None:
+                    yield (group, name, field), value
+            given = [f for f in AXES_OF_JOINTS if getattr(element, f, None) is not None]
+            vectors = (*getattr(element, "vectors", ()), *given)
             for field in vectors:
                 for index, value in enumerate(getattr(element, field)):
                     yield (group, name, field, index), value

@@ -145,17 +145,17 @@ def _remedy(
 
 def expected_unit(model: Elements, at: Location) -> str:
     """The unit of the quantity at a place of a model; "" where any will do."""
-    if at == ("gravity",):
+    if at[0] == "gravity":
         return "m/s2"
     group, name, field = at[:3]
     element = getattr(model, str(group))[name]
     if field == "initial":
-        joint_type = JOINT_TYPES.get(element.type)
+        joint_type = JOINT_TYPES[model.dimensions].get(element.type)
         return joint_type.start_units.get(str(at[3]), "") if joint_type else ""
     unit = {**getattr(element, "scalars", {}), **getattr(element, "vectors", {})}.get(field, "")
     of_angle, _, of_distance = unit.partition(" or ")
     if not of_distance:
         return unit
     joint = model.joints.get(element.joint)  # none if that is wrong
-    joint_type = JOINT_TYPES.get(joint.type) if joint else None
+    joint_type = JOINT_TYPES[model.dimensions].get(joint.type) if joint else None
     return of_angle if joint_type and joint_type.rotates else of_distance

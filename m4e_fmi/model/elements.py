@@ -13,20 +13,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias
 
-from m4e_fmi.joints import JOINT_TYPES, JointType
-from m4e_fmi.model.expression import Expression, Values
+from m4e_fmi.model.expression import NOTHING, Expression, Values, negative
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import parse_unit
 
 if TYPE_CHECKING:
     import sympy
 
+    from m4e_fmi.model.model import Model
+
 GROUND = "ground"
 NEUTRAL = "neutral"
 """Mass of a body that is that of the water it displaces."""
 
 Quantity: TypeAlias = "float | str | Expression | sympy.Expr"
-Vector = tuple[Quantity, Quantity]
+Vector: TypeAlias = "tuple[Quantity, ...]"
+"""(x, z) in a model of the plane, (x, y, z) in one of space."""
+Inertia: TypeAlias = "Quantity | tuple[Quantity, ...]"
 AngleReference = Literal["absolute", "relative"]
 
 
@@ -35,10 +38,23 @@ def quantity(owner: object, name: str) -> Expression:
     return as_expression(getattr(owner, name))
 
 
-def vector(owner: object, name: str) -> tuple[Expression, Expression]:
-    """Field `name` of `owner`, a pair (x, z), as expressions."""
-    x, z = getattr(owner, name)
-    return as_expression(x), as_expression(z)
+def vector(owner: object, name: str) -> tuple[Expression, ...]:
+    """Field `name` of `owner`, (x, z) or (x, y, z), as expressions."""
+    return tuple(map(as_expression, getattr(owner, name)))
+
+
+def inertia_of(body: Body) -> tuple[Expression, ...]:
+    """The inertia of a body: I_yy in the plane; three moments, or these and I_xy, I_yz, I_zx."""
+    given = body.inertia
+    return tuple(map(as_expression, given if isinstance(given, tuple | list) else (given,)))
+
+
+def gravity_of(model: Model) -> tuple[Expression, ...]:
+    """The acceleration of gravity against its direction, (x, y, z)."""
+    given = model.gravity
+    if not isinstance(given, tuple | list):
+        return NOTHING, NOTHING, as_expression(given)
+    return tuple(negative(as_expression(part)) for part in given)
 
 
 @dataclass(frozen=True)
@@ -63,6 +79,9 @@ def parameter_values(parameters: Mapping[str, Parameter]) -> Values:
 class Body:
     """A rigid body: mass [kg], inertia about its centre of gravity [kg·m²].
 
+    The inertia is that about Y in the plane. In space it is (I_xx, I_yy, I_zz), or these and the
+    entries I_xy, I_yz, I_zx of the tensor, in body axes; I_xy is −∫ x y dm.
+
     The mass "neutral" is that of the displaced water: a parameter ``body.<name>.neutral_mass``
     without a value, which a hydrodynamics component of a system sets.
     With `added_mass` the model gets an added-mass matrix for this body, to be set from outside
@@ -70,12 +89,13 @@ class Body:
     """
 
     mass: Quantity
-    inertia: Quantity
+    inertia: Inertia
     description: str = ""
     added_mass: bool = False
 
     scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
     positive: ClassVar = ("mass", "inertia")
+    in_space: ClassVar = {"inertia": (3, 6)}
 
     @property
     def is_neutral(self) -> bool:
@@ -116,13 +136,10 @@ class Joint:
     coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = field(default_factory=dict)
     description: str = ""
+    axis: Vector | None = None
+    second_axis: Vector | None = None
 
     vectors: ClassVar = {"parent_to_joint": "m", "joint_to_child": "m"}
-
-    @property
-    def joint_type(self) -> JointType:
-        """The object of its type; KeyError if there is none of this name."""
-        return JOINT_TYPES[self.type]
 
 
 @dataclass(frozen=True)

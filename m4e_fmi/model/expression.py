@@ -144,6 +144,16 @@ class Expression:
         return f"Expression({self})"
 
 
+NOTHING = Expression("number", (0.0,))
+
+
+def negative(e: Expression) -> Expression:
+    """−e."""
+    return (
+        Expression("number", (-e.arguments[0],)) if e.kind == "number" else Expression("neg", (e,))
+    )
+
+
 def _power(base: AnyScalar, exponent: AnyScalar) -> AnyScalar:
     """base ** exponent; of floats, the real power or ValueError, never a complex number."""
     if isinstance(base, int | float) and isinstance(exponent, int | float):

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from difflib import SequenceMatcher
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.errors import CLOSE, suggestion
 from m4e_fmi.files.document import Location
@@ -74,10 +74,14 @@ Complaint = tuple[str, str]
 
 @dataclass(frozen=True)
 class Known:
-    """The names that an expression may use; `motion` judges those with dots, if it may use any."""
+    """The names that an expression may use; `motion` judges those with dots, if it may use any.
+
+    `dimensions` are those of the model.
+    """
 
     names: frozenset[str]
     motion: Callable[[str], Complaint | None] | None = None
+    dimensions: int = 2
 
     def complaint(self, name: str) -> Complaint | None:
         """Complaint about `name`; None if it is known."""
@@ -107,22 +111,69 @@ def quantities(
     for field in getattr(element, "scalars", ()):
         is_absent = field in optional and getattr(element, field) is None
         if not is_absent and field not in leaving_out:
-            yield from expressions((*at, field), getattr(element, field), known)
+            counts = getattr(element, "in_space", {}).get(field, ())
+            yield from numbers((*at, field), getattr(element, field), known, counts)
     for field in getattr(element, "vectors", ()):
         yield from vectors((*at, field), getattr(element, field), known)
 
 
-PLANAR_VECTOR = "models are planar: write [x, z]"
+PLANAR = "the model is planar (there is no 'dimensions: 3')"
+SPATIAL = "the model is spatial ('dimensions: 3')"
+VECTORS = {2: f"{PLANAR}: write [x, z]", 3: f"{SPATIAL}: write [x, y, z]"}
+"""Remedies for what is no vector, by the model's dimensions."""
+ORIGIN = (0.0, 0.0)
+"""The vector of those who give none."""
 
 
 def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[Finding]:
-    """Problems of a pair (x, z) of numbers or expressions."""
-    is_pair = isinstance(value, tuple | list) and len(value) == 2
-    if not is_pair and getattr(value, "shape", None) != (2,):  # of NumPy's arrays
-        yield Finding(at, f"expected two entries, got {value!r}", PLANAR_VECTOR)
+    """Problems of a vector of numbers or expressions."""
+    if isinstance(value, tuple | list):
+        count = len(value)
+    else:
+        count = next(iter(getattr(value, "shape", ())), None)  # of NumPy's arrays
+    if isinstance(value, tuple) and value == ORIGIN:
+        return
+    if count != known.dimensions:
+        expected = VECTORS[known.dimensions].partition("write ")[2]
+        got = _entries(count) if isinstance(count, int) else repr(value)
+        place = next((key for key in reversed(at) if isinstance(key, str)), "")
+        yield Finding(at, f"{place}: expected {expected}, got {got}", VECTORS[known.dimensions])
         return
     for index, entry in enumerate(value):
         yield from expressions((*at, index), entry, known)
+
+
+def numbers(at: Location, value: Any, known: Known, counts: Collection[int]) -> Iterator[Finding]:
+    """Problems of a number or expression; in space of as many as one of the `counts`, if any."""
+    is_list = isinstance(value, tuple | list)
+    if known.dimensions == 2 or not counts:
+        if is_list:
+            message = f"{at[-1]}: expected a number or an expression, got {_entries(len(value))}"
+            yield Finding(
+                at,
+                message,
+                f"{PLANAR}: give one number" if counts or at == ("gravity",) else "give one number",
+            )
+        else:
+            yield from expressions(at, value, known)
+    elif not is_list or len(value) not in counts:
+        wanted = " or ".join(map(str, counts))
+        got = _entries(len(value)) if is_list else "one"
+        message = f"{at[-1]}: expected a list of {wanted} numbers, got {got}"
+        yield Finding(at, message, f"{SPATIAL}: write {IN_SPACE[str(at[-1])]}")
+    else:
+        for index, entry in enumerate(value):
+            yield from expressions((*at, index), entry, known)
+
+
+def _entries(count: int) -> str:
+    return f"{count} entr{'y' if count == 1 else 'ies'}"
+
+
+IN_SPACE = {
+    "inertia": "[Ixx, Iyy, Izz], or [Ixx, Iyy, Izz, Ixy, Iyz, Izx]",
+    "moment": "[Mx, My, Mz]",
+}
 
 
 def expressions(at: Location, value: Quantity, known: Known) -> Iterator[Finding]:

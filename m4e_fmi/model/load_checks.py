@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
-from m4e_fmi.joints import JOINT_TYPES
+from m4e_fmi.joints import ATTITUDE, JOINT_TYPES, TURNING
 from m4e_fmi.model.elements import GROUND, Joint
 from m4e_fmi.model.findings import (
     TIME,
@@ -25,16 +26,18 @@ if TYPE_CHECKING:
     from m4e_fmi.model.findings import Elements
 
 MOTION = {
-    "body": ("x", "z", "theta", "vx", "vz", "omega"),
-    "point": ("x", "z", "vx", "vz"),
-    "joint": ("q", "u"),
+    2: {
+        "body": ("x", "z", "theta", "vx", "vz", "omega"),
+        "point": ("x", "z", "vx", "vz"),
+        "joint": ("q", "u"),
+    },
+    3: {
+        "body": ("x", "y", "z", *ATTITUDE, "vx", "vy", "vz", *TURNING),
+        "point": ("x", "y", "z", "vx", "vy", "vz"),
+        "joint": ("q", "u", "q1", "u1", "q2", "u2", "q3", "u3"),
+    },
 }
-"""Variables of the motion that a load may depend on."""
-
-
-def _has_effort(joint: Joint) -> bool:
-    """True of a joint of a known type with a coordinate q along which an effort can act."""
-    return joint.type in JOINT_TYPES and joint.joint_type.has_effort
+"""Variables of the motion that a load may depend on, by dimensions."""
 
 
 class LoadChecks:
@@ -44,7 +47,9 @@ class LoadChecks:
         self.model = model
         self.names = names
         plain = names.parameters | names.tables | {TIME}
-        self.known = Known(plain, self._motion_complaint)
+        self.known = Known(plain, self._motion_complaint, model.dimensions)
+        self.types = JOINT_TYPES[model.dimensions]
+        self.motion = MOTION[model.dimensions]
 
     def findings(self) -> Iterator[Finding]:
         """All findings on the loads, in the order of the file."""
@@ -55,28 +60,42 @@ class LoadChecks:
             yield from quantities(at, load, self.known, leaving_out=("law",))
             yield from self._law(at, load)
 
+    def _has_effort(self, joint: Joint) -> bool:
+        """True of a joint of a known type with a coordinate q along which an effort can act."""
+        return joint.type in self.types and self.types[joint.type].has_effort
+
     def _motion_complaint(self, name: str) -> Complaint | None:
         """Complaint about a name like ``joint.hinge.q``; None if it is right."""
         kind, _, rest = name.partition(".")
         element, _, variable = rest.rpartition(".")
         if kind == "load":
             return f"{name!r} is not known here", "loads cannot depend on other loads"
-        if kind not in MOTION or not element:
+        if kind not in self.motion or not element:
             remedy = "the motion is joint.<name>.q, body.<name>.vx, point.<name>.z and the like"
             return f"{name!r} is not declared", self._with_kind(kind, rest) or remedy
         group = {"body": "bodies", "point": "points", "joint": "joints"}[kind]
         declared = getattr(self.names, group)
         if element not in declared:
             return f"unknown {kind} {element!r} in {name!r}", suggestion(element, declared, group)
-        if variable in ("ax", "az", "alpha"):
+        if variable in ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"):
             return f"a load cannot depend on {name!r}", "nor on any other acceleration or reaction"
-        if variable not in MOTION[kind]:
-            return f"a {kind} has no {variable!r} here", f"known: {', '.join(MOTION[kind])}"
+        if variable not in self.motion[kind]:
+            return f"a {kind} has no {variable!r} here", f"known: {', '.join(self.motion[kind])}"
         joint = self.model.joints.get(element)
-        if kind == "joint" and joint is not None and not _has_effort(joint):
+        if kind == "joint" and joint is not None and not self._has(joint, variable):
             remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
             return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
+
+    def _has(self, joint: Joint, variable: str) -> bool:
+        """True of a joint of a known type with a coordinate, or its rate, of that name."""
+        if joint.type not in self.types:
+            return False
+        coordinates = self.types[joint.type].coordinates
+        return (
+            any(variable in (c.position, c.velocity) for c in coordinates)
+            and not self.types[joint.type].is_free
+        )
 
     def _with_kind(self, element: str, variable: str) -> str:
         """A remedy for ``hinge.q``, which lacks what `element` is."""
@@ -84,7 +103,7 @@ class LoadChecks:
         meant = [
             f"{kind}.{element}.{variable}"
             for kind, declared in groups.items()
-            if element in declared and variable in MOTION[kind]
+            if element in declared and variable in self.motion[kind]
         ]
         return f"did you mean {meant[0]!r}?" if meant else ""
 
@@ -101,9 +120,9 @@ class LoadChecks:
         elif hasattr(load, "joint"):
             yield from reference((*at, "joint"), load.joint, names.joints, "joints")
             joint = self.model.joints.get(load.joint)
-            if joint is not None and not _has_effort(joint):
+            if joint is not None and not self._has_effort(joint):
                 message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
-                names = " or ".join(name for name, t in JOINT_TYPES.items() if t.has_effort)
+                names = " or ".join(name for name, t in self.types.items() if t.has_effort)
                 yield Finding((*at, "joint"), message, f"name a {names} joint")
         else:
             yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
@@ -117,7 +136,8 @@ class LoadChecks:
         for index, end in enumerate(ends):
             place = (*at, field, index)
             if field == "points" and end not in known and end in self.names.bodies | {GROUND}:
-                remedy = f"add a point of it: {{body: {end}, at: [0, 0]}}"
+                origin = "[0, 0]" if self.known.dimensions == 2 else "[0, 0, 0]"
+                remedy = f"add a point of it: {{body: {end}, at: {origin}}}"
                 yield Finding(place, f"{end!r} is a body, not a point", remedy)
                 continue
             yield from reference(place, end, known, field)
@@ -137,6 +157,12 @@ class LoadChecks:
             yield Finding((*at, given[-1]) if given else at, message, remedy)
         if isinstance(load, TensionStop | JointStop) and load.lower is None and load.upper is None:
             yield Finding(at, "a stop without a limit", "add 'lower: …' or 'upper: …' here")
+        angle = getattr(load, "angle", 0.0) if self.known.dimensions == 3 else 0.0
+        if angle not in (0.0, "0"):
+            message = "in space a torsion spring rests where its bodies are parallel"
+            yield Finding(
+                (*at, "angle"), message, "leave 'angle' out, or hold it by a revolute joint"
+            )
         axes = getattr(load, "axes", "world")
         if axes not in get_args(Axes):
             remedy = suggestion(str(axes), get_args(Axes))
@@ -147,7 +173,7 @@ class LoadChecks:
         if law is None:
             return
         variables: tuple[str, ...] = getattr(load, "law_variables", ())
-        known = Known(self.known.names | set(variables), self.known.motion)
+        known = replace(self.known, names=self.known.names | set(variables))
         yield from expressions((*at, "law"), law, known)
         for name in sorted(self.names.parameters | self.names.tables):
             if name in variables:

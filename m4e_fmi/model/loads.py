@@ -12,11 +12,12 @@ be negative, and a warning tells those in `seldom_negative` that are.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, get_args
+from typing import ClassVar, Literal, TypeAlias, get_args
 
 from m4e_fmi.model.elements import Quantity, Vector
 
 Axes = Literal["world", "body"]
+QuantityOrVector: TypeAlias = "Quantity | Vector"
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,8 @@ class TorsionSpring(_Described):
 
     The twist theta is θ₂ − θ₁ − angle with absolute angles about +Y, 0 for the ground; `angle` is
     θ₂ − θ₁ where the spring rests. A `law` in `theta` and its rate `thetad` [rad/s] is the moment
-    itself.
+    itself. In space theta is the angle by which the second body is turned from the first, at most
+    180°, and the moment is about the axis of that turn; there `angle` is 0.
     """
 
     bodies: tuple[str, str]
@@ -160,16 +162,17 @@ class PointForce(_Described):
 class BodyForce(_Described):
     """A force (F_x, F_z) [N] at a centre of gravity, and a moment about +Y [N·m].
 
-    The force is in world axes or in those of the body.
+    In space both are vectors. They are in world axes or in those of the body.
     """
 
     body: str
     force: Vector = (0.0, 0.0)
-    moment: Quantity = 0.0
+    moment: QuantityOrVector = 0.0
     axes: Axes = "world"
 
     type: ClassVar = "body_force"
     scalars: ClassVar = {"moment": "N.m"}
+    in_space: ClassVar = {"moment": (3,)}
     vectors: ClassVar = {"force": "N"}
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity
+from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity, Vector
 from m4e_fmi.model.loads import Load
 from m4e_fmi.model.table import Table
 from m4e_fmi.shown import listing
@@ -21,10 +21,11 @@ STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
 @dataclass(frozen=True)
 class Model:
-    """A planar multibody system: names map to elements, in the order they were given.
+    """A multibody system: names map to elements, in the order they were given.
 
-    `gravity` is the acceleration towards −Z [m/s²]. Raises InputError, with all problems, on
-    construction.
+    With `dimensions` 2 it lies in the X–Z plane, with 3 it moves in space. `gravity` is the
+    acceleration towards −Z [m/s²], or in space a vector (x, y, z) of it. Raises InputError, with
+    all problems, on construction.
     """
 
     name: str
@@ -34,8 +35,9 @@ class Model:
     loads: Mapping[str, Load] = field(default_factory=dict)
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     tables: Mapping[str, Table] = field(default_factory=dict)
-    gravity: Quantity = STANDARD_GRAVITY
+    gravity: Quantity | Vector = STANDARD_GRAVITY
     description: str = ""
+    dimensions: Literal[2, 3] = 2
 
     _warnings = ()  # no fields: they follow from the others
     _lacking = MappingProxyType({})

@@ -22,7 +22,6 @@ from m4e_fmi.model.checks import (
     Names,
     element_findings,
     further_findings,
-    joint_type_elsewhere,
     whole_findings,
 )
 from m4e_fmi.model.elements import (
@@ -33,39 +32,42 @@ from m4e_fmi.model.elements import (
     Parameter,
     Point,
 )
-from m4e_fmi.model.findings import PLANAR_VECTOR
+from m4e_fmi.model.joint_checks import joint_type_elsewhere
 from m4e_fmi.model.loads import LOAD_TYPES, Axes, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.table import Table
+
+DIMENSIONS = (2, 3)
 
 
 def _number_or_text(value: object) -> float | str:
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         got = "nothing" if value is None else repr(value)
-        remedy = "models are planar: give one number" if isinstance(value, list) else ""
+        remedy = "give one number" if isinstance(value, list) else ""
         if isinstance(value, dict):
             remedy = "give its unit to a parameter under 'parameters', and its name here"
         raise rejected(f"expected a number or an expression, got {got}", remedy)
     return value
 
 
-def _planar(value: object, info: ValidationInfo) -> object:
-    """A vector as it is; anything else is rejected with a remedy."""
+def _vector(value: object, info: ValidationInfo) -> object:
+    """A vector as it is, whose length is checked later; anything else is rejected."""
     if not isinstance(value, list | tuple):
-        raise rejected(f"{info.field_name}: expected [x, z], got {value!r}", PLANAR_VECTOR)
-    if len(value) != 2:
-        message = f"{info.field_name}: expected [x, z], got {len(value)} entries"
-        raise rejected(message, PLANAR_VECTOR)
+        raise rejected(
+            f"{info.field_name}: expected a vector, got {value!r}",
+            "write [x, z], in space [x, y, z]",
+        )
     return value
 
 
 def _joint_type(value: object) -> str:
     """The name of a type of joint as it is; any other is rejected with a remedy."""
-    if isinstance(value, str) and value in JOINT_TYPES:
+    if isinstance(value, str) and any(value in types for types in JOINT_TYPES.values()):
         return value
     if isinstance(value, str) and (meant := joint_type_elsewhere(value)):
         raise rejected(f"unknown type {value!r}", meant)
-    raise PydanticKnownError("literal_error", {"expected": ", ".join(JOINT_TYPES)})
+    known = dict.fromkeys(name for types in JOINT_TYPES.values() for name in types)
+    raise PydanticKnownError("literal_error", {"expected": ", ".join(known)})
 
 
 def _unit(value: object) -> str:
@@ -82,7 +84,8 @@ def _number_text_or_nothing(value: object) -> float | str | None:
 
 
 Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
-Vector = Annotated[tuple[Quantity, Quantity], BeforeValidator(_planar)]
+Vector = Annotated[tuple[Quantity, ...], BeforeValidator(_vector)]
+Numbers = Quantity | tuple[Quantity, ...]
 UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
@@ -99,7 +102,7 @@ class BodySection(Section):
     """A body: mass and moment of inertia about its centre of gravity."""
 
     mass: Quantity
-    inertia: Quantity
+    inertia: Numbers
     description: str = ""
     added_mass: bool = False
 
@@ -113,6 +116,8 @@ class JointSection(Section):
     parent_to_joint: Vector = (0.0, 0.0)
     joint_to_child: Vector = (0.0, 0.0)
     direction: Vector | None = None
+    axis: Vector | None = None
+    second_axis: Vector | None = None
     coordinate: AngleReference = "absolute"
     initial: dict[str, Quantity] = Field(default_factory=dict)
     description: str = ""
@@ -140,6 +145,7 @@ class TableSection(Section):
 _FIELD_TYPES: dict[str, object] = {
     "Quantity": Quantity,
     "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
+    "QuantityOrVector": Numbers,
     "Vector": Vector,
     "Axes": Axes,
     "str": str,
@@ -168,7 +174,8 @@ class ModelSection(Section):
 
     name: str
     description: str = ""
-    gravity: Quantity = STANDARD_GRAVITY
+    dimensions: Literal[2, 3] = 2
+    gravity: Numbers = STANDARD_GRAVITY
     parameters: dict[str, ParameterSection] = Field(default_factory=dict)
     tables: dict[str, TableSection] = Field(default_factory=dict)
     bodies: dict[str, BodySection] = Field(default_factory=dict)
@@ -183,12 +190,16 @@ def model_of(document: Document) -> Model:
         ModelSection, required={"name": "unnamed"}
     )
     names = Names.of(document.data)
+    if document.data.get("dimensions", 2) not in DIMENSIONS:  # all else depends on them
+        raise InputError([p for p in problems if "dimensions" in p.message])
     if section is not None:
         groups = _elements(section)
         tables, unread = _tables(section, document.path.parent)
         groups["tables"] = tables
         problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
-        namespace = SimpleNamespace(gravity=section.gravity, **groups)
+        namespace = SimpleNamespace(
+            gravity=section.gravity, dimensions=section.dimensions, **groups
+        )
         found = list(element_findings(namespace, names))
         if not found and not problems:
             found = list(whole_findings(namespace))
@@ -200,6 +211,7 @@ def model_of(document: Document) -> Model:
                 name=section.name,
                 description=section.description,
                 gravity=section.gravity,
+                dimensions=section.dimensions,
                 **groups,
             )
             return model.place_warnings(lambda f: document.problem(f.location, f.message, f.remedy))

@@ -13,17 +13,36 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from m4e_fmi.joints import GROUND_FRAME, Frame, Place
 from m4e_fmi.model import Model, Table
-from m4e_fmi.model.elements import GROUND, neutral_mass, quantity, vector
-from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.kinematics import frames
+from m4e_fmi.model.elements import (
+    GROUND,
+    gravity_of,
+    inertia_of,
+    neutral_mass,
+    quantity,
+    vector,
+)
+from m4e_fmi.model.expression import NOTHING, Expression, Values
+from m4e_fmi.multibody.kinematics import frames, in_space
 from m4e_fmi.multibody.loads import Acting, acting
 from m4e_fmi.multibody.motion import Lookup, Motion, State
 from m4e_fmi.multibody.topology import Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import PLANE, TURN, ZERO, Matrix, Vector, add_force
+from m4e_fmi.space import (
+    TURN,
+    ZERO,
+    Matrix,
+    Vector,
+    Wrench,
+    add_force,
+    force_of,
+    moment_of,
+    shifted,
+    subtracted,
+)
 
 
 def at_time(name: str, table: Table, time: AnyScalar) -> AnyScalar:
@@ -36,22 +55,23 @@ def at_time(name: str, table: Table, time: AnyScalar) -> AnyScalar:
 class Scalars:
     """The scalars to assemble with: q, u, the time, parameters by name, and inputs.
 
-    `q` (n,), `u` (n,) in m, rad, m/s, rad/s, in the order of the coordinates; `time` in s.
+    `q` in m and rad, `u` (n,) in m/s and rad/s, in the order of the links; `time` in s.
 
     Neutral masses are among the parameters, by their names in the program.
 
-    `body_wrench[name]` = (F_x, F_z [N], M_y [N·m]) at a centre of gravity, `point_force[name]` =
-    (F_x, F_z), `effort[joint]` [N or N·m]; absent ones are zero. `added_mass` [kg, kg·m, kg·m²] has
-    three rows (x, z, θ) and columns for each body with added mass, in the order of their numbers.
-    `number` makes a scalar of a constant, `table` of a table.
+    `body_wrench[name]` = (F [N], M [N·m]) at a centre of gravity, `point_force[name]` [N],
+    `effort[joint]` [N or N·m]; absent ones are zero. `added_mass` [kg, kg·m, kg·m²] has a row and a
+    column for each component of the motion of each body with added mass, in the order of their
+    numbers: (x, z, θ) in the plane, (v, ω) in space. `number` makes a scalar of a constant, `table`
+    of a table.
     """
 
     q: Sequence[AnyScalar]
     u: Sequence[AnyScalar]
     time: AnyScalar
     parameters: Mapping[str, AnyScalar]
-    body_wrench: Mapping[str, tuple[AnyScalar, AnyScalar, AnyScalar]]
-    point_force: Mapping[str, tuple[AnyScalar, AnyScalar]]
+    body_wrench: Mapping[str, Wrench]
+    point_force: Mapping[str, Vector]
     effort: Mapping[str, AnyScalar]
     added_mass: Matrix
     number: Callable[[float], AnyScalar] = float
@@ -62,10 +82,10 @@ class Scalars:
 class Assembly:
     """A model in motion.
 
-    `masses[k]` = (mass, inertia about the CG) of link k; `added_mass[i, j]` the 6×6 block by which
-    link j's acceleration acts on link i; `wrenches[k]` = (F, M) on link k about its origin (not its
-    CG), gravity left out; `generalized_forces[k]` along its joint's coordinate. `loads`
-    are the model's, by name, and are part of the wrenches and generalized forces.
+    `masses[k]` = (mass, inertia (3, 3) about the CG in body axes) of link k; `added_mass[i, j]` the
+    6×6 block by which link j's acceleration acts on link i; `wrenches[k]` = (F, M) on link k about
+    its origin (not its CG), gravity left out; `generalized_forces[k]` along its joint's coordinate.
+    `loads` are the model's, by name, and are part of the wrenches and generalized forces.
     """
 
     model: Model
@@ -75,8 +95,8 @@ class Assembly:
     u: Sequence[AnyScalar]
     frames: list[Frame]
     points: dict[str, Place]
-    gravity: AnyScalar
-    masses: list[tuple[AnyScalar, AnyScalar]]
+    gravity: Vector
+    masses: list[tuple[AnyScalar, Matrix]]
     added_mass: dict[tuple[int, int], Matrix]
     wrenches: list[list[AnyScalar]]
     generalized_forces: list[AnyScalar]
@@ -86,10 +106,20 @@ class Assembly:
         """Of a body by its name, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
+    @cached_property
+    def seconds(self) -> list[Matrix]:
+        """Moments of inertia (3, 3) [kg·m²] of each link about its origin, in world axes."""
+        axes = [c - TURN for c in self.tree.components if c >= TURN]
+        pairs = zip(self.masses, self.frames, strict=True)
+        return [
+            frame.rotation.tensor(shifted(inertia, mass, frame.local_arm, axes))
+            for (mass, inertia), frame in pairs
+        ]
+
 
 @dataclass(frozen=True)
 class Accelerations:
-    """`rates` = u̇ (n,); `origins[k]` and `alphas[k]` of link k: a + (0, 0, `raised`), and α.
+    """`rates` = u̇ (n,); `origins[k]` and `alphas[k]` of link k: a + `raised`, and α.
 
     In m/s² and rad/s², world axes.
     """
@@ -97,12 +127,11 @@ class Accelerations:
     rates: list[AnyScalar]
     origins: list[Vector]
     alphas: list[Vector]
-    raised: AnyScalar
+    raised: Vector
 
     def of_point(self, frame: Frame, k: int, arm: Vector) -> Vector:
         """True acceleration of the point at `arm` from the origin of link `k`."""
-        x, y, z = frame.acceleration_at(arm, self.origins[k], self.alphas[k])
-        return x, y, z - self.raised
+        return subtracted(frame.acceleration_at(arm, self.origins[k], self.alphas[k]), self.raised)
 
 
 def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
@@ -115,12 +144,12 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
             mass = values[neutral_mass(link.body)]
         else:
             mass = quantity(body, "mass").evaluate(values)
-        masses.append((mass, quantity(body, "inertia").evaluate(values)))
+        masses.append((mass, _tensor(inertia_of(body), values)))
     moving = frames(tree, scalars.q, scalars.u, values)
     state = State(model, tree, scalars.q, scalars.u, moving, points := {})
     for name, point in model.points.items():
-        x, z = (part.evaluate(values) for part in vector(point, "at"))
-        points[name] = state.frame(point.body).place((x, 0, z))
+        at = in_space(vector(point, "at"), values)
+        points[name] = state.frame(point.body).place(at)
     motion = Motion(values, state, scalars.table)
     loads = {name: acting(load, motion) for name, load in model.loads.items()}
     forces = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
@@ -132,9 +161,9 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         u=scalars.u,
         frames=moving,
         points=points,
-        gravity=quantity(model, "gravity").evaluate(values),
+        gravity=in_space(gravity_of(model), values),
         masses=masses,
-        added_mass=_blocks(links_with_added_mass(model, tree), scalars.added_mass),
+        added_mass=_blocks(tree, links_with_added_mass(model, tree), scalars.added_mass),
         wrenches=_wrenches(state, scalars, loads, forces),
         generalized_forces=forces,
         loads=loads,
@@ -146,14 +175,23 @@ def links_with_added_mass(model: Model, tree: Topology) -> list[int]:
     return [k for k, link in enumerate(tree.links) if model.bodies[link.body].added_mass]
 
 
-def _blocks(links: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
-    """The 6×6 blocks of the added-mass matrix, by pair of links; zero off the plane."""
-    size, found = len(PLANE), dict[tuple[int, int], Matrix]()
+def _tensor(parts: Sequence[Expression], values: Values) -> Matrix:
+    """An inertia (3, 3) [kg·m²] of I_yy, of its diagonal, or of that and I_xy, I_yz, I_zx."""
+    found = [0 if part == NOTHING else part.evaluate(values) for part in parts]
+    xx, yy, zz, xy, yz, zx = {1: [0, *found, 0, 0, 0, 0], 3: [*found, 0, 0, 0], 6: found}[
+        len(found)
+    ]
+    return [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]
+
+
+def _blocks(tree: Topology, links: list[int], matrix: Matrix) -> dict[tuple[int, int], Matrix]:
+    """The 6×6 blocks of the added-mass matrix, by pair of links; zero for other components."""
+    size, found = len(tree.components), dict[tuple[int, int], Matrix]()
     for first, i in enumerate(links):
         for second, j in enumerate(links):
             block = found[i, j] = [[0] * (2 * TURN) for _ in range(2 * TURN)]
-            for a, row in zip(PLANE, matrix[size * first :], strict=False):
-                for b, entry in zip(PLANE, row[size * second :], strict=False):
+            for a, row in zip(tree.components, matrix[size * first :], strict=False):
+                for b, entry in zip(tree.components, row[size * second :], strict=False):
                     block[a][b] = entry
     return found
 
@@ -172,10 +210,10 @@ def _wrenches(
         if body != GROUND:  # nothing moves the ground
             add_force(total[index(body)], force, arm, torque)
 
-    for body, (x, z, torque) in scalars.body_wrench.items():
-        push(body, (x, 0, z), state.frame(body).arm, (0, torque, 0))
-    for name, (x, z) in scalars.point_force.items():
-        push(model.points[name].body, (x, 0, z), state.points[name].arm)
+    for body, wrench in scalars.body_wrench.items():
+        push(body, force_of(wrench), state.frame(body).arm, moment_of(wrench))
+    for name, force in scalars.point_force.items():
+        push(model.points[name].body, force, state.points[name].arm)
     for action in (action for load in loads.values() for action in load.actions):
         if action.joint:
             k = index(model.joints[action.joint].child)
@@ -183,5 +221,5 @@ def _wrenches(
         elif action.point:
             push(model.points[action.point].body, action.force, state.points[action.point].arm)
         else:
-            push(action.body, action.force, state.frame(action.body).arm, (0, action.moment, 0))
+            push(action.body, action.force, state.frame(action.body).arm, action.moment)
     return total

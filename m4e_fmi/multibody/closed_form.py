@@ -20,16 +20,21 @@ from m4e_fmi.program.tape import Scalar
 from m4e_fmi.space import (
     TURN,
     ZERO,
+    Matrix,
     Vector,
     add_force,
     added,
+    applied,
+    coupled,
     cross,
     dot,
     force_of,
     moment_of,
     plus,
     scaled,
+    shifted,
     subtracted,
+    summed,
     swung,
     times,
 )
@@ -52,23 +57,28 @@ class _Composite:
     """Mass of what hangs on a link, and its moments about the link's origin.
 
     The first moment is `first` in body axes and `carried` in world axes, that of what turns with
-    the link and against it.
+    the link and against it; so are the second moments (3, 3) `second` and `swept`.
     """
 
     mass: AnyScalar
     first: Vector
-    second: AnyScalar
+    second: Matrix
+    swept: Matrix
     carried: Vector = ZERO
 
     def turning(self, frame: Frame) -> Vector:
         """The first moment in world axes."""
         return added(frame.rotation(self.first), self.carried)
 
+    def spinning(self, frame: Frame) -> Matrix:
+        """The second moment in world axes."""
+        return summed(frame.rotation.tensor(self.second), self.swept)
+
 
 def mass_matrix(assembly: Assembly) -> Rows:
     """Bᵀ(𝓜 + A)B, with both its halves."""
     tree = assembly.tree
-    rows: Rows = [{} for _ in tree.coordinate_names]
+    rows: Rows = [{} for _ in tree.velocity_names]
     composites = _composites(assembly)
     for k in range(len(tree.links)):
         for j, momentum, turning in _momenta(assembly, composites[k], k):
@@ -87,25 +97,30 @@ def mass_matrix(assembly: Assembly) -> Rows:
 
 
 def _composites(assembly: Assembly) -> list[_Composite]:
-    result = []
+    result: list[_Composite] = []
+    axes = [c - TURN for c in assembly.tree.components if c >= TURN]
+    nothing: Matrix = [[0] * TURN for _ in range(TURN)]
     for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
         arm = frame.local_arm
-        result.append(_Composite(mass, scaled(mass, arm), inertia + mass * dot(arm, arm)))
+        second = shifted(inertia, mass, arm, axes)
+        result.append(_Composite(mass, scaled(mass, arm), second, nothing))
     for k in range(len(result) - 1, -1, -1):
         link, reach, child = assembly.tree.links[k], assembly.frames[k].local_reach, result[k]
         if link.parent >= 0:
             parent = result[link.parent]
-            parent.second = parent.second + child.mass * dot(reach, reach)
+            parent.second = shifted(parent.second, child.mass, reach, axes)
             if link.is_relative:
-                carried = child.carried
-                if not link.joint.joint_type.rotates:
+                carried, swept = child.carried, child.swept
+                if not link.joint_type.rotates:
                     parent.first = added(parent.first, child.first)
-                    parent.second = parent.second + 2 * dot(reach, child.first)
+                    more = summed(coupled(reach, child.first, axes), child.second)
+                    parent.second = summed(parent.second, more)
                 else:
                     carried = child.turning(assembly.frames[k])
+                    swept = child.spinning(assembly.frames[k])
                 parent.carried = added(parent.carried, carried)
-                offset = dot(assembly.frames[k].reach, carried)
-                parent.second = parent.second + (2 * offset + child.second)
+                more = summed(coupled(assembly.frames[k].reach, carried, axes), swept)
+                parent.swept = summed(parent.swept, more)
             parent.first = added(parent.first, scaled(child.mass, reach))
             parent.mass = parent.mass + child.mass
     return result
@@ -114,37 +129,40 @@ def _composites(assembly: Assembly) -> list[_Composite]:
 def _momenta(assembly: Assembly, body: _Composite, k: int) -> list[tuple[int, Vector, Vector]]:
     """For each coordinate of link k at unit rate: linear and angular momentum of what it moves."""
     link, frame = assembly.tree.links[k], assembly.frames[k]
-    if not link.coordinates:
+    if not link.speeds:
         return []
-    first, found = body.turning(frame), []
-    for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+    first, second, found = body.turning(frame), body.spinning(frame), []
+    for coordinate, freedom in zip(link.speeds, frame.freedoms, strict=True):
         motion = freedom.column(ZERO, spin=True)
         velocity, omega = force_of(motion), moment_of(motion)
         P = added(scaled(body.mass, velocity), cross(omega, first))
-        L = added(cross(first, velocity), scaled(body.second, omega))  # turns about Y alone
+        L = added(cross(first, velocity), applied(second, omega))
         found.append((coordinate, P, L))
     return found
 
 
 def _seen(assembly: Assembly, i: int, P: Vector, L: Vector) -> list[tuple[int, AnyScalar]]:
     """The part of a momentum P, L about link i's origin along each coordinate, the last first."""
-    rows = zip(assembly.tree.links[i].coordinates, assembly.frames[i].freedoms, strict=True)
+    rows = zip(assembly.tree.links[i].speeds, assembly.frames[i].freedoms, strict=True)
     return [(coordinate, freedom.along((*P, *L))) for coordinate, freedom in rows][::-1]
 
 
 def forcing(assembly: Assembly) -> list[AnyScalar]:
     """Bᵀ(g + g_g) − Bᵀ(𝓜 + A)Ḃu + τ."""
     tree = assembly.tree
-    origins = outwards(assembly, [0] * len(tree.coordinate_names)).origins
+    moving = outwards(assembly, [0] * len(tree.velocity_names))
     wrenches = [list(wrench) for wrench in assembly.wrenches]
     bias = []
-    for k, (mass, _) in enumerate(assembly.masses):
-        frame = assembly.frames[k]
-        bias.append(frame.acceleration_at(frame.arm, origins[k], ZERO))
-        weight = subtracted((0, 0, -assembly.gravity), bias[k])
-        add_force(wrenches[k], scaled(mass, weight), frame.arm)
+    sunk = subtracted(ZERO, assembly.gravity)
+    for k, (mass, inertia) in enumerate(assembly.masses):
+        frame, alpha = assembly.frames[k], moving.alphas[k]
+        push = frame.acceleration_at(frame.arm, moving.origins[k], alpha)
+        bias.append((*push, *alpha))
+        second = frame.rotation.tensor(inertia)
+        spun = subtracted(cross(applied(second, frame.omega), frame.omega), applied(second, alpha))
+        add_force(wrenches[k], scaled(mass, subtracted(sunk, push)), frame.arm, spun)
     for (i, j), block in assembly.added_mass.items():
-        push = [times(-1, dot(row[:TURN], bias[j])) for row in block]
+        push = [times(-1, dot(row, bias[j])) for row in block]
         add_force(wrenches[i], force_of(push), assembly.frames[i].arm, moment_of(push))
     return _projected(assembly, wrenches)
 
@@ -157,19 +175,21 @@ def outwards(assembly: Assembly, rates: Sequence[AnyScalar]) -> Accelerations:
         origin, alpha = ZERO, ZERO
         if link.parent >= 0:
             origin, alpha = origins[link.parent], alphas[link.parent]
-            origin = subtracted(swung(origin, alpha, frame.reach), frame.inward)
+            origin = swung(origin, alpha, frame.reach)
+        origin = subtracted(origin, force_of(frame.inward))
+        alpha = subtracted(alpha, moment_of(frame.inward))
         motion = [*origin, *alpha]
-        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+        for coordinate, freedom in zip(link.speeds, frame.freedoms, strict=True):
             freedom.move(motion, rates[coordinate])
         origins.append(force_of(motion))
         alphas.append(moment_of(motion))
-    return Accelerations(list(rates), origins, alphas, 0)
+    return Accelerations(list(rates), origins, alphas, ZERO)
 
 
 def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyScalar]:
     """Bᵀ of the `wrenches` about the origins, which are added up on the way, and the efforts."""
     tree = assembly.tree
-    result: list[AnyScalar] = [0] * len(tree.coordinate_names)
+    result: list[AnyScalar] = [0] * len(tree.velocity_names)
     for k in range(len(tree.links) - 1, -1, -1):
         link, frame = tree.links[k], assembly.frames[k]
         effort = assembly.generalized_forces[k]
@@ -177,9 +197,17 @@ def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyS
         for coordinate, part in _seen(assembly, k, force, turn):
             result[coordinate] = plus(part, effort)
         if link.parent >= 0:
-            handed = turn if link.is_relative else (0, times(-1, effort), 0)
+            handed = turn
+            if not link.is_relative:
+                handed = _back(frame, effort)
             add_force(wrenches[link.parent], force, frame.reach, handed)
     return result
+
+
+def _back(frame: Frame, effort: AnyScalar) -> Vector:
+    """The moment that the effort of a joint with an angle of its own exerts on the parent."""
+    x, y, z = frame.freedoms[-1].turning
+    return times(effort, times(-1, x)), times(effort, times(-1, y)), times(effort, times(-1, z))
 
 
 def _add_water(assembly: Assembly, rows: Rows) -> None:

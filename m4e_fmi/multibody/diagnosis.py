@@ -12,6 +12,7 @@ from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_a
 from m4e_fmi.multibody.closed_form import mass_matrix
 from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
+from m4e_fmi.space import AXES, Vector
 
 LARGEST = 1e150
 """Largest size of a number that can still be squared: floats end at 1e308."""
@@ -51,14 +52,21 @@ def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
 
 def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: float) -> Scalars:
     """Numbers to assemble with; variables that `values` does not have are zero."""
-    q, u = ([0.0] * len(tree.coordinate_names) for _ in range(2))
+    q, u = [0.0] * len(tree.coordinate_names), [0.0] * len(tree.velocity_names)
     for link in tree.links:
-        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
-            q[k], u[k] = values.get(position, 0.0), values.get(velocity, 0.0)
-    wet = range(1, 3 * len(links_with_added_mass(model, tree)) + 1)
+        positions, velocities = state_names(link)
+        for name, k in zip(positions, link.coordinates, strict=True):
+            q[k] = values.get(name, 0.0)
+        for name, k in zip(velocities, link.speeds, strict=True):
+            u[k] = values.get(name, 0.0)
+    wet = range(1, len(tree.components) * len(links_with_added_mass(model, tree)) + 1)
 
     def number(owner: str, name: str) -> float:
         return values.get(f"{owner}.{name}", 0.0)
+
+    def parts(owner: str, kind: str) -> Vector:
+        x, y, z = (number(owner, f"{kind}_{axis}") for axis in AXES)
+        return x, y, z
 
     return Scalars(
         q,
@@ -66,15 +74,11 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
         time,
         {name: values.get(name, 0.0) for name in (*model.parameters, *model.lacking)},
         body_wrench={
-            link.body: (
-                number(f"body.{link.body}", "force_x"),
-                number(f"body.{link.body}", "force_z"),
-                number(f"body.{link.body}", "moment_y"),
-            )
+            link.body: (*parts(f"body.{link.body}", "force"), *parts(f"body.{link.body}", "moment"))
             for link in tree.links
         },
         point_force={
-            name: (number(f"point.{name}", "force_x"), number(f"point.{name}", "force_z"))
+            name: parts(f"point.{name}", "force")
             for name, point in model.points.items()
             if point.body != GROUND
         },
@@ -88,7 +92,7 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
 
 def _weak_link(assembly: Assembly) -> Link | None:
     """The link whose coordinate the mass matrix resists least, if it is singular."""
-    size = len(assembly.tree.coordinate_names)
+    size = len(assembly.tree.velocity_names)
     M = np.zeros((size, size))
     for j, row in enumerate(mass_matrix(assembly)):
         for k, entry in row.items():
@@ -103,4 +107,4 @@ def _weak_link(assembly: Assembly) -> Link | None:
         if eigenvalues[0] > SINGULAR * eigenvalues[-1]:
             return None
         weakest = int(np.argmax(np.abs(scale * vectors[:, 0])))
-    return next(link for link in assembly.tree.links if weakest in link.coordinates)
+    return next(link for link in assembly.tree.links if weakest in link.speeds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from m4e_fmi.multibody.assembly import Assembly
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import Y, Z, dot, plus, times
+from m4e_fmi.space import dot, plus, quadratic, scaled, times
 
 
 def kinetic_energy(assembly: Assembly) -> AnyScalar:
@@ -12,7 +12,9 @@ def kinetic_energy(assembly: Assembly) -> AnyScalar:
     total: AnyScalar = 0
     for (mass, inertia), frame in zip(assembly.masses, assembly.frames, strict=True):
         total = total + mass * dot(frame.velocity, frame.velocity)
-        total = total + inertia * dot(frame.omega, frame.omega)
+        # J is in body axes, and so is what it is applied to
+        spin = frame.omega if frame.rotation.about is not None else frame.rotation.back(frame.omega)
+        total = plus(total, quadratic(inertia, spin))
     for (i, j), block in assembly.added_mass.items():
         left, right = ((*f.velocity, *f.omega) for f in (assembly.frames[i], assembly.frames[j]))
         for row, v in zip(block, left, strict=True):
@@ -21,14 +23,14 @@ def kinetic_energy(assembly: Assembly) -> AnyScalar:
 
 
 def potential_energy(assembly: Assembly) -> AnyScalar:
-    """Potential energy [J] of gravity on the dry masses (zero at Z = 0) and of the springs.
+    """Potential energy [J] of gravity on the dry masses (zero at the origin) and of the springs.
 
     A spring counts if its quantities depend on parameters only, and a law if its integral is known:
     see `loads`.
     """
     total: AnyScalar = 0
     for (mass, _), frame in zip(assembly.masses, assembly.frames, strict=True):
-        total = total + mass * assembly.gravity * frame.position[Z]
+        total = plus(total, dot(scaled(mass, assembly.gravity), frame.position))
     for load in assembly.loads.values():
         total = total + load.potential
     return total
@@ -38,11 +40,11 @@ def input_power(assembly: Assembly) -> AnyScalar:
     """Power [W] of what acts from outside; the integer 0 if nothing does."""
     total: AnyScalar = 0
     outside = assembly.scalars
-    for body, (x, z, torque) in outside.body_wrench.items():
+    for body, wrench in outside.body_wrench.items():
         frame = assembly.frame(body)
-        total = total + (dot((x, 0, z), frame.velocity) + torque * frame.omega[Y])
-    for name, (x, z) in outside.point_force.items():
-        total = total + dot((x, 0, z), assembly.points[name].velocity)
+        total = plus(total, dot(wrench, (*frame.velocity, *frame.omega)))
+    for name, force in outside.point_force.items():
+        total = plus(total, dot(force, assembly.points[name].velocity))
     for joint, effort in outside.effort.items():
         _, rate = assembly.values.state.joint(joint)
         total = total + effort * rate

@@ -12,10 +12,10 @@ from functools import partial
 
 from m4e_fmi.joints import GROUND_FRAME, Frame, Mount
 from m4e_fmi.model.elements import vector
-from m4e_fmi.model.expression import Values
+from m4e_fmi.model.expression import NOTHING, Expression, Values
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import Vector
+from m4e_fmi.space import AXES, Vector
 
 
 def frames(
@@ -30,15 +30,21 @@ def frames(
         mount = Mount(
             parent=result[link.parent] if link.parent >= 0 else GROUND_FRAME,
             q=[q[k] for k in link.coordinates],
-            u=[u[k] for k in link.coordinates],
+            u=[u[k] for k in link.speeds],
             vector=partial(evaluated, link, values),
             is_relative=link.is_relative,
         )
-        result.append(link.joint.joint_type.frame(mount))
+        result.append(link.joint_type.frame(mount))
     return result
 
 
 def evaluated(link: Link, values: Values, field: str) -> Vector:
     """A vector of a link's joint, such as ``joint_to_child`` [m]."""
-    x, z = (part.evaluate(values) for part in vector(link.joint, field))
-    return x, 0, z
+    return in_space(vector(link.joint, field), values)
+
+
+def in_space(parts: Sequence[Expression], values: Values) -> Vector:
+    """A vector (x, z) or (x, y, z) of the author's; what he wrote as 0 is always zero."""
+    found = [0 if part == NOTHING else part.evaluate(values) for part in parts]
+    x, y, z = found if len(found) == len(AXES) else (found[0], 0, found[1])
+    return x, y, z

@@ -7,7 +7,7 @@ the power of all else changes the total energy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from m4e_fmi.model import (
@@ -27,16 +27,34 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
-from m4e_fmi.model.expression import Expression
+from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
+from m4e_fmi.multibody.kinematics import in_space
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.program import AnyScalar, maximum, minimum, tanh
-from m4e_fmi.space import ZERO, Vector, X, Y, Z, added, dot, norm, scaled, subtracted
+from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, tanh
+from m4e_fmi.space import (
+    ABOUT_Y,
+    TURN,
+    ZERO,
+    Rotation,
+    Vector,
+    Y,
+    added,
+    dot,
+    is_zero,
+    minus,
+    norm,
+    plus,
+    scaled,
+    subtracted,
+)
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
 _Spring = TensionSpring | TorsionSpring
 _Damper = TensionDamper | TorsionDamper
+
+FORCES, MOMENTS = ("force_x", "force_y", "force_z"), ("moment_x", "moment", "moment_z")
 
 
 @dataclass(frozen=True)
@@ -49,7 +67,7 @@ class Action:
     force: Vector = ZERO
     point: str = ""
     body: str = ""
-    moment: AnyScalar = 0
+    moment: Vector = ZERO
     joint: str = ""
     effort: AnyScalar = 0
 
@@ -101,24 +119,26 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     body = load.body if at_body else state.model.points[load.point].body
     frame = state.frame(body)
     velocity = frame.velocity if at_body else state.points[load.point].velocity
-    torque: AnyScalar = 0
+    torque = ZERO
     if isinstance(load, BodyDrag | PointDrag):
-        wind = subtracted(velocity, _pair(load, "flow", motion))
+        wind = subtracted(velocity, _vector(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
         if isinstance(load, BodyDrag):
-            turning = abs(frame.omega[Y]) * frame.omega[Y]
-            torque = -_value(load, "moment_coefficient", motion) * turning
+            omega = frame.omega
+            resistance = -_value(load, "moment_coefficient", motion) * _speed(omega)
+            torque = scaled(resistance, omega)
     else:
-        force = _pair(load, "force", motion)
-        if load.axes == "body":
-            force = frame.rotation(force)
+        force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):
-            torque = _value(load, "moment", motion)
+            torque = _moment(load, motion)
+        if load.axes == "body":
+            force, torque = frame.rotation(force), frame.rotation(torque)
     power = dot(force, velocity)
-    measures = {"force_x": force[X], "force_z": force[Z]}
+    measures = _named(FORCES, force, motion)
     if not at_body:
         return Acting([Action(force, point=load.point)], power, measures=measures)
-    power, measures = power + torque * frame.omega[Y], {**measures, "moment": torque}
+    power = plus(power, dot(torque, frame.omega))
+    measures = {**measures, **_named(MOMENTS, torque, motion)}
     return Acting([Action(force, body=body, moment=torque)], power, measures=measures)
 
 
@@ -156,7 +176,7 @@ def _held_together(
     if lost is not None:
         power = -dot(lost, rate)
     extension = norm(line)
-    measures = {"force_x": force[X], "force_z": force[Z], "extension": extension}
+    measures = {**_named(FORCES, force, motion), "extension": extension}
     if isinstance(load, TensionSpring):
         measures = {"tension": stiffness * extension, "extension": extension}
     return Acting(_opposite(load, force), power, potential, measures)
@@ -169,14 +189,27 @@ def _opposite(load: _BetweenPoints, force: Vector) -> list[Action]:
 
 
 def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
+    """A moment about +Y in the plane; in space along the rotation vector, or against turning."""
     first, second = (motion.state.frame(name) for name in load.bodies)
-    rate = second.omega[Y] - first.omega[Y]
-    found = _resistance(load, motion, second.angle - first.angle, rate)
-    ends = zip(load.bodies, (found.total, -found.total), strict=True)
+    apart = subtracted(second.omega, first.omega)
+    if motion.state.tree.is_planar:
+        axis, twist, rate = ABOUT_Y, minus(second.angle, first.angle), apart[Y]
+    elif isinstance(load, TorsionDamper):
+        rate = norm(apart)
+        axis, twist = scaled(1 / rate, apart), 0
+    else:
+        vector = _rotation_vector(first.rotation, second.rotation)
+        twist = norm(vector)
+        axis = scaled(1 / twist, vector)
+        rate = dot(apart, axis)
+    found = _resistance(load, motion, twist, rate)
+    moment = scaled(found.total, axis)
+    actions = [
+        Action(body=load.bodies[0], moment=moment),
+        Action(body=load.bodies[1], moment=subtracted(ZERO, moment)),
+    ]
     measures = {"moment": found.total, "twist_rate": rate}
-    return _resisting(
-        found, rate, [Action(body=name, moment=part) for name, part in ends], measures
-    )
+    return _resisting(found, rate, actions, measures)
 
 
 def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> Acting:
@@ -264,9 +297,6 @@ def _stop(
     return _Resistance(total, lost, energy, {"gap": gap})
 
 
-NOTHING = Expression("number", (0.0,))
-
-
 def _friction(load: JointFriction, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     del s
     force = _value(load, "effort", motion) * tanh(rate / _value(load, "velocity", motion))
@@ -295,9 +325,36 @@ def _value(load: Load, name: str, motion: Motion) -> AnyScalar:
     return quantity(load, name).evaluate(motion)
 
 
-def _pair(load: Load, name: str, motion: Motion) -> Vector:
-    x, z = (part.evaluate(motion) for part in vector(load, name))
-    return x, 0, z
+def _vector(load: Load, name: str, motion: Motion) -> Vector:
+    return in_space(vector(load, name), motion)
+
+
+def _speed(omega: Vector) -> AnyScalar:
+    """|ω|; of a turn about one coordinate axis without a root."""
+    parts = [part for part in omega if not is_zero(part)]
+    return abs(parts[0]) if len(parts) == 1 else norm(omega)
+
+
+def _rotation_vector(first: Rotation, second: Rotation) -> Vector:
+    """The turn from the axes of one body to those of another [rad], in world axes, up to 180°."""
+    M = [[dot(to, of) for of in first.rows] for to in second.rows]
+    twice_sine = (minus(M[2][1], M[1][2]), minus(M[0][2], M[2][0]), minus(M[1][0], M[0][1]))
+    sine = norm(twice_sine)
+    angle = atan2(sine, plus(plus(M[0][0], M[1][1]), minus(M[2][2], 1)))
+    return scaled(angle / sine, twice_sine)
+
+
+def _moment(load: BodyForce, motion: Motion) -> Vector:
+    """The moment of a load: of one number about +Y."""
+    if isinstance(load.moment, tuple | list):
+        return _vector(load, "moment", motion)
+    return 0, _value(load, "moment", motion), 0
+
+
+def _named(names: Sequence[str], vector: Vector, motion: Motion) -> dict[str, AnyScalar]:
+    """The parts of a force or moment that the model has, by the names of outputs."""
+    first = 0 if names is FORCES else TURN
+    return {names[c]: vector[c] for c in range(TURN) if first + c in motion.state.tree.components}
 
 
 def _is_constant(load: _Elastic, motion: Motion, *, allowed: str = "") -> bool:

@@ -9,12 +9,12 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from m4e_fmi.joints import GROUND_FRAME, Frame, Place
+from m4e_fmi.joints import ATTITUDE, GROUND_FRAME, TURNING, Frame, Place, attitude
 from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
 from m4e_fmi.multibody.topology import Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import AXES, Y
+from m4e_fmi.space import AXES, Y, minus
 
 Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
 """The value of a table by its name, itself, and the time."""
@@ -38,21 +38,25 @@ class State:
     def joint(self, name: str) -> tuple[AnyScalar, AnyScalar]:
         """Angle or displacement of a joint's child against its parent, and its rate."""
         link = self.tree.links[self.tree.index(self.model.joints[name].child)]
-        (k,) = link.coordinates
+        (k,), (j,) = link.coordinates, link.speeds
         if link.is_relative or link.parent < 0:
-            return self.q[k], self.u[k]
+            return self.q[k], self.u[j]
         parent = self.frames[link.parent]
-        return self.q[k] - parent.angle, self.u[k] - parent.omega[Y]
+        return minus(self.q[k], parent.angle), minus(self.u[j], parent.omega[Y])
 
     def variable(self, name: str) -> AnyScalar:
         """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
         kind, element, variable = name.split(".")
         if kind == "joint":
-            (k,) = self.tree.links[self.tree.index(self.model.joints[element].child)].coordinates
-            return {"q": self.q, "u": self.u}[variable][k]
-        if kind == "body" and variable in ("theta", "omega"):
-            frame = self.frame(element)
-            return frame.angle if variable == "theta" else frame.omega[Y]
+            link = self.tree.links[self.tree.index(self.model.joints[element].child)]
+            own = link.joint_type.positions, link.joint_type.velocities
+            states = dict(zip(own[0], link.coordinates, strict=True))
+            rates = dict(zip(own[1], link.speeds, strict=True))
+            return self.q[states[variable]] if variable in states else self.u[rates[variable]]
+        if kind == "body" and variable in ATTITUDE:
+            return attitude(self.frame(element).rotation)[ATTITUDE.index(variable)]
+        if kind == "body" and variable in TURNING:
+            return self.frame(element).omega[TURNING.index(variable)]
         place = self.points[element] if kind == "point" else self.frame(element)
         vector = place.velocity if variable.startswith("v") else place.position
         return vector[AXES.index(variable[-1])]

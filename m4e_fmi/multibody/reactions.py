@@ -21,9 +21,9 @@ from m4e_fmi.space import (
     TURN,
     ZERO,
     Vector,
-    Y,
     add_force,
     added,
+    applied,
     cross,
     dot,
     force_of,
@@ -35,7 +35,7 @@ from m4e_fmi.space import (
 
 @dataclass(frozen=True)
 class Reaction:
-    """The wrench of a joint on its child: `force` [N] in world axes and `moment` [N·m] about +Y.
+    """The wrench of a joint on its child: `force` [N] and `moment` [N·m] in world axes.
 
     The moment is about the joint's point of the child, at −`joint_to_child` from the child's
     centre of gravity: the hinge of a revolute joint; the point that slides, of a prismatic one.
@@ -44,7 +44,7 @@ class Reaction:
 
     joint: str
     force: Vector
-    moment: AnyScalar
+    moment: Vector
 
 
 def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
@@ -53,21 +53,21 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
     wrenches = [_inertial(assembly, solved, k) for k in range(len(links))]
     _add_water(assembly, solved, wrenches)
     for k in range(len(links) - 1, -1, -1):
-        link, force, turn = links[k], force_of(wrenches[k]), wrenches[k][TURN + Y]
-        joint_type = link.joint.joint_type
-        if joint_type.is_free:
+        link, force, turn = links[k], force_of(wrenches[k]), moment_of(wrenches[k])
+        if link.joint_type.is_free:
             continue
-        if joint_type.frees_rotation:  # no moment but its effort
-            turn = at_joint = assembly.generalized_forces[k]
+        if link.joint_type.frees_rotation:  # no moment but its effort
+            axis = assembly.frames[k].freedoms[-1].turning
+            turn = at_joint = scaled(assembly.generalized_forces[k], axis)
         else:
             arm = assembly.frames[k].rotation(_back(assembly, k))
-            at_joint = turn - cross(arm, force)[Y]
+            at_joint = subtracted(turn, cross(arm, force))
         found.append(Reaction(link.joint_name, force, at_joint))
         if link.parent >= 0:
             parent = wrenches[link.parent]
             parent[:TURN] = added(force_of(parent), force)
-            if not links[link.parent].joint.joint_type.frees_rotation:
-                handed = added((0, turn, 0), cross(assembly.frames[k].reach, force))
+            if not links[link.parent].joint_type.frees_rotation:
+                handed = added(turn, cross(assembly.frames[k].reach, force))
                 parent[TURN:] = added(moment_of(parent), handed)
     return found[::-1]
 
@@ -76,14 +76,16 @@ def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScal
     """The wrench that link k needs beyond its loads, about its origin."""
     frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
     f = assembly.wrenches[k]
-    x, y, z = frame.acceleration_at(frame.arm, solved.origins[k], solved.alphas[k])
+    acceleration = frame.acceleration_at(frame.arm, solved.origins[k], solved.alphas[k])
     if solved.raised is not assembly.gravity:
-        z = z + (assembly.gravity - solved.raised)
-    needed = scaled(mass, (x, y, z))
+        acceleration = added(acceleration, subtracted(assembly.gravity, solved.raised))
+    needed = scaled(mass, acceleration)
     turn = ZERO  # which a joint that frees rotation does not need
-    if not assembly.tree.links[k].joint.joint_type.frees_rotation:
-        turn = added(scaled(inertia, solved.alphas[k]), cross(frame.arm, needed))
-        turn = subtracted(turn, moment_of(f))
+    if not assembly.tree.links[k].joint_type.frees_rotation:
+        second = frame.rotation.tensor(inertia)
+        spun = cross(frame.omega, applied(second, frame.omega))
+        turn = added(applied(second, solved.alphas[k]), cross(frame.arm, needed))
+        turn = subtracted(added(turn, spun), moment_of(f))
     return [*subtracted(needed, force_of(f)), *turn]
 
 

@@ -15,7 +15,7 @@ plane.
 `factors` come of H alone; `solve` takes them and the loads of a state, or a change of them: see
 `sensitivity`. Added mass must not couple bodies.
 
-Gravity is an acceleration of the ground: `a` is the true acceleration plus (0, 0, gravity). Added
+Gravity is an acceleration of the ground: `a` is the true acceleration plus gravity (upwards). Added
 mass does not feel gravity and has that difference in its f.
 """
 
@@ -27,13 +27,15 @@ from dataclasses import dataclass
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
-    PLANE,
     TURN,
     ZERO,
     Elimination,
     Inertia,
     Vector,
+    Wrench,
     add_force,
+    applied,
+    cross,
     dot,
     force_of,
     minus,
@@ -51,14 +53,14 @@ from m4e_fmi.space import (
 class Loads:
     """The loads that drive a tree, for each link.
 
-    `wrenches` f = (F [N], M [N·m]) about the origins, `inward` the origins' accelerations
-    against their parents that velocities alone cause [m/s²] (see `joints/frame.py`),
+    `wrenches` f = (F [N], M [N·m]) about the origins, `inward` the links' accelerations
+    (a, α) against their parents that velocities alone cause (see `joints/frame.py`),
     `generalized_forces` along the coordinates of each joint [N, N·m]; and the acceleration of the
     `ground` [m/s²].
     """
 
     wrenches: list[list[AnyScalar]]
-    inward: list[Vector]
+    inward: list[Wrench]
     generalized_forces: list[list[AnyScalar]]
     ground: Vector
 
@@ -87,7 +89,7 @@ def factors(assembly: Assembly) -> Factors:
     handed_on: list[Sequence[int]] = [() for _ in links]
     for k in range(len(links) - 1, -1, -1):
         inertia, link, frame = inertias[k], links[k], assembly.frames[k]
-        left: Sequence[int] = [c for c in PLANE if frame.rotates or c < TURN]
+        left: Sequence[int] = [c for c in assembly.tree.components if frame.rotates or c < TURN]
         outs: list[Elimination] = []
         for freedom in frame.freedoms[::-1]:
             for out in outs[-1:]:
@@ -105,10 +107,8 @@ def factors(assembly: Assembly) -> Factors:
 
 def own_inertia(assembly: Assembly, k: int) -> Inertia:
     """H of link k alone."""
-    frame, (mass, inertia) = assembly.frames[k], assembly.masses[k]
-    about = plus(inertia, times(mass, dot(frame.local_arm, frame.local_arm)))
-    second = [[0, 0, 0], [0, about, 0], [0, 0, 0]]  # what turns in the plane turns about Y
-    own = Inertia.rigid(mass, second, frame.arm, PLANE)
+    frame, (mass, _) = assembly.frames[k], assembly.masses[k]
+    own = Inertia.rigid(mass, assembly.seconds[k], frame.arm, assembly.tree.components)
     if (k, k) in assembly.added_mass:
         own.add_at(assembly.added_mass[k, k], frame.arm)
     return own
@@ -119,17 +119,19 @@ def own_loads(assembly: Assembly) -> Loads:
     wrenches: list[list[AnyScalar]] = []
     for k, frame in enumerate(assembly.frames):
         f = [*assembly.wrenches[k]]
-        add_force(f, outward(frame.omega, scaled(assembly.masses[k][0], frame.arm)), ZERO)
+        thrown = outward(frame.omega, scaled(assembly.masses[k][0], frame.arm))
+        spun = cross(applied(assembly.seconds[k], frame.omega), frame.omega)
+        add_force(f, thrown, ZERO, spun)
         if (k, k) in assembly.added_mass:  # it feels the true acceleration of the CG
-            raised = (0, 0, -assembly.gravity)
-            motion = (*frame.acceleration_at(frame.arm, raised, ZERO), 0, 0, 0)
+            sunk = subtracted(ZERO, assembly.gravity)
+            motion = (*frame.acceleration_at(frame.arm, sunk, ZERO), *ZERO)
             bias = [-dot(row, motion) for row in assembly.added_mass[k, k]]
             add_force(f, force_of(bias), frame.arm, moment_of(bias))
         wrenches.append(f)
     inward = [frame.inward for frame in assembly.frames]
     forces = zip(assembly.tree.links, assembly.generalized_forces, strict=True)
-    along = [[force] * len(link.coordinates) for link, force in forces]
-    return Loads(wrenches, inward, along, (0, 0, assembly.gravity))
+    along = [[force] * len(link.speeds) for link, force in forces]
+    return Loads(wrenches, inward, along, assembly.gravity)
 
 
 def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
@@ -172,23 +174,25 @@ def _outwards(
 ) -> Accelerations:
     """Accelerations from the ground to the leaves."""
     tree = assembly.tree
-    rates: list[AnyScalar] = [0] * len(tree.coordinate_names)
+    rates: list[AnyScalar] = [0] * len(tree.velocity_names)
     motions: list[list[AnyScalar]] = []
     for k, link in enumerate(tree.links):
         motion: list[AnyScalar] = [*loads.ground, *ZERO]
         if link.parent >= 0:
             motion = [*motions[link.parent]]
         # what is known before α comes first: this is where everything waits
-        origin = subtracted(force_of(motion), loads.inward[k])
+        inward = loads.inward[k]
+        origin = subtracted(force_of(motion), force_of(inward))
         motion[:TURN] = swung(origin, moment_of(motion), assembly.frames[k].reach)
+        motion[TURN:] = subtracted(moment_of(motion), moment_of(inward))
         fixed, values = [*motion], list[AnyScalar]()
         for out, part in zip(factors.eliminations[k], free[k], strict=True):
             values.append(out.value(part, motion))
             out.freedom.set(motion, values[-1])
         for coordinate, out, value in zip(
-            link.coordinates, factors.eliminations[k], values, strict=True
+            link.speeds, factors.eliminations[k], values, strict=True
         ):
             rates[coordinate] = out.freedom.rate(value, fixed)
         motions.append(motion)
     origins, alphas = ([part(m) for m in motions] for part in (force_of, moment_of))
-    return Accelerations(rates, origins, alphas, loads.ground[2])
+    return Accelerations(rates, origins, alphas, loads.ground)

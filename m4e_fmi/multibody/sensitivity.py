@@ -4,9 +4,10 @@ Every link obeys, with its origin's acceleration a, its angular acceleration α 
 moment that its joint exerts on it at the origin,
 
     H (a, α) − f = joint wrench − Σ over children (R, moment + reach × R)
-    a = a_parent + α_parent × reach + s̈ direction − inward,    direction · R = effort
+    (a, α) = (a_parent + α_parent × reach, α_parent) + s̈ twist − inward,
+    twist · (R, moment) = effort
 
-with H and f of the link alone. The effect of a change of H, f, reach, direction, inward or effort,
+with H and f of the link alone. The effect of a change of H, f, reach, twist, inward or effort,
 while a, α, s̈ and R stand still, is local to a link and its parent; a, α and s̈ follow from it as
 from any loads, with the factors at hand.
 """
@@ -28,27 +29,28 @@ from m4e_fmi.multibody.recursion import (
 )
 from m4e_fmi.program import AnyScalar, Scalar
 from m4e_fmi.space import (
-    PLANE,
     TURN,
     ZERO,
+    Twist,
     Vector,
     added,
     cross,
     dot,
     force_of,
     minus,
+    moment_of,
     plus,
-    scaled,
     subtracted,
+    times,
 )
 
 SIZE = 2 * TURN
 """Of a motion or wrench."""
-MOST = len(PLANE)
-"""Coordinates of a joint, at most."""
-NUMBERS = SIZE * SIZE + SIZE + TURN + TURN + MOST + TURN * MOST
-"""Of each link in a balance: H, f, reach, inward, generalized forces, directions."""
-DRIVES = SIZE + TURN + MOST
+MOST, TWISTS = SIZE, 3
+"""Velocities of a joint, and those of them along or about axes that move, at most."""
+NUMBERS = SIZE * SIZE + SIZE + TURN + SIZE + MOST + SIZE * TWISTS
+"""Of each link in a balance: H, f, reach, inward, generalized forces, twists."""
+DRIVES = SIZE + SIZE + MOST
 """Of each link in a drive: a wrench at its origin, an acceleration inward, generalized forces."""
 
 
@@ -77,16 +79,18 @@ class Recursion:
         """(a, α) and rates of twists of each link, 0 for those that it does not have."""
         result: list[AnyScalar] = []
         for k, link in enumerate(self.assembly.tree.links):
-            alpha = solved.alphas[k] if link.joint.joint_type.rotates else ZERO
-            rates = (solved.rates[coordinate] for coordinate, _ in self._directed(k))
+            alpha = solved.alphas[k] if link.joint_type.rotates else ZERO
+            rates = (solved.rates[speed] for _, speed, _ in self._twists(k))
             result += [*solved.origins[k], *alpha, *rates]
         return result
 
-    def _directed(self, k: int) -> list[tuple[int, Vector]]:
-        """The coordinates of link `k` that move it along a direction, and this."""
-        link, frame = self.assembly.tree.links[k], self.assembly.frames[k]
-        pairs = zip(link.coordinates, frame.freedoms, strict=True)
-        return [(k, freedom.direction) for k, freedom in pairs if freedom.direction is not ZERO]
+    def _twists(self, k: int) -> list[tuple[int, int, Twist]]:
+        """Number in the joint, index in u, and twist of what moves link `k` along or about an axis
+        that may move."""
+        pairs = zip(
+            self.assembly.tree.links[k].speeds, self.assembly.frames[k].freedoms, strict=True
+        )
+        return [(n, j, twist) for n, (j, twist) in enumerate(pairs) if isinstance(twist, Twist)]
 
     def balance(self) -> Sequence[Scalar]:
         """The scalars that the unknowns depend on: `NUMBERS` of each link, the ground's three."""
@@ -96,25 +100,41 @@ class Recursion:
                 balance += row
             balance += [*self.loads.wrenches[k], *frame.reach, *frame.inward]
             balance += _filled(self.loads.generalized_forces[k])
-            for freedom in frame.freedoms:
-                balance += freedom.direction
+            for _, _, twist in self._twists(k):
+                balance += [*twist.direction, *twist.turning]
             balance += [0] * (NUMBERS * (k + 1) - len(balance))
         balance += self.loads.ground
         zero = self.unknowns[0].tape.constant(0.0)
         return [value if isinstance(value, Scalar) else zero for value in balance]
 
     @cached_property
-    def _pulls(self) -> list[Vector]:
-        """−R of each link: what hangs on its joint, f − H (a, α) added up to the leaves."""
-        links, solved = self.assembly.tree.links, self.accelerations
-        pulls: list[Vector] = []
+    def _own_pulls(self) -> list[list[AnyScalar]]:
+        """f − H (a, α) of each link alone."""
+        solved, pulls = self.accelerations, []
         for k, f in enumerate(self.loads.wrenches):
             needed = _times(own_inertia(self.assembly, k).H, solved.origins[k], solved.alphas[k])
-            pulls.append(subtracted(force_of(f), force_of(needed)))
+            pulls.append([*map(minus, f, needed)])
+        return pulls
+
+    @cached_property
+    def _pulls(self) -> list[Vector]:
+        """−R of each link: what hangs on its joint, f − H (a, α) added up to the leaves."""
+        links, pulls = self.assembly.tree.links, [force_of(pull) for pull in self._own_pulls]
         for k in range(len(links) - 1, -1, -1):
             if links[k].parent >= 0:
                 pulls[links[k].parent] = added(pulls[links[k].parent], pulls[k])
         return pulls
+
+    @cached_property
+    def _moments(self) -> list[Vector]:
+        """The moments about the origins that go with the pulls."""
+        links, moments = self.assembly.tree.links, [moment_of(pull) for pull in self._own_pulls]
+        for k in range(len(links) - 1, -1, -1):
+            if links[k].parent >= 0:
+                lever = cross(self.assembly.frames[k].reach, self._pulls[k])
+                handed = added(moments[k], lever)
+                moments[links[k].parent] = added(moments[links[k].parent], handed)
+        return moments
 
     def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
         """The loads that are equivalent to a change: `DRIVES` of each link, and of the ground."""
@@ -135,18 +155,22 @@ class Recursion:
         parts = iter(change)
         H = [[next(parts) for _ in range(SIZE)] for _ in range(SIZE)]
         f = [next(parts) for _ in range(SIZE)]
-        reach, inward = _vector(parts), _vector(parts)
+        reach, inward = _vector(parts), [next(parts) for _ in range(SIZE)]
         along = [next(parts) for _ in range(MOST)]
         needed = _times(H, solved.origins[k], solved.alphas[k])
         if reach != ZERO and link.parent >= 0:
             for place, part in enumerate(cross(reach, self._pulls[k]), DRIVES * link.parent + TURN):
                 drive[place] = plus(drive[place], part)
-            inward = subtracted(inward, cross(solved.alphas[link.parent], reach))
-        for index, coordinate in enumerate(link.coordinates):
-            direction = _vector(parts)
+            swing = cross(solved.alphas[link.parent], reach)
+            inward[:TURN] = subtracted(force_of(inward), swing)
+        for number, speed, _ in self._twists(k):
+            direction, turning = _vector(parts), _vector(parts)
+            moved = [times(solved.rates[speed], part) for part in (*direction, *turning)]
+            inward = [*map(minus, inward, moved)]
             if direction != ZERO:
-                inward = subtracted(inward, scaled(solved.rates[coordinate], direction))
-                along[index] = plus(along[index], dot(direction, self._pulls[k]))
+                along[number] = plus(along[number], dot(direction, self._pulls[k]))
+            if turning != ZERO:
+                along[number] = plus(along[number], dot(turning, self._moments[k]))
         wrench = [*map(minus, f, needed)]
         for place, value in enumerate((*wrench, *inward, *along), start=DRIVES * k):
             drive[place] = plus(drive[place], value)
@@ -159,8 +183,8 @@ class Recursion:
         for k, link in enumerate(self.assembly.tree.links):
             own = iter(numbers[DRIVES * k : DRIVES * (k + 1)])
             loads.wrenches.append([next(own) for _ in range(SIZE)])
-            loads.inward.append(_vector(own))
-            loads.generalized_forces.append([next(own) for _ in link.coordinates])
+            loads.inward.append((*_vector(own), *_vector(own)))
+            loads.generalized_forces.append([next(own) for _ in link.speeds])
         everything = self._per_link(solve(self.assembly, self.factors, loads))
         return [everything[k] for k in self._places]
 

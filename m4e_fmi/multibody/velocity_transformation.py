@@ -29,7 +29,7 @@ def columns(tree: Topology, bodies: Sequence[Frame], k: int) -> Columns:
     lever, spin = bodies[k].arm, True
     while k >= 0:
         link, frame = tree.links[k], bodies[k]
-        freedoms = list(zip(link.coordinates, frame.freedoms, strict=True))
+        freedoms = list(zip(link.speeds, frame.freedoms, strict=True))
         for coordinate, freedom in freedoms[-1:] + freedoms[:-1]:  # the order of sums over them
             result[coordinate] = freedom.column(lever, spin)
         if not link.is_relative:
@@ -47,13 +47,13 @@ def column_rates(
     growth = cross(bodies[k].omega, bodies[k].arm)  # dl/dt
     while k >= 0:
         link, frame = tree.links[k], bodies[k]
-        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+        for coordinate, freedom in zip(link.speeds, frame.freedoms, strict=True):
             rate = freedom.column_rate(growth)
             if rate is not None:
                 result[coordinate] = rate
         if not link.is_relative:
             growth = ZERO
-        for coordinate, freedom in zip(link.coordinates, frame.freedoms, strict=True):
+        for coordinate, freedom in zip(link.speeds, frame.freedoms, strict=True):
             if freedom.direction is not ZERO:
                 growth = added(growth, scaled(u[coordinate], freedom.direction))
         if link.parent >= 0:

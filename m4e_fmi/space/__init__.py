@@ -1,8 +1,9 @@
 """Vectors, rotations, wrenches, motion subspaces and inertias of space, over any scalar.
 
 The only folder that knows the dimensions of space: joints and algorithms use these types and do not
-look inside. World frame X right, Y into the picture, Z up; θ > 0 turns +Z towards +X (about +Y).
-Models lie in the X–Z plane: see `PLANE`. Imports `program`. Start with `vectors`, then `freedoms`.
+look inside. World frame X right, Y into the picture, Z up; θ > 0 turns +Z towards +X (about +Y). A
+planar model moves in the components `PLANE`, any other in `SPACE`. Imports `program`. Start with
+`vectors`, then `freedoms`.
 """
 
 from m4e_fmi.space.freedoms import Component, Freedom, Twist
@@ -11,6 +12,7 @@ from m4e_fmi.space.vectors import (
     ABOUT_Y,
     AXES,
     PLANE,
+    SPACE,
     TURN,
     UP,
     ZERO,
@@ -23,6 +25,9 @@ from m4e_fmi.space.vectors import (
     Z,
     add_force,
     added,
+    applied,
+    coordinate_axis,
+    coupled,
     cross,
     dot,
     force_of,
@@ -32,8 +37,11 @@ from m4e_fmi.space.vectors import (
     norm,
     outward,
     plus,
+    quadratic,
     scaled,
+    shifted,
     subtracted,
+    summed,
     swung,
     times,
     unit,
@@ -43,6 +51,7 @@ __all__ = [
     "ABOUT_Y",
     "AXES",
     "PLANE",
+    "SPACE",
     "TURN",
     "UP",
     "ZERO",
@@ -60,6 +69,9 @@ __all__ = [
     "Z",
     "add_force",
     "added",
+    "applied",
+    "coordinate_axis",
+    "coupled",
     "cross",
     "dot",
     "force_of",
@@ -69,8 +81,11 @@ __all__ = [
     "norm",
     "outward",
     "plus",
+    "quadratic",
     "scaled",
+    "shifted",
     "subtracted",
+    "summed",
     "swung",
     "times",
     "unit",

@@ -141,12 +141,12 @@ class Inertia:
                     self.H[a][b] = plus(self.H[a][b], turn[a - TURN])
 
     def felt(
-        self, wrench: Sequence[AnyScalar], inward: Vector, left: Sequence[int]
+        self, wrench: Sequence[AnyScalar], inward: Sequence[AnyScalar], left: Sequence[int]
     ) -> list[AnyScalar]:
-        """The wrench in the components `left`, with that for an acceleration `inward` [m/s²]."""
+        """The wrench in the components `left`, with that for an acceleration `inward` (a, α)."""
         found: list[AnyScalar] = [0] * (2 * TURN)
         for c in left:
-            found[c] = plus(wrench[c], dot(self.H[c][:TURN], inward))
+            found[c] = plus(wrench[c], dot(self.H[c], inward))
         return found
 
     def _places(self, components: Sequence[int]) -> list[tuple[int, int]]:

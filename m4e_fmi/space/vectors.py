@@ -28,6 +28,8 @@ TURN = 3
 AXES = "xyz"
 PLANE = (X, Z, TURN + Y)
 """Components of the motions in the X–Z plane."""
+SPACE = tuple(range(2 * TURN))
+"""Components of all motions."""
 
 ZERO: Vector = (0, 0, 0)
 UP: Vector = (0, 0, 1)
@@ -65,19 +67,109 @@ def times(a: AnyScalar, b: AnyScalar) -> AnyScalar:
 
 @dataclass(frozen=True)
 class Rotation:
-    """A rotation, body axes → world axes, by its matrix."""
+    """A rotation, body axes → world axes, by its matrix.
+
+    `about` is the coordinate axis about which it turns, by `angle` [rad], if it is known to be one.
+    """
 
     rows: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    about: int | None = None
+    angle: AnyScalar = 0
+
+    @classmethod
+    def about_axis(cls, axis: int, angle: AnyScalar) -> Rotation:
+        """The rotation by `angle` [rad] about +X, +Y or +Z."""
+        c, s = cos(angle), sin(angle)
+        rows = (
+            ((1, 0, 0), (0, c, -s), (0, s, c)),
+            ((c, 0, s), ABOUT_Y, (-s, 0, c)),
+            ((c, -s, 0), (s, c, 0), UP),
+        )
+        return cls(rows[axis], axis, angle)
 
     @classmethod
     def about_y(cls, angle: AnyScalar) -> Rotation:
         """The rotation by `angle` [rad] about +Y."""
-        c, s = cos(angle), sin(angle)
-        return cls(((c, 0, s), ABOUT_Y, (-s, 0, c)))
+        return cls.about_axis(Y, angle)
+
+    @classmethod
+    def of_quaternion(cls, e: Sequence[AnyScalar]) -> Rotation:
+        """The rotation of a quaternion (4,), scalar part first, of any length but 0.
+
+        It is divided by the square of its length, so that the matrix is always orthogonal.
+        """
+        e0, v = e[0], (e[1], e[2], e[3])
+        twice = 2 / (e0 * e0 + dot(v, v))
+        w = scaled(twice, v)
+        xx, yy, zz = w[0] * v[0], w[1] * v[1], w[2] * v[2]
+        xy, yz, zx = w[0] * v[1], w[1] * v[2], w[2] * v[0]
+        x0, y0, z0 = w[0] * e0, w[1] * e0, w[2] * e0
+        return cls(
+            (
+                (1 - (yy + zz), xy - z0, zx + y0),
+                (xy + z0, 1 - (xx + zz), yz - x0),
+                (zx - y0, yz + x0, 1 - (xx + yy)),
+            )
+        )
+
+    def turned(self, axis: Vector, angle: AnyScalar) -> Rotation:
+        """This rotation after one by `angle` [rad] about the unit vector `axis`, in body axes."""
+        along = coordinate_axis(axis)
+        if along is None:
+            c, s = cos(angle), sin(angle)
+            rest = scaled(1 - c, axis)
+            x, y, z = scaled(s, axis)
+            skew = ((0, times(-1, z), y), (z, 0, times(-1, x)), (times(-1, y), x, 0))
+            return self._times(
+                [
+                    [
+                        plus(plus(times(rest[i], axis[j]), c if i == j else 0), skew[i][j])
+                        for j in range(TURN)
+                    ]
+                    for i in range(TURN)
+                ]
+            )
+        axis_number, sign = along
+        own = angle if sign > 0 else -angle
+        if self.about == axis_number:
+            return Rotation.about_axis(axis_number, plus(self.angle, own))
+        turn = Rotation.about_axis(axis_number, own)
+        return turn if self == Rotation() else self._times(turn.rows)
+
+    def _times(self, rows: Sequence[Sequence[AnyScalar]]) -> Rotation:
+        columns = list(zip(*rows, strict=True))
+        x, y, z = ((dot(r, columns[0]), dot(r, columns[1]), dot(r, columns[2])) for r in self.rows)
+        return Rotation((x, y, z))
 
     def __call__(self, vector: Vector) -> Vector:
         x, y, z = (dot(row, vector) for row in self.rows)
         return x, y, z
+
+    def back(self, vector: Vector) -> Vector:
+        """`vector` in body axes, of one in world axes."""
+        x, y, z = (dot(column, vector) for column in zip(*self.rows, strict=True))
+        return x, y, z
+
+    def tensor(self, local: Matrix) -> Matrix:
+        """A symmetric tensor (3, 3) in world axes, of one in body axes."""
+        if self.about is not None and all(
+            is_zero(local[i][j]) or i == j == self.about for i in range(TURN) for j in range(TURN)
+        ):
+            return local
+        half = [[dot(row, column) for column in local] for row in self.rows]  # R T
+        found: Matrix = [[0] * TURN for _ in range(TURN)]
+        for i in range(TURN):
+            for j in range(i, TURN):
+                found[i][j] = found[j][i] = dot(half[i], self.rows[j])
+        return found
+
+
+def coordinate_axis(axis: Vector) -> tuple[int, int] | None:
+    """The number of a coordinate axis and the sign, if `axis` is one by structure; else None."""
+    if any(not isinstance(part, int) for part in axis) or sum(map(abs, axis)) != 1:
+        return None
+    number = next(c for c, part in enumerate(axis) if part)
+    return number, int(axis[number])
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -128,8 +220,66 @@ def dot(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> AnyScalar:
     return result
 
 
+def applied(matrix: Matrix, a: Sequence[AnyScalar]) -> Vector:
+    """matrix · a, with three rows."""
+    x, y, z = (dot(row, a) for row in matrix)
+    return x, y, z
+
+
+def quadratic(matrix: Matrix, a: Vector) -> AnyScalar:
+    """a · matrix · a of a symmetric matrix (3, 3)."""
+    total: AnyScalar = 0
+    for i in range(TURN):
+        total = plus(total, times(matrix[i][i], times(a[i], a[i])))
+        for j in range(i):
+            total = plus(total, times(matrix[i][j], times(2, times(a[i], a[j]))))
+    return total
+
+
+def shifted(second: Matrix, mass: AnyScalar, arm: Vector, axes: Sequence[int]) -> Matrix:
+    """second + m (|arm|² 1 − arm armᵀ): moments of inertia about a point, of those about the CG.
+
+    Those about and between the coordinate `axes` only; the others are zero.
+    """
+    found: Matrix = [[0] * TURN for _ in range(TURN)]
+    for i in axes:
+        others = [arm[c] for c in range(TURN) if c != i]
+        found[i][i] = plus(second[i][i], times(mass, dot(others, others)))
+        for j in axes:
+            if j > i:
+                product = times(mass, times(arm[i], arm[j]))
+                found[i][j] = found[j][i] = minus(second[i][j], product)
+    return found
+
+
+def coupled(arm: Vector, first: Vector, axes: Sequence[int]) -> Matrix:
+    """2 (arm · first) 1 − arm firstᵀ − first armᵀ: what a first moment adds at an arm."""
+    found: Matrix = [[0] * TURN for _ in range(TURN)]
+    for i in axes:
+        others = [c for c in range(TURN) if c != i]
+        found[i][i] = times(2, dot([arm[c] for c in others], [first[c] for c in others]))
+        for j in axes:
+            if j > i:
+                product = plus(times(arm[i], first[j]), times(first[i], arm[j]))
+                found[i][j] = found[j][i] = minus(0, product)
+    return found
+
+
+def summed(a: Matrix, b: Matrix) -> Matrix:
+    """a + b of symmetric matrices (3, 3)."""
+    found: Matrix = [[0] * TURN for _ in range(TURN)]
+    for i in range(TURN):
+        for j in range(i, TURN):
+            found[i][j] = found[j][i] = plus(a[i][j], b[i][j])
+    return found
+
+
 def unit(a: Vector) -> Vector:
-    """a / |a|; a ZeroDivisionError of numbers that are all 0."""
+    """a / |a|; a ZeroDivisionError of numbers that are all 0. ±1 of one number among zeros."""
+    (x, y, z), others = a, [part for part in a if not is_zero(part)]
+    if len(others) == 1 and isinstance(others[0], int | float) and others[0]:
+        sign = 1 if others[0] > 0 else -1
+        return sign * (not is_zero(x)), sign * (not is_zero(y)), sign * (not is_zero(z))
     length = sqrt(dot(a, a))
     x, y, z = (part if is_zero(part) else part / length for part in a)
     return x, y, z
@@ -141,7 +291,7 @@ def norm(a: Vector) -> AnyScalar:
     So what is divided by it is finite. 1e-300 changes no double but those below 1e-142.
     """
     square = dot(a, a)
-    return sqrt(square + SMALLEST_SQUARE if isinstance(square, Scalar | float) else square)
+    return sqrt(square + SMALLEST_SQUARE if isinstance(square, Scalar | float | int) else square)
 
 
 def force_of(wrench: Sequence[AnyScalar]) -> Vector:

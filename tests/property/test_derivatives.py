@@ -11,6 +11,7 @@ import mpmath
 import pytest
 from support.planar_trees import random_tree
 from support.programs import Evaluated
+from support.spatial_trees import spatial_tree
 from support.tape_values import exact_values
 
 from m4e_fmi import program as functions
@@ -73,6 +74,27 @@ def test_tangents_of_trees(seed: int, algorithm: str) -> None:
         program = replace(program, solution=None)
     values = random_values(program, seed) | {"time": 0.7}
     r = random.Random(seed)
+    along = {name: r.uniform(-1, 1) for name in values}
+    expected = quotients(program, [*program.rates, *program.results], values, along)
+    change = tangent(program, along)
+    directions = {f"d({name})": value for name, value in along.items()}
+    with mpmath.workdps(50):
+        exact = exact_values(change, change.results, {**values, **directions})
+        # 50 digits, conditions below 1e4, twice
+        assert largest_error(exact, expected) < 1e-40
+
+
+@pytest.mark.verifies(
+    "the same of trees in space",
+    independent="difference quotients, mpmath in 100 digits",
+    tolerance="1e-40",
+)
+@pytest.mark.parametrize("algorithm", [Recursion, ClosedForm])
+@pytest.mark.parametrize("seed", range(6))
+def test_tangents_in_space(seed: int, algorithm: type[Recursion] | type[ClosedForm]) -> None:
+    model = spatial_tree(200 + seed, size=2 + seed)
+    program = recorded(model, topology(model), algorithm)
+    values, r = random_values(program, seed), random.Random(seed)
     along = {name: r.uniform(-1, 1) for name in values}
     expected = quotients(program, [*program.rates, *program.results], values, along)
     change = tangent(program, along)

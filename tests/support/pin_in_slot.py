@@ -24,9 +24,9 @@ class PinInSlot(JointType):
         return carried(
             parent,
             added(mount.to_joint(), scaled(s, local_direction)),
-            angle=(angle, (0, omega, 0), Rotation.about_y(angle)),
+            turn=((0, omega, 0), Rotation.about_y(angle)),
             local_arm=mount.vector("joint_to_child"),
-            slide=(direction, speed),
+            slides=((direction, speed),),
             freedoms=(
                 Twist(direction, parent.omega),
                 Component(TURN + Y, relative=mount.is_relative),

@@ -24,8 +24,8 @@ class Screw(JointType):
         return carried(
             parent,
             added(mount.to_joint(), scaled(angle, local_pitch)),
-            angle=(own_angle, (0, parent.omega[Y] + rate, 0), Rotation.about_y(own_angle)),
+            turn=((0, parent.omega[Y] + rate, 0), Rotation.about_y(own_angle)),
             local_arm=mount.vector("joint_to_child"),
-            slide=(pitch, rate),
+            slides=((pitch, rate),),
             freedoms=(Twist(pitch, parent.omega, turning=ABOUT_Y),),
         )

@@ -7,8 +7,18 @@ from collections.abc import Iterable, Sequence
 
 from m4e_fmi.cosim.connections.links import Axis, Bond, Link, Port, Variables, conversion
 
-AXES = (("force_x", "vx", "x"), ("force_z", "vz", "z"), ("moment_y", "omega", "theta"))
-"""Force, the velocity it works on, and the coordinate of that velocity, in one connector."""
+AXES = (
+    ("force_x", "vx", "x"),
+    ("force_y", "vy", "y"),
+    ("force_z", "vz", "z"),
+    ("moment_x", "omega_x", ""),
+    ("moment_y", "omega", "theta"),
+    ("moment_z", "omega_z", ""),
+)
+"""Force, the velocity it works on, and the coordinate of that velocity, in one connector.
+
+Angular velocities of bodies in space are not the rates of any angles.
+"""
 _FORCES = {force for force, _, _ in AXES}
 
 
@@ -29,7 +39,10 @@ def power_bonds(
             back = carried.get(Port(body, connector + velocity))
             scale, shift = conversion(*link.variables(variables))
             if last == force and back and link.offset == link.factor / scale * shift:
+                rate = Port(body, connector + velocity)
                 moved = carried.get(Port(body, connector + position))
+                if velocity == "omega" and _turns_in_space(rate, variables):
+                    moved = None
                 found[link.connection].append(Axis(link, back, moved, link.factor / scale))
     for index, axes in sorted(found.items()):
         sources = {axis.force.source.component for axis in axes}
@@ -38,6 +51,11 @@ def power_bonds(
         if not all(_last(link.source) in _FORCES for link in given):
             adds = {}  # its inputs are not forces only: its output is not a mere sum
         yield Bond(connections[index], tuple(axes), tuple(adds))
+
+
+def _turns_in_space(omega: Port, variables: Variables) -> bool:
+    """True of a body's angular velocity about Y if it has one about X as well."""
+    return f"{omega.variable}_x" in variables[omega.component]
 
 
 def _last(port: Port) -> str:

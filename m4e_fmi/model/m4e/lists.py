@@ -142,9 +142,9 @@ def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[Finding]]:
         joints=frozenset(joints),
         tables=frozenset(),
     )
-    found = list(element_findings(SimpleNamespace(**fields), names))
+    found = list(element_findings(SimpleNamespace(dimensions=2, **fields), names))
     if not found and not mechanism.findings:
-        found = list(whole_findings(SimpleNamespace(**fields)))
+        found = list(whole_findings(SimpleNamespace(dimensions=2, **fields)))
     moved = [Finding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
     return fields, [*dict.fromkeys([*mechanism.findings, *moved])]
 

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Container
+from collections.abc import Container, Mapping
+from functools import partial
 from typing import Protocol
 
+from m4e_fmi.joints import ATTITUDE, QUATERNION, quaternion_of
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
     GROUND,
     Parameter,
+    gravity_of,
     neutral_mass,
     parameter_values,
-    quantity,
     vector,
 )
+from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import AnyScalar, Recorder, Variable
+from m4e_fmi.space import AXES, TURN, is_zero
 from m4e_fmi.units import parse_unit
-
-DOF_UNITS = ("m", "m", "rad")
 
 NEUTRAL_MASS = re.compile(r"(.+\.)?body\.\w+\.neutral_mass")
 """Parameters whose start value 0 stands for none."""
@@ -51,11 +53,14 @@ class Inputs(Protocol):
         ...
 
 
-def state_names(link: Link) -> list[tuple[str, str]]:
-    """(coordinate, velocity) variable names of the states of a link."""
-    joint_type = link.joint.joint_type
+def state_names(link: Link) -> tuple[list[str], list[str]]:
+    """Variable names of the coordinates and of the velocities of a link."""
+    joint_type = link.joint_type
     owner = f"body.{link.body}" if joint_type.is_free else f"joint.{link.joint_name}"
-    return [(f"{owner}.{c.position}", f"{owner}.{c.velocity}") for c in joint_type.coordinates]
+    return (
+        [f"{owner}.{name}" for name in joint_type.positions],
+        [f"{owner}.{name}" for name in joint_type.velocities],
+    )
 
 
 def in_words(element: Described, text: str) -> str:
@@ -107,7 +112,7 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
         (link.body, unit)
         for link in tree.links
         if model.bodies[link.body].added_mass
-        for unit in DOF_UNITS
+        for unit in ("m" if c < TURN else "rad" for c in tree.components)
     ]
     rows = []
     for i, (body, unit) in enumerate(dofs, start=1):
@@ -132,18 +137,24 @@ def declared_inputs(
             return 0
         return recorder.input(Variable(name, unit, in_words(element, text)))
 
-    wrench = {}
-    for name, body in ((link.body, model.bodies[link.body]) for link in tree.links):
-        wrench[name] = (
-            force(body, f"body.{name}.force_x", "N", "Force at the CG, world X"),
-            force(body, f"body.{name}.force_z", "N", "Force at the CG, world Z"),
-            force(body, f"body.{name}.moment_y", "N.m", "Moment about the CG, about +Y"),
-        )
+    def parts(element: Described, owner: str, where: str) -> list[AnyScalar]:
+        found: list[AnyScalar] = [0] * (2 * TURN)
+        for c in tree.components:
+            axis = AXES[c % TURN]
+            if c < TURN:
+                text = f"Force at the {where}, world {axis.upper()}"
+                found[c] = force(element, f"{owner}.force_{axis}", "N", text)
+            elif where == "CG":
+                text = f"Moment about the CG, about +{axis.upper()}"
+                found[c] = force(element, f"{owner}.moment_{axis}", "N.m", text)
+        return found
+
+    wrench = {
+        link.body: tuple(parts(model.bodies[link.body], f"body.{link.body}", "CG"))
+        for link in tree.links
+    }
     points = {
-        name: (
-            force(point, f"point.{name}.force_x", "N", "Force at the point, world X"),
-            force(point, f"point.{name}.force_z", "N", "Force at the point, world Z"),
-        )
+        name: tuple(parts(point, f"point.{name}", "point")[:TURN])
         for name, point in model.points.items()
         if point.body != GROUND
     }
@@ -151,58 +162,79 @@ def declared_inputs(
         link.joint_name: force(
             link.joint,
             f"joint.{link.joint_name}.effort",
-            link.joint.joint_type.effort_unit,
+            link.joint_type.effort_unit,
             "Generalised force along the joint's coordinate",
         )
         for link in tree.links
-        if link.joint.joint_type.has_effort
+        if link.joint_type.has_effort
     }
     groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
-    silent = (0, (0, 0), (0, 0, 0))
     return {
-        group: {name: value for name, value in members.items() if value not in silent}
+        group: {name: value for name, value in members.items() if not _is_silent(value)}
         for group, members in groups.items()
     }
+
+
+def _is_silent(value: AnyScalar) -> bool:
+    """True of a force, or of its parts, that is always zero."""
+    return all(map(is_zero, value if isinstance(value, tuple) else (value,)))
 
 
 def _declared_states(
     recorder: Recorder, model: Model, tree: Topology
 ) -> tuple[list[AnyScalar], list[AnyScalar]]:
-    values = parameter_values(model.parameters)
-    nominal = _nominal(model)
+    """q and u. A coordinate and its velocity are neighbours; a quaternion and ω come after them."""
     q: list[AnyScalar] = [None] * len(tree.coordinate_names)
-    u: list[AnyScalar] = list(q)
+    u: list[AnyScalar] = [None] * len(tree.velocity_names)
+    values, nominal = parameter_values(model.parameters), _nominal(model)
     for link in tree.links:
-        joint_type = link.joint.joint_type
-        owner = model.bodies[link.body] if joint_type.is_free else link.joint
-        pairs = zip(state_names(link), joint_type.coordinates, link.coordinates, strict=True)
-        for (position, velocity), coordinate, k in pairs:
-            unit = coordinate.unit
-            start = {
-                name: float(as_expression(link.joint.initial.get(name, 0.0)).evaluate(values))
-                for name in (coordinate.position, coordinate.velocity)
-            }
+        owner = model.bodies[link.body] if link.joint_type.is_free else link.joint
+        start = _start_values(link, values)
+        positions, velocities = state_names(link)
+        places = list(zip(positions, link.coordinates, strict=True))
+        speeds = list(zip(velocities, link.speeds, strict=True))
+
+        state = partial(_state, recorder, owner, start, nominal)
+        pairs = zip(link.joint_type.coordinates, places, speeds, strict=False)
+        for coordinate, (position, k), (velocity, j) in pairs:
             text = f"Coordinate {tree.coordinate_names[k]} of body {link.body}"
-            variable = Variable(
-                position,
-                unit,
-                in_words(owner, text),
-                start[coordinate.position],
-                nominal=nominal[unit],
-            )
-            q[k] = recorder.state(variable)
-            text = f"Velocity {tree.velocity_names[k]} of body {link.body}"
-            u[k] = recorder.state(
-                Variable(
-                    velocity,
-                    f"{unit}/s",
-                    in_words(owner, text),
-                    start[coordinate.velocity],
-                    derivative_of=position,
-                    nominal=nominal[f"{unit}/s"],
-                )
-            )
+            q[k] = state(position, coordinate.unit, text)
+            text = f"Velocity {tree.velocity_names[j]} of body {link.body}"
+            u[j] = state(velocity, f"{coordinate.unit}/s", text, position)
+        for number, (name, k) in enumerate(places[len(link.joint_type.coordinates) :]):
+            q[k] = state(name, "1", f"Attitude of body {link.body}: quaternion, part {number}")
+        for axis, (name, j) in zip(AXES, speeds[len(link.joint_type.coordinates) :], strict=False):
+            text = f"Angular velocity of body {link.body}, world {axis.upper()}"
+            u[j] = state(name, "rad/s", text)
     return q, u
+
+
+def _state(
+    recorder: Recorder,
+    owner: Described,
+    start: Mapping[str, float],
+    nominal: Mapping[str, float],
+    name: str,
+    unit: str,
+    text: str,
+    of: str | None = None,
+) -> AnyScalar:
+    """The state `name`, declared; `of` is the state whose rate it is."""
+    value, size = start[name.rpartition(".")[2]], nominal.get(unit, 1.0)
+    text = in_words(owner, text)
+    return recorder.state(Variable(name, unit, text, value, derivative_of=of, nominal=size))
+
+
+def _start_values(link: Link, values: Values) -> dict[str, float]:
+    """Start value of each state of a link, by the last part of its name."""
+    keys = link.joint_type.start_keys
+    given = {
+        key: float(as_expression(link.joint.initial.get(key, 0.0)).evaluate(values)) for key in keys
+    }
+    if link.joint_type.has_quaternion:
+        turned = quaternion_of(*(given.pop(angle) for angle in ATTITUDE))
+        given |= dict(zip(QUATERNION, turned, strict=True))
+    return given
 
 
 def _nominal(model: Model) -> dict[str, float]:
@@ -212,9 +244,9 @@ def _nominal(model: Model) -> dict[str, float]:
     values = parameter_values(model.parameters)
     elements = (*model.joints.values(), *model.points.values())
     arms = (vector(element, field) for element in elements for field in element.vectors)
-    length = max((math.hypot(x.evaluate(values), z.evaluate(values)) for x, z in arms), default=0.0)
-    length = length or 1.0
-    gravity = abs(quantity(model, "gravity").evaluate(values))
+    sizes = (math.hypot(*(part.evaluate(values) for part in arm)) for arm in arms)
+    length = max(sizes, default=0.0) or 1.0
+    gravity = math.hypot(*(part.evaluate(values) for part in gravity_of(model)))
     rate = math.sqrt(gravity / length) or 1.0
     exact = {"m": length, "rad": 1.0, "m/s": length * rate, "rad/s": rate}
     return {unit: float(f"1e{round(math.log10(value))}") for unit, value in exact.items()}

@@ -24,14 +24,23 @@ MEASURES = {
     "distance_rate": ("m/s", "Rate of the distance of the points"),
     "extension": ("m", "Distance of the points less the natural length"),
     "moment": ("N.m", "Moment on the first body, about +Y; the second feels the opposite"),
+    "moment_x": ("N.m", "Moment about the CG, about +X"),
+    "moment_z": ("N.m", "Moment about the CG, about +Z"),
     "twist": ("rad", "Angle of the second body less the first's and the angle at rest"),
     "twist_rate": ("rad/s", "Angular velocity of the second body less the first's"),
     "force_x": ("N", "Force, world X"),
+    "force_y": ("N", "Force, world Y"),
     "force_z": ("N", "Force, world Z"),
     "effort": ("N.m", "Effort on the joint's child; the parent feels the opposite"),
     "gap": ("m", "How far the nearer limit of the stop is; negative in contact"),
 }
 """Unit and text of each measure; an effort's unit is a revolute joint's, a gap's a distance's."""
+SPATIAL = {
+    "moment": "Moment on the first body, about the axis of the turn; the second feels the opposite",
+    "twist": "Angle by which the second body is turned from the first",
+    "twist_rate": "Angular velocity of the second body less the first's, about that axis",
+}
+"""Texts of measures in space."""
 RATES = {"distance_rate": "distance", "twist_rate": "twist"}
 
 
@@ -70,10 +79,13 @@ def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
     if isinstance(load, JointEffort | JointFriction | JointStop):
-        joint_type = assembly.model.joints[load.joint].joint_type
+        k = assembly.tree.index(assembly.model.joints[load.joint].child)
+        joint_type = assembly.tree.links[k].joint_type
         unit = {"effort": joint_type.effort_unit, "gap": joint_type.coordinates[0].unit}[measure]
     if measure == "moment" and hasattr(load, "body"):
         text = "Moment about the CG, about +Y"
+    elif measure in SPATIAL and not assembly.tree.is_planar:
+        text = SPATIAL[measure]
     if isinstance(load, Bushing) and measure.startswith("force"):
         text = (
             f"Force on the first point, world {measure[-1].upper()}; the second feels the opposite"

@@ -26,10 +26,10 @@ def mass_matrix_program(model: Model) -> Program:
     for name in chain.from_iterable(chain.from_iterable(map(state_names, tree.links))):
         recorder.rate(name, 0.0)
     rows = mass_matrix(assemble(model, tree, scalars))
-    angles = [c.is_angle for link in tree.links for c in link.joint.joint_type.coordinates]
+    angles = [turns for link in tree.links for turns in link.joint_type.turns]
     for i, row in enumerate(rows):
         for j in range(len(rows)):
-            text = f"Mass matrix, {tree.coordinate_names[i]} by {tree.coordinate_names[j]}"
+            text = f"Mass matrix, {tree.velocity_names[i]} by {tree.velocity_names[j]}"
             variable = Variable(f"mass_matrix[{i + 1},{j + 1}]", UNITS[angles[i] + angles[j]], text)
             recorder.output(variable, row.get(j, 0.0))
     return recorder.program()

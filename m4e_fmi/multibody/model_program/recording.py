@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container, Generator
+from collections.abc import Container, Generator, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 
+from m4e_fmi.joints import ATTITUDE, TURNING, attitude
 from m4e_fmi.model import Body, Model, Point, as_model
 from m4e_fmi.model.elements import GROUND
 from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, links_with_added_mass
@@ -17,9 +19,15 @@ from m4e_fmi.multibody.model_program.load_outputs import Outputs, add_load_outpu
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.sensitivity import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
-from m4e_fmi.program import AnyScalar, Program, Recorder, Variable
-from m4e_fmi.space import AXES, Vector, X, Y, Z
+from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.space import AXES, TURN, Vector
 
+ANGLES = (
+    "Roll, about the X axis of the body",
+    "Pitch, between roll and yaw",
+    "Yaw, about the world's Z axis",
+)
+ALPHAS = ("alpha_x", "alpha", "alpha_z")
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
 
@@ -59,7 +67,7 @@ def _shortest(model: Model, tree: Topology, inputs: Container[str] | None) -> Pr
     so that a model gives the same bits whichever inputs there are."""
     if len(links_with_added_mass(model, tree)) > 1:
         return recorded(model, tree, ClosedForm, inputs)
-    if len(tree.coordinate_names) > LARGEST_CLOSED_FORM:
+    if len(tree.velocity_names) > LARGEST_CLOSED_FORM:
         return recorded(model, tree, Recursion, inputs)
     bare = {kind: recorded(model, tree, kind, ()) for kind in (Recursion, ClosedForm)}
     best = min(bare, key=lambda kind: len(bare[kind].operations(bare[kind].rates)))
@@ -79,9 +87,12 @@ def recorded(
     solution = algorithm(assembly)
     solved = solution.accelerations
     for link in tree.links:
-        for (position, velocity), k in zip(state_names(link), link.coordinates, strict=True):
-            recorder.rate(position, scalars.u[k])
-            recorder.rate(velocity, solved.rates[k])
+        positions, velocities = state_names(link)
+        q, u = [scalars.q[k] for k in link.coordinates], [scalars.u[j] for j in link.speeds]
+        for name, rate in zip(positions, link.joint_type.rates(q, u), strict=True):
+            recorder.rate(name, rate)
+        for name, j in zip(velocities, link.speeds, strict=True):
+            recorder.rate(name, solved.rates[j])
     add_outputs(recorder, assembly, solved)
     return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
 
@@ -102,62 +113,91 @@ def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) ->
 
 
 def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+    axes, planar = _axes(assembly.tree), assembly.tree.is_planar
+    about = [axis for axis in range(TURN) if TURN + axis in assembly.tree.components]
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name, body = f"body.{link.body}", assembly.model.bodies[link.body]
-        if not link.joint.joint_type.is_free:  # whose states these are
-            _motion(recorder, name, "CG", body, frame.position, frame.velocity)
-            text = in_words(body, "Angle about +Y")
-            recorder.output(Variable(f"{name}.theta", "rad", text), frame.angle)
-            text = in_words(body, "Angular velocity about +Y")
-            omega = Variable(f"{name}.omega", "rad/s", text, derivative_of=f"{name}.theta")
-            recorder.output(omega, frame.omega[Y])
-        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm))
-        text = in_words(body, "Angular acceleration about +Y")
-        variable = Variable(f"{name}.alpha", "rad/s2", text, derivative_of=f"{name}.omega")
-        recorder.output(variable, solved.alphas[k][Y])
+        states = [*chain(*state_names(link))]
+        if not link.joint_type.is_free:  # whose states these are
+            _motion(recorder, name, "CG", body, frame.position, frame.velocity, axes)
+        angles = (0, frame.angle, 0) if planar else attitude(frame.rotation)
+        for axis in about:
+            text = in_words(body, "Angle about +Y" if planar else ANGLES[axis])
+            if f"{name}.{ATTITUDE[axis]}" not in states:
+                angle = Variable(f"{name}.{ATTITUDE[axis]}", "rad", text)
+                recorder.output(angle, angles[axis])
+        for axis in about:
+            text = in_words(body, f"Angular velocity about +{AXES[axis].upper()}")
+            of = f"{name}.theta" if planar else None
+            if f"{name}.{TURNING[axis]}" not in states:
+                omega = Variable(f"{name}.{TURNING[axis]}", "rad/s", text, derivative_of=of)
+                recorder.output(omega, frame.omega[axis])
+        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm), axes)
+        for axis in about:
+            text = in_words(body, f"Angular acceleration about +{AXES[axis].upper()}")
+            omega = f"{name}.{TURNING[axis]}"
+            alpha = f"{name}.{ALPHAS[axis]}"
+            variable = Variable(alpha, "rad/s2", text, derivative_of=omega)
+            recorder.output(variable, solved.alphas[k][axis])
 
 
 def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for name, place in assembly.points.items():
         point = assembly.model.points[name]
         if point.body != GROUND:
-            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity)
+            axes = _axes(assembly.tree)
+            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity, axes)
             k = assembly.tree.index(point.body)
             acceleration = solved.of_point(assembly.frames[k], k, place.arm)
-            _accelerations(recorder, f"point.{name}", "point", point, acceleration)
+            _accelerations(recorder, f"point.{name}", "point", point, acceleration, axes)
 
 
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
-        for axis, value in _in_plane(reaction.force):
-            text = in_words(joint, f"Force of the joint on its child, world {axis.upper()}")
-            recorder.output(Variable(f"{name}.reaction_{axis}", "N", text), value)
-        text = in_words(joint, "Moment of the joint on its child at the joint, about +Y")
-        recorder.output(Variable(f"{name}.reaction_moment", "N.m", text), reaction.moment)
+        for axis in _axes(assembly.tree):
+            text = in_words(joint, f"Force of the joint on its child, world {AXES[axis].upper()}")
+            variable = Variable(f"{name}.reaction_{AXES[axis]}", "N", text)
+            recorder.output(variable, reaction.force[axis])
+        for axis, part in enumerate(("moment_x", "moment", "moment_z")):
+            if TURN + axis in assembly.tree.components:
+                text = f"Moment of the joint on its child at the joint, about +{AXES[axis].upper()}"
+                variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
+                recorder.output(variable, reaction.moment[axis])
 
 
-def _in_plane(vector: Vector) -> list[tuple[str, AnyScalar]]:
-    """Components in the X–Z plane, by the names of their axes."""
-    return [(AXES[c], vector[c]) for c in (X, Z)]
+def _axes(tree: Topology) -> list[int]:
+    """The axes along which bodies move."""
+    return [c for c in tree.components if c < TURN]
 
 
 def _motion(
-    recorder: Outputs, name: str, what: str, owner: Body | Point, position: Vector, velocity: Vector
+    recorder: Outputs,
+    name: str,
+    what: str,
+    owner: Body | Point,
+    position: Vector,
+    velocity: Vector,
+    axes: Sequence[int],
 ) -> None:
-    for axis, value in _in_plane(position):
-        text = in_words(owner, f"Position of the {what}, world {axis.upper()}")
-        recorder.output(Variable(f"{name}.{axis}", "m", text), value)
-    for axis, value in _in_plane(velocity):
-        text = in_words(owner, f"Velocity of the {what}, world {axis.upper()}")
-        variable = Variable(f"{name}.v{axis}", "m/s", text, derivative_of=f"{name}.{axis}")
-        recorder.output(variable, value)
+    for c in axes:
+        text = in_words(owner, f"Position of the {what}, world {AXES[c].upper()}")
+        recorder.output(Variable(f"{name}.{AXES[c]}", "m", text), position[c])
+    for c in axes:
+        text, of = f"Velocity of the {what}, world {AXES[c].upper()}", f"{name}.{AXES[c]}"
+        variable = Variable(f"{name}.v{AXES[c]}", "m/s", in_words(owner, text), derivative_of=of)
+        recorder.output(variable, velocity[c])
 
 
 def _accelerations(
-    recorder: Outputs, name: str, what: str, owner: Body | Point, acceleration: Vector
+    recorder: Outputs,
+    name: str,
+    what: str,
+    owner: Body | Point,
+    acceleration: Vector,
+    axes: Sequence[int],
 ) -> None:
-    for axis, value in _in_plane(acceleration):
-        text = in_words(owner, f"Acceleration of the {what}, world {axis.upper()}")
-        variable = Variable(f"{name}.a{axis}", "m/s2", text, derivative_of=f"{name}.v{axis}")
-        recorder.output(variable, value)
+    for c in axes:
+        text, of = f"Acceleration of the {what}, world {AXES[c].upper()}", f"{name}.v{AXES[c]}"
+        variable = Variable(f"{name}.a{AXES[c]}", "m/s2", in_words(owner, text), derivative_of=of)
+        recorder.output(variable, acceleration[c])

@@ -15,6 +15,7 @@ from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Table
 from m4e_fmi.model.elements import neutral_symbol, parameter_values
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
+from m4e_fmi.multibody.symbolic.printing import rates_text
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.units import parse_unit
 
@@ -118,7 +119,8 @@ def _vectors(equations: Equations) -> tuple[list[AnyScalar], list[AnyScalar], li
     import sympy
 
     model = equations.model
-    wet = range(1, 1 + 3 * sum(body.added_mass for body in model.bodies.values()))
+    size = len(equations.topology.components)
+    wet = range(1, 1 + size * sum(body.added_mass for body in model.bodies.values()))
     names = [*model.parameters, *map(neutral_symbol, equations.neutral_bodies)]
     names += [f"A_{i}_{j}" for i in wet for j in wet]
     p = [sympy.Symbol(name, real=True) for name in names]
@@ -126,13 +128,14 @@ def _vectors(equations: Equations) -> tuple[list[AnyScalar], list[AnyScalar], li
 
 
 def _about(equations: Equations, p: list[AnyScalar]) -> list[str]:
-    n = len(equations.topology.coordinate_names)
+    n = len(equations.topology.velocity_names)
+    name = " ".join(equations.model.name.split())
 
     def listed(letter: str, names: list[str]) -> str:
         return fill(f"{letter}  {', '.join(names) or 'nothing'}", 95, subsequent_indent="   ")
 
     return [
-        f"{' '.join(equations.model.name.split())}: M(q) du/dt = f(t, q, u), dq/dt = u.",
+        f"{name}: M(q) du/dt = f(t, q, u), {rates_text(equations)}.",
         "",
         "t  time [s]",
         listed("q", list(equations.topology.coordinate_names)),
@@ -149,7 +152,7 @@ def _body(equations: Equations, vectors: tuple[list[AnyScalar], ...], *, python:
     """The lines that compute M and f."""
     import sympy
 
-    M, n, names = equations.mass_matrix, len(vectors[0]), _names(equations)
+    M, n, names = equations.mass_matrix, len(vectors[1]), _names(equations)
     places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
     entries: list[AnyScalar] = [*(M[at] for at in places), *equations.forcing]
     values: list[AnyScalar] = [sympy.sympify(value, strict=True) for value in entries]

@@ -24,7 +24,7 @@ from m4e_fmi.multibody.topology import topology
 from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import listing
-from m4e_fmi.space import PLANE, X, Z
+from m4e_fmi.space import TURN
 
 if TYPE_CHECKING:
     import sympy
@@ -79,7 +79,9 @@ class Equations:
         def exact(value: float) -> AnyScalar:
             return sympy.pi if value == math.pi else sympy.Rational(repr(value))
 
-        wet = 3 * sum(self.model.bodies[link.body].added_mass for link in self.topology.links)
+        wet = len(self.topology.components) * sum(
+            self.model.bodies[link.body].added_mass for link in self.topology.links
+        )
         scalars = Scalars(
             q=self.q.flat(),
             u=self.u.flat(),
@@ -104,13 +106,13 @@ class Equations:
 
     @cached_property
     def B(self) -> sympy.Matrix:
-        """Velocity transformation, 3N×n: (v_x, v_z, ω) of every body = B u."""
+        """Velocity transformation: (v_x, v_z, ω) of each body = B u, 3N×n; in space (v, ω)."""
         bodies = self.assembly.frames
         return self._stacked([columns(self.topology, bodies, k) for k in range(len(bodies))])
 
     @cached_property
     def B_dot(self) -> sympy.Matrix:
-        """Time derivative of B, 3N×n."""
+        """Time derivative of B."""
         bodies, u = self.assembly.frames, self.u.flat()
         return self._stacked(
             [column_rates(self.topology, bodies, u, k) for k in range(len(bodies))]
@@ -119,7 +121,7 @@ class Equations:
     @cached_property
     def mass_matrix(self) -> sympy.Matrix:
         """Bᵀ(𝓜 + A)B, n×n."""
-        n = len(self.topology.coordinate_names)
+        n = len(self.topology.velocity_names)
         return _matrix([[row.get(k, 0) for k in range(n)] for row in mass_matrix(self.assembly)])
 
     @cached_property
@@ -129,12 +131,14 @@ class Equations:
 
     @cached_property
     def reactions(self) -> dict[str, sympy.Matrix]:
-        """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1; see `reactions.Reaction`.
+        """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1, in space (F, M), 6×1.
 
-        Functions of q, u and `u_dot`. A floating joint exerts nothing and is left out.
+        See `reactions.Reaction`. Functions of q, u and `u_dot`. A floating joint exerts nothing and
+        is left out.
         """
         found = reactions(self.assembly, self._moving)
-        return {r.joint: _matrix([[r.force[X]], [r.force[Z]], [r.moment]]) for r in found}
+        components = self.topology.components
+        return {r.joint: _matrix([[(*r.force, *r.moment)[c]] for c in components]) for r in found}
 
     @cached_property
     def _moving(self) -> Accelerations:
@@ -171,18 +175,20 @@ class Equations:
 
     @cached_property
     def positions(self) -> sympy.Matrix:
-        """(x, z) of every centre of gravity [m], N×2."""
-        return _matrix([[f.position[X], f.position[Z]] for f in self.assembly.frames])
+        """(x, z) of every centre of gravity [m], N×2; in space (x, y, z), N×3."""
+        axes = [c for c in self.topology.components if c < TURN]
+        return _matrix([[f.position[c] for c in axes] for f in self.assembly.frames])
 
     def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
-        """The rows of every body that are in the plane as one matrix."""
+        """The rows of every body that its motion can have as one matrix."""
         import sympy
 
-        result = sympy.zeros(len(PLANE) * len(bodies), len(self.topology.coordinate_names))
+        components = self.topology.components
+        result = sympy.zeros(len(components) * len(bodies), len(self.topology.velocity_names))
         for k, body in enumerate(bodies):
             for column, entries in body.items():
-                for row, c in enumerate(PLANE):
-                    result[len(PLANE) * k + row, column] = entries[c]
+                for row, c in enumerate(components):
+                    result[len(components) * k + row, column] = entries[c]
         return result
 
     def text(

@@ -45,6 +45,7 @@ def intermediates(
             continue
         name = _of_angle(value, coordinates)
         symbol = sympy.Symbol(next(numbered) if name is None or name in used else name, real=True)
+        used.add(symbol.name)
         new[placeholder] = symbol
         shared.append((symbol, value))
     return shared, [expression.xreplace(new) for expression in reduced]

@@ -9,10 +9,20 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.multibody.symbolic.intermediates import intermediates
 from m4e_fmi.program import AnyScalar
+from m4e_fmi.space import AXES, TURN
 
 if TYPE_CHECKING:
     from m4e_fmi.multibody.symbolic.equations import Equations
 
+LETTERS = {
+    "Theta": (r"\theta", ""),
+    "Phi": (r"\varphi", ""),
+    "Psi": (r"\psi", ""),
+    **{letter.upper(): (letter, "") for letter in "srxyz"},
+    **{f"E{k}": ("e", f"{k},") for k in range(4)},
+    **{f"Omega{axis.upper()}": (r"\omega", f"{axis},") for axis in AXES},
+}
+"""How a coordinate is written in LaTeX, and what comes before its number."""
 MOST_REPEATED = 80
 """Intermediates up to which a page is written without them."""
 
@@ -50,7 +60,7 @@ def equations_text(
     if not explicit:
         values = [sympy.sympify(value, strict=True) for part in parts for value in part.values]
         shared, reduced = intermediates(values, equations.q.flat())
-        if explicit is False or len(shared) > MOST_REPEATED:
+        if explicit is False or len(shared) > MOST_REPEATED or not equations.topology.is_planar:
             rest = iter(reduced)
             for part in parts:
                 part.values = [next(rest) for _ in part.values]
@@ -80,12 +90,21 @@ def _heading(equations: Equations) -> list[str]:
         held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
         holder = f"{link.joint.type} joint {link.joint_name!r} to {link.joint.parent}"
         lines.append(f"body {link.number}: {link.body:<16} {holder:<40} {held}")
-    return [*lines, "", "Equations of motion: M(q) du/dt = f(t, q, u),  dq/dt = u"]
+    return [*lines, "", f"Equations of motion: M(q) du/dt = f(t, q, u),  {rates_text(equations)}"]
+
+
+def rates_text(equations: Equations) -> str:
+    """How the rates of the coordinates follow from the velocities, in words."""
+    if len(equations.q) == len(equations.u):
+        return "dq/dt = u"
+    return "dq/dt = u but for quaternions e (E0 to E3): de/dt = 1/2 (0, Omega) e"
 
 
 def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
+    planar = equations.topology.is_planar
+    rows = "(v_x, v_z, omega)" if planar else "(v_x, v_y, v_z, omega_x, omega_y, omega_z)"
     matrices = (
-        ("Velocity transformation B: v = B u, rows (v_x, v_z, omega) of each body",
+        (f"Velocity transformation B: v = B u, rows {rows} of each body",
          "B", "B", equations.B),
         ("Its time derivative: dv/dt = B du/dt + B_dot u",
          "B_dot", r"\dot{B}", equations.B_dot),
@@ -103,10 +122,11 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
             powers.add(f"P[{name}]", rf"P_{{\mathrm{{{_escaped(name)}}}}}", power)
         result.append(powers)
     if reactions:
-        carried = _Part("Force (x, z) and moment (y) of each joint on its child, at the joint")
+        kinds = "(x, z) and moment (y)" if planar else "and moment (x, y, z)"
+        carried = _Part(f"Force {kinds} of each joint on its child, at the joint")
         for joint, wrench in equations.reactions.items():
-            for axis, entry in zip("xzy", wrench.flat(), strict=True):
-                letter = "M" if axis == "y" else "R"
+            for c, entry in zip(equations.topology.components, wrench.flat(), strict=True):
+                letter, axis = "R" if c < TURN else "M", AXES[c % TURN]
                 tex = rf"{letter}_{{\mathrm{{{_escaped(joint)}}},{axis}}}"
                 carried.add(f"{letter}[{joint}].{axis}", tex, entry)
         result.append(carried)
@@ -126,14 +146,14 @@ def _entries(title: str, letter: str, tex: str, matrix: AnyScalar) -> _Part:
 
 def _latex_names(equations: Equations) -> dict[AnyScalar, str]:
     """How coordinates and velocities are written: Theta_1 → \\theta_{1}, ThetaD_1 → \\dot{…}."""
-    letters = {"Theta": r"\theta", "Phi": r"\varphi", "S": "s", "X": "x", "Z": "z"}
     result = {}
-    rows = zip(equations.q.flat(), equations.u.flat(), equations.u_dot.flat(), strict=True)
-    for q, u, u_dot in rows:
-        letter, number = q.name.split("_")
-        result[q] = f"{letters[letter]}_{{{number}}}"
-        result[u] = rf"\dot{{{letters[letter]}}}_{{{number}}}"
-        result[u_dot] = rf"\ddot{{{letters[letter]}}}_{{{number}}}"
+    for symbol in (*equations.q.flat(), *equations.u.flat(), *equations.u_dot.flat()):
+        name, number = symbol.name.split("_")
+        letter = name.rstrip("D")
+        dots = len(name) - len(letter)
+        mark, index = LETTERS[letter]
+        dotted = (mark, rf"\dot{{{mark}}}", rf"\ddot{{{mark}}}")[dots]
+        result[symbol] = f"{dotted}_{{{index}{number}}}"
     return result
 
 

@@ -14,9 +14,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from m4e_fmi.errors import InputError
 from m4e_fmi.joints import JointType
 from m4e_fmi.model import JointEffort, Model
-from m4e_fmi.model.elements import Quantity, Vector, parameter_values
+from m4e_fmi.model.elements import Quantity, Vector, gravity_of, parameter_values
 from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, model_program, topology
@@ -184,8 +185,16 @@ def start_values(program: Program) -> dict[str, float]:
     return values | dict(zip([v.name for v in program.outputs], outputs, strict=True))
 
 
+def check_planar(model: Model) -> None:
+    """InputError for a model in space, which is not drawn yet."""
+    if model.dimensions == 3:
+        message = f"{model.name}: pictures and animations show planar models only"
+        raise InputError.single(message, "plot its results: simulate FILE --plot picture.png")
+
+
 def scene(model: Model, program: Program | None = None) -> Scene:
     """Scene of `model` at the start values of `program`, its own one if none is given."""
+    check_planar(model)
     program = program or model_program(model)
     tree = topology(model)
     values = parameter_values(model.parameters)
@@ -202,7 +211,7 @@ def scene(model: Model, program: Program | None = None) -> Scene:
         points={name: numbers.point(name) for name in model.points},
         ties=tuple(numbers.ties()),
         pushes=(),
-        gravity=numbers.number(model.gravity, default=1.0),
+        gravity=numbers.number(gravity_of(model)[2], default=1.0),
         start=np.zeros((len(tree.links), 3)),
     )
     start = made.poses(start_values(program))[0]
@@ -250,7 +259,7 @@ class _Numbers:
                 direction = (dx / length, dz / length)
             parent = Anchor(link.parent, self.pair(joint.parent_to_joint))
             child = Anchor(k, (-x, -z))
-            marks.append(JointMark(link.joint_name, joint.joint_type, parent, child, direction))
+            marks.append(JointMark(link.joint_name, link.joint_type, parent, child, direction))
         return marks
 
     def ties(self) -> list[Tie]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterator, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -56,11 +57,18 @@ def equations_markup(
 def _vectors(equations: Equations, names: Mapping[str, str]) -> list[str]:
     tree, lines = equations.topology, []
     for link in tree.links:
-        for states, k in zip(state_names(link), link.coordinates, strict=True):
-            symbols = tree.coordinate_names[k], tree.velocity_names[k]
-            for letter, symbol, state in zip("qu", symbols, states, strict=True):
-                math = _line(_indexed(letter, k + 1), _name(symbol))
-                lines.append(f"{math}<code>{escape(names[state])}</code>")
+        positions, velocities = state_names(link)
+        rows = [
+            (k, letter, symbols[k], state)
+            for letter, symbols, indices, states in (
+                ("q", tree.coordinate_names, link.coordinates, positions),
+                ("u", tree.velocity_names, link.speeds, velocities),
+            )
+            for k, state in zip(indices, states, strict=True)
+        ]
+        for k, letter, symbol, state in sorted(rows, key=operator.itemgetter(0)):
+            math = _line(_indexed(letter, k + 1), _name(symbol))
+            lines.append(f"{math}<code>{escape(names[state])}</code>")
     return lines
 
 

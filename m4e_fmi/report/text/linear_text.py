@@ -19,8 +19,8 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     lines = [f"{point.program.name}: {title}, t = {point.time:g} s"]
     lines += [
         f"  {v.name:<32} {value: .9g} {v.unit}"
-        for v, value in _values(linear.states, point.values)
-        if v in linear.coordinates or value
+        for v, value in _values(point.program.states, point.values)
+        if v in linear.coordinates or v.unit == "1" or value
     ]
     lines += [
         "",

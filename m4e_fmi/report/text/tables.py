@@ -16,6 +16,7 @@ from m4e_fmi.model.expression import Expression, ExpressionError, Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.shown import one_line
+from m4e_fmi.space import AXES
 
 if TYPE_CHECKING:
     import sympy
@@ -84,7 +85,7 @@ def _bodies(model: Model, tree: Topology, show: Show, word: Show) -> Listing:
     for link in tree.links:
         body = model.bodies[link.body]
         held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
-        row = (str(link.number), word(link.body), show(body.mass), show(body.inertia))
+        row = (str(link.number), word(link.body), show(body.mass), _numbers(body.inertia, show))
         rows.append((*row, word(held or "none"), word(body.description)))
     head = ("No.", "Body", "Mass [kg]", "Inertia [kg.m2]", "Coordinates", "Description")
     return Listing("Bodies", head, tuple(rows))
@@ -94,17 +95,18 @@ def _joints(tree: Topology, show: Show, word: Show) -> Listing:
     rows = []
     for k, link in enumerate(tree.links, start=1):
         joint = link.joint
-        free = joint.joint_type.is_free
-        direction = _pair(joint.direction, show) if joint.direction is not None else "-"
+        free = link.joint_type.is_free
+        given = [getattr(joint, f) for f in link.joint_type.vectors]
+        direction = ", ".join(_pair(axis, show) for axis in given) or "-"
         start = ", ".join(f"{key} = {show(value)}" for key, value in joint.initial.items())
         rows.append((
             str(k), word(link.joint_name), f"{link.parent + 1} {link.number}", word(joint.type),
-            "-" if free else _pair(joint.parent_to_joint, show),
-            "-" if free else _pair(joint.joint_to_child, show),
+            "-" if free else _offset(joint.parent_to_joint, tree, show),
+            "-" if free else _offset(joint.joint_to_child, tree, show),
             direction, start or "-",
         ))  # fmt: skip
     head = ("No.", "Joint", "Bodies", "Type", "Parent CG to joint", "Joint to child CG",
-            "Direction", "Start")  # fmt: skip
+            "Direction" if tree.is_planar else "Axes", "Start")  # fmt: skip
     return Listing("Joints", head, tuple(rows))
 
 
@@ -154,7 +156,17 @@ def _numbered(tree: Topology, body: str, word: Show) -> str:
 
 
 def _pair(vector: Sequence[object], show: Show) -> str:
-    return f"[{show(vector[0])}, {show(vector[1])}]"
+    return f"[{', '.join(map(show, vector))}]"
+
+
+def _offset(vector: Sequence[object], tree: Topology, show: Show) -> str:
+    """A vector of a joint; who gives none has (0, 0) in space, too."""
+    return _pair(vector if tree.is_planar or len(vector) == len(AXES) else (0.0, 0.0, 0.0), show)
+
+
+def _numbers(value: object, show: Show) -> str:
+    """A number, or the numbers of a tensor."""
+    return _pair(value, show) if isinstance(value, tuple | list) else show(value)
 
 
 def _quantity(value: object) -> str:

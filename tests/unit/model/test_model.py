@@ -223,11 +223,11 @@ class TestPythonModel:
             ),
             (
                 lambda: Joint("revolute", "beam", joint_to_child=(1.0,)),  # pyright: ignore[reportArgumentType]
-                "joints.hinge.joint_to_child: expected two entries, got (1.0,)",
+                "joints.hinge.joint_to_child: joint_to_child: expected [x, z], got 1 entry",
             ),
             (
                 lambda: Joint("floating", "beam", parent_to_joint=3.0),  # pyright: ignore[reportArgumentType]
-                "joints.hinge.parent_to_joint: expected two entries, got 3.0",
+                "joints.hinge.parent_to_joint: parent_to_joint: expected [x, z], got 3.0",
             ),
         ],
     )

@@ -118,7 +118,10 @@ def test_the_c_loop_and_python_record_the_same(
         assert np.array_equal(one.values, other[name].values), name
 
 
-def test_arrays_that_are_connected_are_recorded(system: System, tmp_path: Path) -> None:
+def test_arrays_that_are_connected_are_recorded(
+    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.connections.recorded_variables.LARGEST_ARRAY", 1)
     parts = system.components
     back = System("s", (parts[1], parts[0]), ("b.y_list[3] -> a.u_int",), system.simulation)
     names = run(back, results=tmp_path / "r.nc").results().series

@@ -1,0 +1,143 @@
+"""Checks of single joints: their types, axes and start values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import get_args
+
+from m4e_fmi.errors import suggestion
+from m4e_fmi.files.document import Location
+from m4e_fmi.joints import JOINT_TYPES, JointType
+from m4e_fmi.model.elements import GROUND, AngleReference, Joint
+from m4e_fmi.model.findings import (
+    Finding,
+    Known,
+    Names,
+    expressions,
+    quantities,
+    reference,
+    vectors,
+)
+from m4e_fmi.space import AXES
+
+AXES_OF_JOINTS = ("direction", "axis", "second_axis")
+PARALLEL = 1e-9
+"""Cosine of a right angle, and what a cosine is less than 1, that rounding can have made."""
+
+
+def joint_type_elsewhere(word: str) -> str:
+    """A remedy for a type of a joint that other programs have; "" for any other word."""
+    for name, joint_type in JOINT_TYPES[3].items():
+        if word.lower() in joint_type.other_names:
+            return f"did you mean {name!r}?"
+    return ""
+
+
+def joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> Iterator[Finding]:
+    """Everything wrong with a joint."""
+    yield from reference((*at, "child"), joint.child, names.bodies, "bodies")
+    yield from reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
+    yield from quantities(at, joint, known)
+    types = JOINT_TYPES[known.dimensions]
+    if joint.type not in types:
+        remedy = joint_type_elsewhere(joint.type) or suggestion(joint.type, types)
+        message = f"unknown type {joint.type!r}"
+        if joint.type in JOINT_TYPES[3]:
+            message = f"a {joint.type} joint is one of space, and the model is planar"
+            remedy = f"write 'dimensions: 3' on top, or take another type: {', '.join(types)}"
+        yield Finding((*at, "type"), message, remedy)
+        return
+    if joint.parent == joint.child and joint.child in names.bodies:
+        message = f"the joint joins body {joint.child!r} to itself"
+        yield Finding((*at, "parent"), message, "name another body, or ground")
+    yield from _joint_type_findings(at, joint, types)
+    for field in types[joint.type].vectors:
+        if getattr(joint, field) is not None:
+            yield from vectors((*at, field), getattr(joint, field), known)
+    for key, value in joint.initial.items():
+        keys = types[joint.type].start_keys
+        if key not in keys:
+            message = f"a {joint.type} joint has no initial {key!r}"
+            remedy = suggestion(key, keys) or "leave it out"
+            yield Finding((*at, "initial", key), message, remedy)
+        yield from expressions((*at, "initial", key), value, known)
+
+
+def _joint_type_findings(
+    at: Location, joint: Joint, types: Mapping[str, JointType]
+) -> Iterator[Finding]:
+    """Keys that a joint of this type does not have, or needs."""
+    joint_type = types[joint.type]
+    if joint_type.is_free:
+        if joint.parent != GROUND:
+            message = f"a {joint.type} joint is always to the ground"
+            yield Finding((*at, "parent"), message, "leave 'parent' out")
+        for field in ("parent_to_joint", "joint_to_child"):
+            if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
+                message = f"a {joint.type} joint has no {field}"
+                place = "x, z" if types is JOINT_TYPES[2] else "x, y, z"
+                remedy = f"give the start position under 'initial': {place}"
+                yield Finding((*at, field), message, remedy)
+    for field in AXES_OF_JOINTS:
+        having = [name for name, t in types.items() if field in t.vectors]
+        if (field in joint_type.vectors) == (getattr(joint, field) is not None):
+            continue
+        words, entries = (
+            field.replace("_", " "),
+            "[x, z]" if types is JOINT_TYPES[2] else "[x, y, z]",
+        )
+        article = "an" if words == "axis" else "a"
+        if field in joint_type.vectors:
+            message, remedy = (
+                f"a {joint.type} joint needs {article} {words}",
+                f"add '{field}: {entries}'",
+            )
+        elif having:
+            message, remedy = (
+                f"only a {' or '.join(having)} joint has {article} {words}",
+                "leave it out",
+            )
+        else:
+            message, remedy = (
+                f"joints of the plane turn about +Y and have no {words}",
+                "leave it out",
+            )
+        yield Finding((*at, field), message, remedy)
+    if joint.coordinate not in get_args(AngleReference):
+        remedy = suggestion(joint.coordinate, get_args(AngleReference))
+        yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
+    elif joint.coordinate == "relative" and not joint_type.chooses_angle:
+        names = " or ".join(name for name, t in types.items() if t.chooses_angle)
+        message = f"only a {names} joint has a coordinate to choose"
+        if not names:
+            message = "in space angles of joints are relative: there is no coordinate to choose"
+        yield Finding((*at, "coordinate"), message, "leave it out")
+
+
+def axis_findings(
+    at: Location, joint: Joint, computed: Mapping[Location, float]
+) -> Iterator[Finding]:
+    """Axes without a length, and pairs of them that leave a joint without a freedom."""
+    known: dict[str, list[float]] = {}
+    for field in AXES_OF_JOINTS:
+        count = len(getattr(joint, field) or ())
+        entries = [computed.get((*at, field, k), math.nan) for k in range(count)]
+        if entries and not any(entries):
+            words, example = field.replace("_", " "), "[1, 0]" if count == 2 else "[1, 0, 0]"
+            yield Finding(
+                (*at, field), f"the {words} has no length", f"give a vector such as {example}"
+            )
+        elif len(entries) == len(AXES):
+            known[field] = [entry / math.hypot(*entries) for entry in entries]
+    axis, second, direction = (known.get(field) for field in ("axis", "second_axis", "direction"))
+    if axis and second and abs(_dot(axis, second)) > 1 - PARALLEL:
+        message = "both axes are the same: the joint has one freedom only"
+        yield Finding((*at, "second_axis"), message, "give another axis, or a revolute joint")
+    if axis and direction and abs(_dot(axis, direction)) > PARALLEL:
+        message = "the direction is not at right angles to the axis"
+        yield Finding((*at, "direction"), message, "give a direction in the plane")
+
+
+def _dot(a: Iterable[float], b: Iterable[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
