@@ -7,7 +7,7 @@ const script = text.match(/<script>([\s\S]*)<\/script>/)[1];
 const notes = [];
 let path = [], frames = [];
 const pen = {
-  setTransform() {}, stroke() {}, clearRect() { notes.length = 0; },
+  setTransform() {}, stroke() {}, save() {}, restore() {}, translate() {}, scale() {}, fillText() {}, clearRect() { notes.length = 0; },
   beginPath() { path = []; }, moveTo(x, z) { path.push([x, z]); }, lineTo(x, z) { path.push([x, z]); },
   closePath() {}, arc(x, z) { path = [[x, z]]; }, fill() { notes.push(path); },
 };
@@ -16,6 +16,7 @@ function element(name) {
   elements[name] ??= {
     style: {}, value: "0", checked: true, textContent: "", clientWidth: 900, append() {},
     options: [], add(option) { this.options.push(option); if (option.chosen) this.value = option.value; },
+    setAttribute() {}, setPointerCapture() {},
     addEventListener(event, action) { this[event] = action; }, getContext: () => pen,
   };
   return elements[name];

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.special import ellipj, ellipkinc
 from m4e_fmi.model import Body, Joint, Model, Point, TensionSpring
 from m4e_fmi.simulate import Simulation, simulate
 
+GYROSCOPE = Path(__file__).parents[2] / "examples" / "gyroscope" / "gyroscope.model.yaml"
 MOMENTS = (1.0, 2.0, 3.0)  # kg m2
 SPIN = (0.01, 1.0, 0.01)  # rad/s, about the middle axis, which is unstable
 ATTITUDE = ("e0", "e1", "e2", "e3")
@@ -144,30 +146,12 @@ def vertex(time: np.ndarray, tilt: np.ndarray, yaw: np.ndarray, k: int) -> tuple
     independent="the condition of steady precession",
     tolerance="1e-8 rad",
 )
-def test_a_disc_on_gimbals_precesses_steadily() -> None:
-    """(C (s + p cos θ) - A p cos θ) p sin θ = m g l sin θ, gimbals without mass."""
-    mass, arm, across, along, tilt, precession = 2.0, 0.3, 0.02, 0.03, 1.1, 0.8
-    a = across + mass * arm**2
-    spin = (mass * GRAVITY * arm / precession + a * precession * math.cos(tilt)) / along
-    spin -= precession * math.cos(tilt)  # against the inner gimbal
-    speck = Body(1e-9, (1e-12, 1e-12, 1e-12))
-    model = Model(
-        "gyroscope",
-        {"outer": speck, "inner": speck, "disc": Body(mass, (across, across, along))},
-        {
-            "yaw": Joint("revolute", "outer", axis=(0, 0, 1), initial={"u": precession}),
-            "pitch": Joint("revolute", "inner", "outer", axis=(0, 1, 0), initial={"q": tilt}),
-            "spin": Joint(
-                "revolute", "disc", "inner", joint_to_child=(0, 0, arm), axis=(0, 0, 1),
-                initial={"u": spin},
-            ),
-        },
-        dimensions=3,
-        gravity=GRAVITY,
-    )  # fmt: skip
-    found = simulate(model, stop_time=20.0, output_interval=0.1, tolerance=1e-11)
-    assert np.abs(found["joint.pitch.q"] - tilt).max() < 1e-7
-    np.testing.assert_allclose(found["joint.yaw.q"], precession * found.time, atol=1e-7)
+def test_the_gyroscope_of_the_examples_precesses_steadily() -> None:
+    """m g l = C n p - (A + m l^2) p^2 cos(tilt), n the disc's turning about its own axis."""
+    found = simulate(GYROSCOPE, stop_time=20.0, output_interval=0.1, tolerance=1e-12)
+    assert np.abs(found["joint.pitch.q"] - math.radians(63)).max() < 1e-8
+    np.testing.assert_allclose(found["joint.yaw.q"], 0.8 * found.time, atol=1e-8)
+    np.testing.assert_allclose(found["body.disc.omega_z"], found["body.disc.omega_z"][0], atol=1e-6)
 
 
 LATITUDE, TURN, RADIUS, ROPE = math.radians(50), 2e-3, 1e3, 9.0

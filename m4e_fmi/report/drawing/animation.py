@@ -6,7 +6,7 @@ import base64
 import html
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,16 @@ from m4e_fmi.report.drawing.parts import (
     placed,
     ranks,
     tie_lines,
+)
+from m4e_fmi.report.drawing.space.pictures import colour, extent, space_frames
+from m4e_fmi.report.drawing.space.solids import (
+    FACES,
+    Poses,
+    Solids,
+    Spot,
+    film_poses,
+    quaternions,
+    solids,
 )
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
@@ -49,17 +59,29 @@ LONGEST = 20.0  # s that an animation takes; a longer simulation is shown faster
 def animate(model: Model, simulation: Simulation, path: Path) -> Path:
     """Write an animation of `simulation`, a simulation of `model`, to `path` (.html or .gif).
 
-    The HTML file has a slider, loads nothing and is small: poses in 16 bits each.
+    The HTML file has a slider, loads nothing and is small: poses in 16 bits each. In space the
+    mouse turns the view.
     """
     check_animation_path(path)
     if path.suffix.lower() == ".html":
         frames = min(HTML_FRAMES, HTML_POSES // len(model.bodies))
-        page = html_page(film(model, simulation, frames=frames))
+        page = (
+            html_page(film(model, simulation, frames=frames))
+            if model.dimensions == 2
+            else _space_page(model, simulation, frames)
+        )
         with written(path) as part:
             part.write_text(page, encoding="utf-8")
     else:
+        frames = _gif_frames(simulation)
+        if model.dimensions == 2:
+            shown = film(model, simulation, frames=frames)
+            times, pictures = shown.times, _pictures(shown)
+        else:
+            times, poses = film_poses(model, simulation, frames)
+            pictures = space_frames(solids(model), times, poses, GIF_PIXELS)
         with written(path) as part:
-            _write_gif(film(model, simulation, frames=_gif_frames(simulation)), part)
+            _write_gif(list(pictures), float(times[-1] - times[0]), part)
     return path
 
 
@@ -69,17 +91,62 @@ def check_animation_path(path: Path) -> None:
 
 
 def html_page(shown: Film) -> str:
-    """The page as text."""
-    template = (
-        files("m4e_fmi.report.drawing").joinpath("animation.html").read_text(encoding="utf-8")
+    """The page of a planar model as text."""
+    return _page(shown.scene.title, shown.scene.description, _data(shown), "planar.js")
+
+
+def _space_page(model: Model, simulation: Simulation, frames: int) -> str:
+    """The page of a model in space."""
+    times, poses = film_poses(model, simulation, frames)
+    shown = solids(model)
+    return _page(shown.title, shown.description, _space_data(shown, times, poses), "space.js")
+
+
+def _page(title: str, description: str, data: dict[str, object], painter: str) -> str:
+    folder = files("m4e_fmi.report.drawing")
+    template, script = (
+        folder.joinpath(name).read_text(encoding="utf-8") for name in ("animation.html", painter)
     )
-    data = json.dumps(_data(shown), separators=(",", ":"), ensure_ascii=False)
+    packed = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     texts = {
-        "@title@": html.escape(shown.scene.title),
-        "@description@": html.escape(shown.scene.description),
-        '"@data@"': data.replace("<", "\\u003c"),  # no text ends or begins a script
+        "@title@": html.escape(title),
+        "@description@": html.escape(description),
+        '"@data@"': packed.replace("<", "\\u003c"),  # no text ends or begins a script
+        '"@painter@"': script,
     }
-    return re.sub('@title@|@description@|"@data@"', lambda mark: texts[mark[0]], template)
+    marks = "|".join(texts)
+    return re.sub(marks, lambda mark: texts[mark[0]], template)
+
+
+def _space_data(shown: Solids, times: np.ndarray, poses: Poses) -> dict[str, object]:
+    """Data of the page of a model in space."""
+    low, high = extent(shown, poses)
+    numbers = np.concatenate([poses.places, quaternions(poses.attitudes)], axis=2)
+    packed, offsets, scales = _packed(numbers.reshape(len(times), -1))
+
+    def end(spot: Spot) -> list[float]:
+        return [spot.body, *_short(spot.at)]
+
+    return {
+        "numbers": 7, "low": low.tolist(), "high": high.tolist(),
+        "ground": 0.0 if low[2] <= 0 <= high[2] else float(low[2]),
+        "start": float(times[0]), "stop": float(times[-1]), "frames": len(times),
+        "speed": max(1.0, round(float(times[-1] - times[0]) / LONGEST)),
+        "bodies": [
+            {"name": f"{k + 1} {name}", "colour": colour(k),
+             "box": [_short(corner) for corner in shown.boxes[k]],
+             "sticks": [_short(point) for point in shown.sticks[k]]}
+            for k, name in enumerate(shown.bodies)
+        ],
+        "faces": [list(face) for face in FACES],
+        "ropes": [[end(spot) for spot in rope.ends] for rope in shown.ropes],
+        "hinges": [end(hinge.spot) for hinge in shown.hinges],
+        "poses": packed, "offsets": offsets, "scales": scales,
+    }  # fmt: skip
+
+
+def _short(point: Iterable[float]) -> list[float]:
+    return [float(f"{part:.4g}") for part in point]
 
 
 def _data(shown: Film) -> dict[str, object]:
@@ -90,13 +157,13 @@ def _data(shown: Film) -> dict[str, object]:
     seconds = float(shown.times[-1] - shown.times[0])
 
     def short(points: np.ndarray) -> list[list[float]]:
-        return [[float(f"{c:.4g}") for c in point] for point in np.asarray(points)]
+        return [_short(point) for point in np.asarray(points)]
 
     def end(anchor: Anchor) -> list[float]:
         return [anchor.body, *anchor.at]
 
     return {
-        "low": low.tolist(), "high": high.tolist(), "size": size,
+        "numbers": 3, "low": low.tolist(), "high": high.tolist(), "size": size,
         "start": float(shown.times[0]), "stop": float(shown.times[-1]),
         "frames": len(shown.times), "speed": max(1.0, round(seconds / LONGEST)),
         "bodies": [
@@ -135,11 +202,10 @@ def _gif_frames(simulation: Simulation) -> int:
     return int(min(GIF_FRAMES, max(2, round(seconds * GIF_RATE))))
 
 
-def _write_gif(shown: Film, path: Path) -> None:
-    """Frames by matplotlib, written by Pillow with one palette for all."""
+def _write_gif(pictures: Sequence[np.ndarray], span: float, path: Path) -> None:
+    """Frames of a film of `span` s, written by Pillow with one palette for all."""
     from PIL import Image
 
-    pictures = list(_pictures(shown))
     middle = Image.fromarray(pictures[len(pictures) // 2]).quantize(colors=GIF_COLOURS - 1)
     colours = [255, 255, 255, *(middle.getpalette() or [])]
     palette = Image.new("P", (1, 1))
@@ -150,7 +216,7 @@ def _write_gif(shown: Film, path: Path) -> None:
         indices = np.where((picture == 255).all(axis=-1), 0, np.asarray(frame))  # white stays white
         reduced.append(Image.fromarray(indices.astype(np.uint8), "P"))
         reduced[-1].putpalette(colours)
-    seconds = min(LONGEST, float(shown.times[-1] - shown.times[0]))
+    seconds = min(LONGEST, span)
     reduced[0].save(
         path, save_all=True, append_images=reduced[1:], loop=0, optimize=False,
         duration=max(20, round(1000 * seconds / len(reduced))),

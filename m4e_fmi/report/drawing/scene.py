@@ -186,10 +186,10 @@ def start_values(program: Program) -> dict[str, float]:
 
 
 def check_planar(model: Model) -> None:
-    """InputError for a model in space, which is not drawn yet."""
+    """InputError for a model in space."""
     if model.dimensions == 3:
-        message = f"{model.name}: pictures and animations show planar models only"
-        raise InputError.single(message, "plot its results: simulate FILE --plot picture.png")
+        message = f"{model.name}: pictures of mode shapes show planar models only"
+        raise InputError.single(message, "read the shapes in the modes' table")
 
 
 def scene(model: Model, program: Program | None = None) -> Scene:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.model import Model
+from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing import symbols
 from m4e_fmi.report.drawing.labels import Labels, shortened
@@ -26,6 +27,8 @@ from m4e_fmi.report.drawing.parts import (
 )
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.scene import Scene, scene
+from m4e_fmi.report.drawing.space.pictures import space_figure
+from m4e_fmi.report.drawing.space.solids import solids, start_poses
 from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, GRID, INK, PAPER, pale
 
 if TYPE_CHECKING:
@@ -51,6 +54,8 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     """The same as a figure of matplotlib, to be shown or changed."""
     from matplotlib.figure import Figure
 
+    if model.dimensions == 3:
+        return _in_space(model, program, named=True)
     shown = scene(model, program)
     size = shown.size(shown.start[None])
     low, high = _limits(shown)
@@ -68,10 +73,17 @@ def model_figure(model: Model, *, program: Program | None = None) -> Figure:
     return figure
 
 
+def _in_space(model: Model, program: Program | None, *, named: bool) -> Figure:
+    poses = start_poses(model, program or model_program(model))
+    return space_figure(solids(model), poses, inches=LARGEST[1] if named else ICON, named=named)
+
+
 def model_icon(model: Model, *, program: Program | None = None) -> Figure:
     """The mechanism alone, in its start pose, as a square figure of matplotlib."""
     from matplotlib.figure import Figure
 
+    if model.dimensions == 3:
+        return _in_space(model, program, named=False)
     shown = scene(model, program)
     low, high = _limits(shown)
     middle, half = (low + high) / 2, 0.46 * max(high - low)

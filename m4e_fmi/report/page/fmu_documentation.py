@@ -41,9 +41,8 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 def fmu_documentation(model: Model, program: Program, options: Options) -> dict[str, bytes]:
-    """Name in the archive → content: the page and the reference series, below ``documentation/``.
-
-    And a picture of a planar model.
+    """Name in the archive → content: a picture, and below ``documentation/`` the page
+    ``index.html`` and the reference series.
 
     `program` is that of `model`; `options` are those that the FMU is built with. InputError as from
     `build_fmu`. Without a series, which the page then says, if the default experiment fails.
@@ -53,22 +52,21 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     named = renamed(visible, options.rename)
     variables = grouped(description) if options.fmi == "3" else ungrouped(description)
     elements = {m.name: e for v in variables for m, e in zip(v.members, v.elements, strict=True)}
-    planar = model.dimensions == 2
     series, others = _series(named, description, variables, options)
     page = fmu_page(
         description,
         variables,
         options,
-        drawing=_svg(model_figure(model, program=program)) if planar else "",
+        drawing=_svg(model_figure(model, program=program)),
         equations=Equations(model),
         states={
             v.name: elements[w.name] for v, w in zip(visible.states, named.states, strict=True)
         },
         others=others,
     )
-    icon = {ICON[options.fmi]: _icon(model_icon(model, program=program))} if planar else {}
+    icon = _icon(model_icon(model, program=program))
     return {
-        **icon,
+        ICON[options.fmi]: icon,
         "documentation/index.html": page.encode(),
         **{f"documentation/{name}": content for name, content in series.items()},
     }

@@ -53,7 +53,7 @@ def fmu_page(
     """
     sections = [
         _facts(description, options, others),
-        *([f'<figure class="card">{drawing}</figure>'] if drawing else []),
+        f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
         _connectors(variables),
         "<h2>Variables</h2>",

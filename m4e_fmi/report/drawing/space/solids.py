@@ -1,0 +1,235 @@
+"""A model in space in numbers: what of each body is drawn, and where the bodies are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.model import Model
+from m4e_fmi.model.elements import inertia_of, parameter_values, quantity, vector
+from m4e_fmi.model.expression import Values
+from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
+from m4e_fmi.multibody import Topology, topology
+from m4e_fmi.program import Program
+from m4e_fmi.simulate import Simulation
+
+Floats = NDArray[np.float64]
+
+GROUND = -1
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
+"""Corners of each side of a box, in order."""
+THINNEST, WIDEST = 0.015, 0.2
+"""Half sides of a box, relative to the size of the scene."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point of a body, in body axes from its centre of gravity [m]; of the ground if −1."""
+
+    body: int
+    at: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Hinge:
+    """A joint: its point of the child, and its symbol."""
+
+    spot: Spot
+    symbol: str
+
+
+@dataclass(frozen=True)
+class Rope:
+    """A load along the line of two points."""
+
+    kind: str
+    ends: tuple[Spot, Spot]
+
+
+@dataclass(frozen=True)
+class Solids:
+    """A model in space to be drawn; bodies in the order of their numbers.
+
+    `boxes` (N, 8, 3) are the corners of boxes with the bodies' moments of inertia, `sticks` the
+    points of each body to which lines lead from its centre of gravity, all in body axes [m].
+    """
+
+    title: str
+    description: str
+    bodies: tuple[str, ...]
+    boxes: Floats
+    sticks: tuple[tuple[tuple[float, float, float], ...], ...]
+    hinges: tuple[Hinge, ...]
+    ropes: tuple[Rope, ...]
+    points: Mapping[str, Spot]
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Places (T, N, 3) [m] and attitudes (T, N, 3, 3), body to world axes, of all bodies."""
+
+    places: Floats
+    attitudes: Floats
+
+    def of(self, spot: Spot, frame: int = 0) -> Floats:
+        """Where a point is (3,) [m]."""
+        at = np.array(spot.at)
+        if spot.body == GROUND:
+            return at
+        return self.places[frame, spot.body] + self.attitudes[frame, spot.body] @ at
+
+    def all_of(self, body: int, corners: Floats, frame: int = 0) -> Floats:
+        """Where points (n, 3) of a body are."""
+        return self.places[frame, body] + corners @ self.attitudes[frame, body].T
+
+
+def solids(model: Model) -> Solids:
+    """`model` in numbers; quantities that depend on parameters have the values of the model."""
+    tree, values = topology(model), parameter_values(model.parameters)
+
+    def numbers(owner: Any, field: str) -> tuple[float, float, float]:
+        given = [float(part.evaluate(values)) for part in vector(owner, field)]
+        return (given[0], given[1], given[2]) if len(given) == 3 else (0.0, 0.0, 0.0)
+
+    sticks: list[list[tuple[float, float, float]]] = [[] for _ in tree.links]
+    hinges = []
+    for k, link in enumerate(tree.links):
+        if link.joint_type.is_free:
+            continue
+        to_child = numbers(link.joint, "joint_to_child")
+        back = (-to_child[0], -to_child[1], -to_child[2])
+        sticks[k].append(back)
+        if link.parent >= 0:
+            sticks[link.parent].append(numbers(link.joint, "parent_to_joint"))
+        hinges.append(Hinge(Spot(k, back), link.joint_type.symbol))
+    points = {
+        name: Spot(tree.index(point.body), numbers(point, "at"))
+        for name, point in model.points.items()
+    }
+    for spot in points.values():
+        if spot.body != GROUND:
+            sticks[spot.body].append(spot.at)
+    ropes = tuple(
+        Rope(load.type, (points[load.points[0]], points[load.points[1]]))
+        for load in model.loads.values()
+        if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
+    )
+    boxes = np.array([_box(model, link.body, values) for link in tree.links])
+    size = _size(boxes, sticks, points)
+    limits = THINNEST * size, WIDEST * size
+    return Solids(
+        title=model.name,
+        description=" ".join(model.description.split()),
+        bodies=tuple(link.body for link in tree.links),
+        boxes=np.array([_fitted(box, *limits) for box in boxes]),
+        sticks=tuple(tuple(dict.fromkeys(ends)) for ends in sticks),
+        hinges=tuple(hinges),
+        ropes=ropes,
+        points=points,
+    )
+
+
+def _box(model: Model, name: str, values: Values) -> Floats:
+    """Corners (8, 3) of the uniform box with the mass and inertia of a body, about its CG."""
+    body = model.bodies[name]
+    mass = 1.0 if body.is_neutral else float(quantity(body, "mass").evaluate(values))
+    given = [float(part.evaluate(values)) for part in inertia_of(body)]
+    xx, yy, zz, xy, yz, zx = [*given, 0.0, 0.0, 0.0][:6]
+    moments, axes = np.linalg.eigh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    squares = np.maximum(0.0, 1.5 * (moments.sum() - 2 * moments) / mass)
+    return CORNERS * np.sqrt(squares) @ axes.T
+
+
+def _fitted(box: Floats, thinnest: float, widest: float) -> Floats:
+    """A box whose half sides are between the two, in the same directions."""
+    sides = np.array([box[4] - box[0], box[2] - box[0], box[1] - box[0]]) / 2
+    lengths = np.linalg.norm(sides, axis=1)
+    spare = np.linalg.qr(np.vstack([sides, np.eye(3)]).T)[0].T
+    units = [
+        side / length if length > 0 else spare[k]
+        for k, (side, length) in enumerate(zip(sides, lengths, strict=True))
+    ]
+    fitted = np.clip(lengths, thinnest, widest)[:, None] * np.array(units)
+    return CORNERS @ fitted
+
+
+def _size(
+    boxes: Floats, sticks: list[list[tuple[float, float, float]]], points: Mapping[str, Spot]
+) -> float:
+    """A length of the scene [m]: that of its longest arm, or box."""
+    arms = [np.linalg.norm(end) for ends in sticks for end in ends]
+    ground = [np.linalg.norm(spot.at) for spot in points.values() if spot.body == GROUND]
+    longest = max((*arms, *ground), default=0.0)
+    return float(longest) or float(np.abs(boxes).max()) or 1.0
+
+
+def start_poses(model: Model, program: Program) -> Poses:
+    """Where the bodies are at the start values of the program."""
+    from m4e_fmi.analysis.points import Evaluation, operating_point
+
+    point = operating_point(program, None, model=model)
+    names = [v.name for v in program.outputs]
+    outputs = dict(zip(names, Evaluation(program).at(point).tolist(), strict=True))
+    states = zip((v.name for v in program.states), point.states.tolist(), strict=True)
+    values = {name: np.array([value]) for name, value in (*outputs.items(), *states)}
+    return poses_of(topology(model), values)
+
+
+def poses_of(tree: Topology, values: Mapping[str, Floats]) -> Poses:
+    """Where the bodies are, of series (T,) of x, y, z, phi, theta, psi of each."""
+    places, attitudes = [], []
+    for link in tree.links:
+        x, y, z, phi, theta, psi = (
+            np.asarray(values[f"body.{link.body}.{part}"], float)
+            for part in ("x", "y", "z", "phi", "theta", "psi")
+        )
+        places.append(np.stack([x, y, z], axis=-1))
+        attitudes.append(rotations(phi, theta, psi))
+    return Poses(np.stack(places, axis=1), np.stack(attitudes, axis=1))
+
+
+def rotations(phi: Floats, theta: Floats, psi: Floats) -> Floats:
+    """R_z(ψ) R_y(θ) R_x(φ), (T, 3, 3), of roll, pitch and yaw (T,) [rad]."""
+    (cx, sx), (cy, sy), (cz, sz) = ((np.cos(a), np.sin(a)) for a in (phi, theta, psi))
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def film_poses(model: Model, simulation: Simulation, frames: int) -> tuple[Floats, Poses]:
+    """Times (T,) [s], at most `frames`, evenly spaced, and the poses at the nearest outputs.
+
+    InputError if the simulation is of another model.
+    """
+    missing = [body for body in model.bodies if f"body.{body}.y" not in simulation.values]
+    if missing:
+        message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
+        raise InputError.single(message, "give the model that was simulated")
+    count = min(frames, max(2, len(simulation.time)))
+    times = np.linspace(simulation.time[0], simulation.time[-1], count)
+    rows = np.interp(times, simulation.time, np.arange(len(simulation.time)))
+    nearest = np.rint(rows).astype(int)
+    values = {name: np.asarray(series)[nearest] for name, series in simulation.values.items()}
+    return times, poses_of(topology(model), values)
+
+
+def quaternions(attitudes: Floats) -> Floats:
+    """(T, N, 4) of rotation matrices (T, N, 3, 3), scalar first, without jumps of the sign."""
+    from scipy.spatial.transform import Rotation
+
+    frames, count = attitudes.shape[:2]
+    found = Rotation.from_matrix(attitudes.reshape(-1, 3, 3)).as_quat().reshape(frames, count, 4)
+    found = found[..., [3, 0, 1, 2]]
+    for k in range(1, frames):
+        turned = (found[k] * found[k - 1]).sum(axis=-1) < 0
+        found[k, turned] *= -1
+    return found
