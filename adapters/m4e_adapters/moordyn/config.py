@@ -28,7 +28,7 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e15, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
-Place = tuple[Coordinate, Coordinate]
+Place = tuple[Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
 
 DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
 
@@ -136,11 +136,13 @@ class MooringConfig(Section):
     """The keys of a component of `kind: mooring`, without `kind` and `start`.
 
     fairleads: a list of names, or names with the (x, z) [m] where they are unless a connection or a
-    start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame.
+    start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame. With
+    `dimensions` 3 places are (x, y, z), and fairleads move along Y, too.
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     """
 
     file: str | None = None
+    dimensions: Literal[2, 3] = 2
     water: Water | None = None
     fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
@@ -180,14 +182,16 @@ class MooringConfig(Section):
     ) -> dict[str, Place | None]:
         water: Water | None = info.data.get("water")
         places = {name: place for name, place in value.items() if place}
-        _raise("fairleads", _below_seabed("fairlead", places, water))
+        wrong = _other_dimensions(places, info.data.get("dimensions", 2))
+        _raise("fairleads", wrong or _below_seabed("fairlead", places, water))
         return value
 
     @field_validator("anchors")
     @classmethod
     def _anchors_fit(cls, value: dict[str, Place], info: ValidationInfo) -> dict[str, Place]:
         water: Water | None = info.data.get("water")
-        wrong = _below_seabed("anchor", value, water)
+        wrong = _other_dimensions(value, info.data.get("dimensions", 2))
+        wrong = wrong or _below_seabed("anchor", value, water)
         for name in value:
             if name in (info.data.get("fairleads", ())):
                 text = f"{name!r} is also the name of a fairlead"
@@ -264,11 +268,27 @@ def _with_marks(name: str, line: object, data: Mapping[str, object]) -> object:
 _LISTED = (Mapping, list, tuple)
 
 
+def _other_dimensions(places: dict[str, Place], dimensions: int) -> list[InitErrorDetails]:
+    """A problem for each place with another number of coordinates."""
+    form = "[x, z]" if dimensions == 2 else "[x, y, z]"
+    remedy = f"write {form}" + ("; in space with 'dimensions: 3'" if dimensions == 2 else "")
+    return [
+        _wrong((name,), f"{name}: expected {form}, got {len(place)} entries", remedy)
+        for name, place in places.items()
+        if len(place) != dimensions
+    ]
+
+
+def in_space(place: Place) -> tuple[float, float, float]:
+    """(x, y, z) of a place; y is 0 in the plane."""
+    return (place[0], 0.0, place[-1]) if len(place) == 2 else place
+
+
 def _below_seabed(
     what: str, places: dict[str, Place], water: Water | None
 ) -> list[InitErrorDetails]:
     wrong = []
-    for name, (_, z) in places.items():
+    for name, (*_, z) in places.items():
         if water and z < -water.depth:
             text = f"{what} {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
             wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from m4e_adapters.moordyn.config import MooringConfig, Seabed
+from m4e_adapters.moordyn.config import MooringConfig, Seabed, in_space
 from m4e_adapters.moordyn.line_file import line_file
 from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, internal_step, net_line
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
@@ -17,15 +17,21 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
     InputError if the internal time step is unstable or the file is not supported.
     """
     if config.file is not None:
-        return ready_mooring(Path(folder) / config.file, fairleads=config.fairleads)
+        found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads)
+        return found.in_space() if config.dimensions == 3 else found
     water, segments = config.water, _segments(config)
     assert water is not None
     step = internal_step(segments, scheme=config.solver.scheme, wanted=config.solver.time_step)
     return Mooring(
         text=line_file(config, time_step=step),
         fairleads=tuple(
-            Fairlead(name, x, 0.0, z, placed=config.fairleads[name] is not None)
-            for name, (x, z) in ((n, p or (0.0, 0.0)) for n, p in config.fairleads.items())
+            Fairlead(
+                name,
+                *in_space(place or (0.0, 0.0)),
+                placed=place is not None,
+                moves_in_space=config.dimensions == 3,
+            )
+            for name, place in config.fairleads.items()
         ),
         lines=tuple(config.lines),
         time_step=step,
@@ -40,8 +46,8 @@ def _net(config: MooringConfig) -> NetData:
     water = config.water
     assert water is not None
     held = [
-        {"position": (x, 0.0, z), "force": None, "name": f"anchor {name}", "anchor": True}
-        for name, (x, z) in config.anchors.items()
+        {"position": in_space(place), "force": None, "name": f"anchor {name}", "anchor": True}
+        for name, place in config.anchors.items()
     ]
     moved = [{"position": (0.0, 0.0, 0.0), "force": None} for _ in config.fairleads]
     number = {name: k for k, name in enumerate([*config.anchors, *config.fairleads])}
@@ -77,7 +83,7 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
         if line.segments == 1:
             continue
         kind, length = config.line_types[line.type], line.unstretched_length / line.segments
-        held = [config.anchors[end][1] for end in (line.from_,) if end in config.anchors]
+        held = [config.anchors[end][-1] for end in (line.from_,) if end in config.anchors]
         bed = config.seabed
         if config.water and clear_of_seabed(
             held, length=line.unstretched_length, depth=config.water.depth

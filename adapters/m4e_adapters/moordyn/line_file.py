@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.moordyn.config import MooringConfig, Place, in_space
 
 QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
 RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
@@ -17,11 +17,13 @@ NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a poin
 
 
 def line_file(config: MooringConfig, *, time_step: float) -> str:
-    """The input file of described lines: planar, y = 0, anchors first, then fairleads.
+    """The input file of described lines: anchors first, then fairleads.
 
     `time_step` [s] is MoorDyn's internal one.
     """
-    points = {name: ("Fixed", place) for name, place in config.anchors.items()}
+    points: dict[str, tuple[str, Place]] = {
+        name: ("Fixed", place) for name, place in config.anchors.items()
+    }
     for name, place in config.fairleads.items():
         points[name] = ("Coupled", place or (0.0, 0.0))
     number = {name: k + 1 for k, name in enumerate(points)}
@@ -39,8 +41,8 @@ def line_file(config: MooringConfig, *, time_step: float) -> str:
                 "ID Type X Y Z M V CdA CA",
                 "(-) (-) (m) (m) (m) (kg) (m^3) (m^2) (-)",
                 [
-                    f"{number[name]} {kind} {x!r} 0.0 {z!r} {NO_CABLE}"
-                    for name, (kind, (x, z)) in points.items()
+                    f"{number[name]} {kind} {' '.join(map(repr, in_space(at)))} {NO_CABLE}"
+                    for name, (kind, at) in points.items()
                 ],
             ),
             *_section(

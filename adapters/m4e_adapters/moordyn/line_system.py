@@ -1,7 +1,8 @@
 """Mooring lines between fairleads that are moved from outside: motion in, forces out.
 
 Travels inside the FMU: imports the standard library and its neighbours that travel as well. World
-frame, X right and Z up, SI units; the y of every fairlead is fixed.
+frame, X right and Z up, SI units. Positions, velocities and forces of fairleads are (x, z), with a
+fixed y, or (x, y, z).
 
 MoorDyn 2.7.2 has habits that this module answers:
 
@@ -17,7 +18,7 @@ MoorDyn 2.7.2 has habits that this module answers:
 from math import ceil, hypot, inf, isfinite
 from operator import sub
 
-from .moordyn_system import MoorDynSystem, warnings_in
+from .moordyn_system import MoorDynSystem, in_space, warnings_in
 from .placement import below_seabed, misplaced, unplaced
 from .plausibility import above_water, coarse_lines, high_anchors, light_lines, stretched_lines
 from .rest import LATER, away_from, left_over, longer_search, net_at, too_long
@@ -39,7 +40,8 @@ class LineSystem:
     text
         MoorDyn v2 input file; its coupled objects are points only.
     fairleads
-        The fixed y coordinate [m] of each coupled point, in MoorDyn's order.
+        The fixed y coordinate [m] of each coupled point, in MoorDyn's order; None of those that
+        move in space.
     lines
         The names of the lines, in MoorDyn's order.
     time_step
@@ -53,7 +55,7 @@ class LineSystem:
     bed
         z [m] of the seabed, None if it is not known.
     drawn
-        Name, x and z [m] of the fairleads in a file that somebody else wrote, in its order.
+        Name and place [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
     parting
@@ -66,7 +68,7 @@ class LineSystem:
     Attributes
     ----------
     force
-        (F_x, F_z) [N] of the lines on the body at each fairlead.
+        Force [N] of the lines on the body at each fairlead, (F_x, F_z) or (F_x, F_y, F_z).
     fairlead_tension, anchor_tension
         Magnitude [N] of the force that ends B and A of each line exert on what holds them.
         Second order accurate in the segment length, because the weight of half a segment is in it.
@@ -92,7 +94,7 @@ class LineSystem:
         place=None,
     ):
         self._text = text
-        self._y = [float(y) for y in fairleads]
+        self._y = [None if y is None else float(y) for y in fairleads]
         self._moordyn = MoorDynSystem(text, y=self._y, lines=len(lines), place=place)
         self._names = list(lines)
         self._fairleads = names or [f"fairlead_{k + 1}" for k in range(len(self._y))]
@@ -104,7 +106,7 @@ class LineSystem:
         self._drawn = drawn
         self._notes = list(notes)
         self._parting = list(parting)
-        self._pulls = []  # (F_x, F_z) [N] of the ends that may part
+        self._pulls = []  # forces [N] of the ends that may part
         self._motion: dict = {}
         self.force = []
         self.fairlead_tension = []
@@ -119,15 +121,15 @@ class LineSystem:
         return self._moordyn.running
 
     def start(self, position, velocity):
-        """Begin with the fairleads at (x, z) [m] with velocity (vx, vz) [m/s], lines at rest.
+        """Begin with the fairleads at `position` [m] with `velocity` [m/s], lines at rest.
 
         MooringError if MoorDyn cannot start there.
         """
         position = [tuple(p) for p in position]
         velocity = [tuple(v) for v in velocity]
         net, found = None, False
-        if self._net is not None and all(isfinite(c) for pair in position for c in pair):
-            places = [(x, y, z) for (x, z), y in zip(position, self._y, strict=True)]
+        if self._net is not None and all(isfinite(c) for place in position for c in place):
+            places = [in_space(place, y) for place, y in zip(position, self._y, strict=True)]
             net = net_at(self._net, places)
             found = net.settle()
         if found and self._at_rest:
@@ -135,7 +137,7 @@ class LineSystem:
         else:
             report = self._moordyn.create(position, search=True)
         # MoorDyn's static solution would let fairleads with a velocity drift away
-        rest = [(0.0, 0.0) for _ in position]
+        rest = _still(position)
         self._motion = {"position": position, "velocity": rest, "age": 0.0, "given": rest}
         self._motion |= {"time": 0.0, "last": START_STEP}
         self._evaluate(rest)
@@ -164,7 +166,7 @@ class LineSystem:
         step before in its middle; the velocity at the end is then its own.
         """
         motion, starts = self._motion, self._motion["position"]
-        ends = [(x + u * h, z + w * h) for (x, z), (u, w) in zip(position, velocity, strict=True)]
+        ends = _each(lambda x, u: x + u * h, position, velocity)
         mean = _each(lambda start, end: (end - start) / h, starts, ends)
         # from what was the velocity `age` before the start, to the mean in the middle of the step
         lead = h / 2 + motion["age"]
@@ -226,7 +228,7 @@ class LineSystem:
         if not self._moordyn.running:
             position = saved["motion"]["position"]
             self._moordyn.create(position, search=False)
-            self._moordyn.step(position, [(0.0, 0.0) for _ in position], 0.0, START_STEP)
+            self._moordyn.step(position, _still(position), 0.0, START_STEP)
         self._moordyn.set_state(saved["system"])
         self._motion = {key: _copied(value) for key, value in saved["motion"].items()}
         self.force = _copied(saved["force"])
@@ -243,9 +245,18 @@ class LineSystem:
         t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
         begins = _each(lambda end, speed: end - speed * h, ends, velocity)
         force = self._moordyn.step(begins, velocity, t - h, h)
-        self.force = [(force[k], force[k + 2]) for k in range(0, len(force), 3)]
+        forces = [tuple(force[k : k + 3]) for k in range(0, len(force), 3)]
+        self.force = [self._seen(k, whole) for k, whole in enumerate(forces)]
         self.anchor_tension, self.fairlead_tension = self._moordyn.end_tensions()
-        self._pulls = [self._moordyn.end_force(line, end) for line, end, _ in self._parting]
+        self._pulls = [
+            self._seen(fairlead, self._moordyn.end_force(line, end))
+            for line, end, fairlead in self._parting
+        ]
+
+    def _seen(self, fairlead, force):
+        """The components of a force (3,) that a fairlead has."""
+        x, y, z = force
+        return (x, y, z) if self._y[fairlead] is None else (x, z)
 
     def _unrest(self, net):
         """A text for each line that does not start at rest; `net` is its equilibrium, if known."""
@@ -324,6 +335,11 @@ class LineSystem:
 def _each(formula, *pairs):
     """`formula` for each coordinate of each fairlead."""
     return [tuple(map(formula, *of_one)) for of_one in zip(*pairs, strict=True)]
+
+
+def _still(position):
+    """A velocity of zero for each fairlead."""
+    return [(0.0,) * len(place) for place in position]
 
 
 def _copied(value):

@@ -54,7 +54,8 @@ class MoorDynSystem:
     text
         MoorDyn v2 input file; its coupled objects are points only.
     y
-        The fixed y coordinate [m] of each coupled point, in MoorDyn's order.
+        The fixed y coordinate [m] of each coupled point, in MoorDyn's order, None of one that moves
+        in space: its positions, velocities and forces have three components, others two (x, z).
     lines
         The number of lines.
     place
@@ -79,7 +80,7 @@ class MoorDynSystem:
         return self._system is not None
 
     def create(self, position, *, search, net=None):
-        """Make the system with fairleads at (x, z) [m]; return what MoorDyn wrote to the console.
+        """Make the system with fairleads at these places [m]; return what MoorDyn wrote.
 
         With `search` MoorDyn looks for the equilibrium of the lines; else they begin straight, or
         with their nodes as in `net`. MooringError if that fails.
@@ -122,8 +123,8 @@ class MoorDynSystem:
     def step(self, position, velocity, t, h):
         """Forces [N] (x, y, z of one fairlead after the other) of a step from t over h [s].
 
-        Fairleads are at (x, z) [m] at its start and keep the velocity (vx, vz) [m/s]. MooringError
-        if MoorDyn fails or a force is not finite.
+        Fairleads are at `position` [m] at its start and keep the `velocity` [m/s]. MooringError if
+        MoorDyn fails or a force is not finite.
         """
         try:
             force = moordyn.Step(
@@ -139,9 +140,10 @@ class MoorDynSystem:
             self._size = len(moordyn.Serialize(self._system))
         return force
 
-    def _vector(self, pairs, y=None):
+    def _vector(self, places, y=None):
         ys = self._y if y is None else [y] * len(self._y)
-        return [c for (x, z), y in zip(pairs, ys, strict=True) for c in (x, y, z)]
+        pairs = zip(places, ys, strict=True)
+        return [c for place, y in pairs for c in in_space(place, y)]
 
     def end_tensions(self):
         """Magnitudes [N] of the forces at end A, and at end B, of every line."""
@@ -150,9 +152,8 @@ class MoorDynSystem:
         return [a for a, _ in found], [b for _, b in found]
 
     def end_force(self, line, end):
-        """(F_x, F_z) [N] of end A (0) or B (1) of a line, counted from 0, on what holds it."""
-        x, _, z = moordyn.GetLineNodeForce(self._lines[line], end * self.segments[line])
-        return x, z
+        """Force [N] of end A (0) or B (1) of a line, counted from 0, on what holds it; (3,)."""
+        return moordyn.GetLineNodeForce(self._lines[line], end * self.segments[line])
 
     def inner_forces(self):
         """The largest force [N] on an inner node of each line; 0 if it has none."""
@@ -188,6 +189,11 @@ class MoorDynSystem:
             self._folder = None
 
 
+def in_space(place, y):
+    """(x, y, z) of (x, y, z), or of (x, z) and a fixed y."""
+    return tuple(place) if len(place) == 3 else (place[0], y, place[1])
+
+
 def warnings_in(report, *, equilibrium_known):
     """Warnings in what MoorDyn wrote while it started, without the places in its source."""
     lines = [line.strip() for line in report.splitlines() if WARNING.search(line)]
@@ -215,7 +221,7 @@ def _node_force(line, node):
 
 def _not_started(position, report):
     """Error message with the end of what MoorDyn wrote, without the places in its source."""
-    places = ", ".join(f"({x:.6g}, {z:.6g})" for x, z in position)
+    places = ", ".join(f"({', '.join(f'{c:.6g}' for c in place)})" for place in position)
     lines = [line for line in report.splitlines() if line.strip()]
     tail = "\n".join(SOURCE_PLACE.sub("", line) for line in lines[-REPORT_LENGTH:])
     return (

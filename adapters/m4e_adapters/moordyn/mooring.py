@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, stable_step
@@ -21,7 +21,8 @@ NetData = dict[str, Any]
 class Fairlead:
     """A point that is moved from outside: its name and where it starts [m], world frame.
 
-    `placed` is False for one that has no place unless a connection or a start value gives it one.
+    `moves_in_space`: along Y, too, else its y is fixed. `placed` is False for one that has no place
+    unless a connection or a start value gives it one.
     """
 
     name: str
@@ -29,6 +30,12 @@ class Fairlead:
     y: float
     z: float
     placed: bool = True
+    moves_in_space: bool = False
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Where it starts along the axes on which it moves."""
+        return (self.x, self.y, self.z) if self.moves_in_space else (self.x, self.z)
 
 
 @dataclass(frozen=True)
@@ -52,6 +59,14 @@ class Mooring:
     bed: float
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
+
+    def in_space(self) -> Mooring:
+        """The same with fairleads that move along Y, too."""
+        moved, drawn = (
+            tuple(replace(fairlead, moves_in_space=True) for fairlead in group)
+            for group in (self.fairleads, self.drawn)
+        )
+        return replace(self, fairleads=moved, drawn=drawn)
 
 
 def net_line(

@@ -11,21 +11,22 @@ DIGITS, SHARE = 0.01, 1e-3  # [m], and of the shortest line: to what files round
 def below_seabed(names, position, bed):
     """A text for each fairlead that starts below the seabed at z = `bed` [m].
 
-    `position` is the (x, z) [m] of each.
+    `position` is the place [m] of each, z last.
     """
     return [
         f"{name} starts at z = {z:.6g} m, {bed - z:.4g} m below the seabed at {bed:g} m: check the "
         "connection, the initial position of its body, and the depth of the water"
-        for name, (_, z) in zip(names, position, strict=True)
+        for name, (*_, z) in zip(names, position, strict=True)
         if z < bed - DIGITS
     ]
 
 
 def unplaced(names, position, given):
-    """A text for each fairlead at (0, 0) to which `given` gives no place."""
+    """A text for each fairlead at the origin to which `given` gives no place."""
+    origin = ", ".join("0" for _ in (position or [()])[0])
     return [
-        f"{name} starts at (0, 0): if it is not connected, connect it; if (0, 0) is meant, "
-        f"write 'fairleads: {{{name}: [0, 0]}}'"
+        f"{name} starts at ({origin}): if it is not connected, connect it; if ({origin}) is meant, "
+        f"write 'fairleads: {{{name}: [{origin}]}}'"
         for name, place in zip(names, position, strict=True)
         if name not in given and not any(place)
     ]
@@ -34,14 +35,13 @@ def unplaced(names, position, given):
 def misplaced(drawn, position, *, shortest):
     """A text for each fairlead that starts elsewhere than drawn, or one if the order is another.
 
-    `drawn` is name, x and z [m] of each, `position` its (x, z) [m]; `shortest` is the length [m] of
-    the shortest line.
+    `drawn` is the name and the place [m] of each, `position` where it is [m]; `shortest` is the
+    length [m] of the shortest line.
     """
     tolerance = min(DIGITS, SHARE * shortest)
 
     def distance(k, other):
-        (x, z), (_, at_x, at_z) = position[k], drawn[other]
-        return hypot(x - at_x, z - at_z)
+        return hypot(*(c - at for c, at in zip(position[k], drawn[other][1:], strict=True)))
 
     count = range(len(drawn))
     away = [k for k in count if distance(k, k) > tolerance]
@@ -64,5 +64,6 @@ def misplaced(drawn, position, *, shortest):
 
 def _placed(drawn, position, k):
     """Where fairlead `k` starts, and where it is in the file."""
-    (x, z), (name, at_x, at_z) = position[k], drawn[k]
-    return f"{name} starts at ({x:.6g}, {z:.6g}) m and is at ({at_x:.6g}, {at_z:.6g}) m in the file"
+    name, *at = drawn[k]
+    starts, drawn_at = (", ".join(f"{c:.6g}" for c in place) for place in (position[k], at))
+    return f"{name} starts at ({starts}) m and is at ({drawn_at}) m in the file"

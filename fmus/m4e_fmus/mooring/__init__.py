@@ -42,9 +42,9 @@ def make(
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
     system = {
         "names": [fairlead.name for fairlead in mooring.fairleads],
-        "fairleads": [fairlead.y for fairlead in mooring.fairleads],
+        "fairleads": [None if f.moves_in_space else f.y for f in mooring.fairleads],
         "placed": [fairlead.name for fairlead in mooring.fairleads if fairlead.placed],
-        "drawn": [(fairlead.name, fairlead.x, fairlead.z) for fairlead in mooring.drawn],
+        "drawn": [(fairlead.name, *fairlead.place) for fairlead in mooring.drawn],
         "lines": list(mooring.lines),
         "time_step": mooring.time_step,
         "net": mooring.net,
@@ -108,9 +108,13 @@ def _parted(line: str) -> FmuVariable:
     )
 
 
+def _axes(fairlead: Fairlead) -> str:
+    """The axes along which a fairlead moves."""
+    return "xyz" if fairlead.moves_in_space else "xz"
+
+
 def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
-    starts = {"x": fairlead.x, "z": fairlead.z}
-    for axis, start in starts.items():
+    for axis, start in zip(_axes(fairlead), fairlead.place, strict=True):
         where = f"{fairlead.name}.{axis}"
         yield FmuVariable(
             where, "m", f"{axis} of {fairlead.name}, world frame", causality="input", start=start
@@ -126,7 +130,7 @@ def _motion(fairlead: Fairlead) -> Iterator[FmuVariable]:
 
 
 def _force(fairlead: Fairlead, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
-    for axis in ("x", "z"):
+    for axis in _axes(fairlead):
         text = f"force of the lines on the body at {fairlead.name} along {axis}, world frame"
         yield _output(f"{fairlead.name}.force_{axis}", text, inputs)
 

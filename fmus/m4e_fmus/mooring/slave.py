@@ -16,20 +16,21 @@ class MooringSlave(M4eSlave):
         text = (self.resources / "lines.txt").read_text(encoding="utf-8")
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
+        self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
         self._lines = LineSystem(text, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
         self._started_with = None
 
-    def _pairs(self, first, second):
-        at = self.index
+    def _of_fairleads(self, kind):
+        """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
         return [
-            (self.values[at[f"{name}.{first}"]], self.values[at[f"{name}.{second}"]])
-            for name in self._fairleads
+            tuple(self.values[self.index[f"{name}.{kind}{axis}"]] for axis in axes)
+            for name, axes in zip(self._fairleads, self._axes, strict=True)
         ]
 
     def initialise(self):
         """Start the lines, unless they have started with the same motion."""
-        motion = (self._pairs("x", "z"), self._pairs("vx", "vz"))
+        motion = (self._of_fairleads(""), self._of_fairleads("v"))
         if motion != self._started_with:
             self._lines.start(*motion)
             self._started_with = motion
@@ -41,18 +42,18 @@ class MooringSlave(M4eSlave):
 
     def step(self, t, h):
         """Advance from t over h [s]."""
-        self._lines.advance(t, h, self._pairs("x", "z"), self._pairs("vx", "vz"))
+        self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
 
     def update(self):
         """Set the outputs for the present inputs."""
-        self._lines.settle(self._pairs("vx", "vz"))
+        self._lines.settle(self._of_fairleads("v"))
         shares = {k: self.values[self.index[f"{name}.parted"]] for k, name in self._parting.items()}
         parted = {line: share for line, share in shares.items() if share}
         self._warn(self._lines.overstretched(parted) + self._lines.surfaced())
         force, *tensions = self._lines.without(parted)
-        for name, (x, z) in zip(self._fairleads, force, strict=True):
-            self.values[self.index[f"{name}.force_x"]] = x
-            self.values[self.index[f"{name}.force_z"]] = z
+        for name, axes, parts in zip(self._fairleads, self._axes, force, strict=True):
+            for axis, part in zip(axes, parts, strict=True):
+                self.values[self.index[f"{name}.force_{axis}"]] = part
         for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
             for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension

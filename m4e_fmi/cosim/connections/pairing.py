@@ -3,8 +3,8 @@
 ``a.group <-> b.group`` connects connectors. A group is the part of a variable's name before its
 last dot; the word written may be the whole group or its last parts, if that is unique. Members
 whose last segments are equal and of which one is an output, the other an input, are connected, both
-ways. So is a calculated parameter with a parameter, unless that has a start value or is connected
-by ``->``.
+ways, unless one connector is of the plane and the other of space. So is a calculated parameter with
+a parameter, unless that has a start value or is connected by ``->``.
 
 ``a.variable -> b.variable`` connects one variable, or all elements of an array given by its base
 name; `connection_text` tells how a factor and an offset are written.
@@ -13,7 +13,7 @@ name; `connection_text` tells how a factor and an offset are written.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from m4e_fmi.cosim.connections.buses import BUS
 from m4e_fmi.cosim.connections.link_checks import CARRIED_ONCE, CONSTANT_TO_INPUT
@@ -109,6 +109,12 @@ class Pairing:
         a, b = self._members(left), self._members(right)
         if not a or not b:
             return []
+        for planar, flat, other in ((left, a, b), (right, b, a)):
+            if _has(flat, "xz") and not _has(flat, "y") and _has(other, "xyz"):
+                message = f"{planar} is planar, and what it is connected with moves along Y, too"
+                remedy = "give it 'dimensions: 3', or connect its variables one by one with '->'"
+                self._reject(message, remedy)
+                return []
         pairs: list[tuple[Port, Port]] = []
         for last in a.keys() & b.keys():
             causalities = self._variable(a[last]).causality, self._variable(b[last]).causality
@@ -242,3 +248,8 @@ def _extent(elements: Iterable[str]) -> str:
     return (
         "no index" if indices == [""] else f"{len(indices)} elements {indices[0]} to {indices[-1]}"
     )
+
+
+def _has(members: Collection[str], axes: str) -> bool:
+    """True of a connector with a position or a velocity along each of the `axes`."""
+    return all(axis in members or f"v{axis}" in members for axis in axes)

@@ -29,12 +29,12 @@ SEGMENTS = {"rods": 9, "lines": 5}  # column of their number; outputs stand behi
 
 
 def ready_mooring(
-    path: str | Path, *, fairleads: Mapping[str, tuple[float, float] | None]
+    path: str | Path, *, fairleads: Mapping[str, tuple[float, ...] | None]
 ) -> Mooring:
     """The mooring of a MoorDyn file; its moved points are the fairleads, in file order.
 
     Moved are coupled points and the points of coupled bodies. `fairleads` names them and may give
-    their start (x, z) [m]; empty: fairlead_1, fairlead_2, … The y of each stays as the file says.
+    their start (x, z) or (x, y, z) [m]; empty: fairlead_1, fairlead_2, …
     Lines are line_1, line_2, … InputError with every problem.
     """
     file = ReadFile(Path(path))
@@ -66,7 +66,7 @@ def ready_mooring(
 
 
 def _fairleads(
-    file: ReadFile, attached: Attachments, given: Mapping[str, tuple[float, float] | None]
+    file: ReadFile, attached: Attachments, given: Mapping[str, tuple[float, ...] | None]
 ) -> tuple[Fairlead, ...]:
     """The moved points, under the names of `given` if there are any."""
     rows = [row for row in file.rows("points") if attached.moved(row)]
@@ -82,8 +82,8 @@ def _fairleads(
     found = []
     for name, row in zip(names, rows, strict=True):
         x, y, z = attached.place(row)
-        x, z = given.get(name) or (x, z)
-        found.append(Fairlead(name, x, y, z))
+        place = given.get(name) or (x, y, z)
+        found.append(Fairlead(name, place[0], place[1] if len(place) == 3 else y, place[-1]))
     return tuple(found)
 
 
