@@ -42,8 +42,11 @@ Vector = Any
 """A column (3, 1) of mpmath's."""
 
 
-def spatial_tree(seed: int, *, size: int, loads: bool = True) -> Model:
-    """A tree of `size` bodies with all joints, axes and inertias of any direction."""
+def spatial_tree(seed: int, *, size: int, loads: bool = True, wet: int = 0) -> Model:
+    """A tree of `size` bodies with all joints, axes and inertias of any direction.
+
+    `wet` of them have added mass.
+    """
     numbers = Numbers(seed)
     r, between = numbers.random, numbers.between
 
@@ -52,12 +55,13 @@ def spatial_tree(seed: int, *, size: int, loads: bool = True) -> Model:
 
     bodies: dict[str, Body] = {}
     joints: dict[str, Joint] = {}
+    wet_bodies = set(r.sample(range(size), k=wet))
     for k in range(size):
         name, parent = f"b{k}", r.choice(["ground", *bodies, *list(bodies)[-3:]])
         diagonal = between(1, 1.5), between(1, 1.5), between(1, 1.5)
         products = between(-0.1, 0.1), between(-0.1, 0.1), between(-0.1, 0.1)
         inertia = (*diagonal, *products) if r.random() < 0.7 else diagonal
-        bodies[name] = Body(between(0.5, 2), inertia)
+        bodies[name] = Body(between(0.5, 2), inertia, added_mass=k in wet_bodies)
         if r.random() < 0.15:
             joints[f"j{k}"] = Joint("floating", name)
             continue
@@ -183,6 +187,8 @@ class SpatialReference:
             self.q += [self.value(f"{owner}.{n}") for n in link.joint_type.positions]
             self.u += [self.value(f"{owner}.{n}") for n in link.joint_type.velocities]
         self.n = len(self.u)
+        links = enumerate(self.tree.links)
+        self.wet = [k for k, link in links if model.bodies[link.body].added_mass]
         self.now = self.poses(self.u, None, mpmath.mpf(0))
 
     def value(self, name: str) -> Any:
@@ -299,6 +305,10 @@ class SpatialReference:
             mass = self.number(self.model.bodies[link.body].mass)
             a, alpha = motion[6 * k : 6 * k + 3], column(motion[6 * k + 3 : 6 * k + 6])
             found += [*(mass * part for part in a), *(self.tensor(k) * alpha)]
+        moved = [motion[6 * k + c] for k in self.wet for c in range(6)]
+        for row, (k, c) in enumerate(((k, c) for k in self.wet for c in range(6)), start=1):
+            entries = (self.value(f"added_mass[{row},{j}]") for j in range(1, len(moved) + 1))
+            found[6 * k + c] += inner(list(entries), moved)
         return found
 
     def needed(self, motion: Sequence[Any]) -> list[Any]:
