@@ -40,11 +40,11 @@ class View:
         return cls(right, np.cross(eye, right), -eye)
 
     def flat(self, points: Floats) -> Floats:
-        """Points (…, 3) on the paper, (…, 2)."""
+        """On the paper, (…, 2) [m], what are `points` (…, 3) [m] in the world."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
     def depth(self, points: Floats) -> float:
-        """How far away points are, on average."""
+        """How far away `points` (…, 3) [m] are, on average [m]."""
         return float(np.mean(points @ self.ahead))
 
 
@@ -54,7 +54,7 @@ def colour(body: int) -> str:
 
 
 def extent(shown: Solids, poses: Poses) -> tuple[Floats, Floats]:
-    """Lower and upper corner (3,) of all that is ever seen [m]."""
+    """Lower and upper corner, (3,) each [m], of all that is ever seen."""
     ground = [np.zeros((1, 3)), *(np.array([s.at]) for s in shown.points.values() if s.body < 0)]
     seen = [np.concatenate(ground)]
     for frame in range(0, len(poses.places), max(1, len(poses.places) // 200)):
@@ -88,7 +88,7 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
 
 
 def space_frames(shown: Solids, times: Floats, poses: Poses, pixels: int) -> Iterator[np.ndarray]:
-    """Every frame as an array of bytes (height, width, 3)."""
+    """Every frame, at `times` (T,) [s], as an array of bytes (height, width, 3) [1]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

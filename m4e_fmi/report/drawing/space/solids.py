@@ -78,14 +78,14 @@ class Poses:
     attitudes: Floats
 
     def of(self, spot: Spot, frame: int = 0) -> Floats:
-        """Where a point is (3,) [m]."""
+        """Where a point is, (3,) [m]."""
         at = np.array(spot.at)
         if spot.body == GROUND:
             return at
         return self.places[frame, spot.body] + self.attitudes[frame, spot.body] @ at
 
     def all_of(self, body: int, corners: Floats, frame: int = 0) -> Floats:
-        """Where points (n, 3) of a body are."""
+        """Where points of a body are, (n, 3) [m], that are `corners` (n, 3) [m] in its axes."""
         return self.places[frame, body] + corners @ self.attitudes[frame, body].T
 
 
@@ -182,7 +182,7 @@ def start_poses(model: Model, program: Program) -> Poses:
 
 
 def poses_of(tree: Topology, values: Mapping[str, Floats]) -> Poses:
-    """Where the bodies are, of series (T,) of x, y, z, phi, theta, psi of each."""
+    """Where bodies are, of `values`: series (T,) [m, rad] of x, y, z, phi, theta, psi of each."""
     places, attitudes = [], []
     for link in tree.links:
         x, y, z, phi, theta, psi = (
@@ -195,7 +195,7 @@ def poses_of(tree: Topology, values: Mapping[str, Floats]) -> Poses:
 
 
 def rotations(phi: Floats, theta: Floats, psi: Floats) -> Floats:
-    """R_z(ψ) R_y(θ) R_x(φ), (T, 3, 3), of roll, pitch and yaw (T,) [rad]."""
+    """R_z(ψ) R_y(θ) R_x(φ), (T, 3, 3) [1], of roll `phi`, pitch `theta`, yaw `psi`, (T,) [rad]."""
     (cx, sx), (cy, sy), (cz, sz) = ((np.cos(a), np.sin(a)) for a in (phi, theta, psi))
     rows = [
         [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
@@ -206,7 +206,7 @@ def rotations(phi: Floats, theta: Floats, psi: Floats) -> Floats:
 
 
 def film_poses(model: Model, simulation: Simulation, frames: int) -> tuple[Floats, Poses]:
-    """Times (T,) [s], at most `frames`, evenly spaced, and the poses at the nearest outputs.
+    """At most `frames` times (T,) [s], evenly spaced, and the poses at the nearest outputs.
 
     InputError if the simulation is of another model.
     """
@@ -223,7 +223,7 @@ def film_poses(model: Model, simulation: Simulation, frames: int) -> tuple[Float
 
 
 def quaternions(attitudes: Floats) -> Floats:
-    """(T, N, 4) of rotation matrices (T, N, 3, 3), scalar first, without jumps of the sign."""
+    """(T, N, 4) [1] of `attitudes` (T, N, 3, 3) [1], scalar first, without jumps of the sign."""
     from scipy.spatial.transform import Rotation
 
     frames, count = attitudes.shape[:2]
