@@ -108,7 +108,7 @@ class LineSystem:
         self._parting = list(parting)
         self._pulls = []  # forces [N] of the ends that may part
         self._motion: dict = {}
-        self.force = []
+        self.force: list = []
         self.fairlead_tension = []
         self.anchor_tension = []
         self.warnings = []
@@ -253,7 +253,7 @@ class LineSystem:
             for line, end, fairlead in self._parting
         ]
 
-    def _seen(self, fairlead, force):
+    def _seen(self, fairlead, force) -> tuple:
         """The components of a force (3,) that a fairlead has."""
         x, y, z = force
         return (x, y, z) if self._y[fairlead] is None else (x, z)

@@ -81,8 +81,8 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
                         fontweight="bold")  # fmt: skip
         _axes(axis, view, low, high)
         for body, name in list(enumerate(shown.bodies))[:MOST_NAMES]:
-            at = view.flat(poses.places[0, body])
-            axis.annotate(f"{body + 1} {shortened(name)}", at, xytext=(6, 6), fontsize=8,
+            x, y = view.flat(poses.places[0, body]).tolist()
+            axis.annotate(f"{body + 1} {shortened(name)}", (x, y), xytext=(6, 6), fontsize=8,
                           textcoords="offset points", color=colour(body), zorder=99)  # fmt: skip
     return figure
 
@@ -165,4 +165,11 @@ def _axes(axis: Axes, view: View, low: Floats, high: Floats) -> None:
     for direction, name in zip(np.eye(3), "XYZ", strict=True):
         tip = origin + reach * view.flat(direction)
         axis.plot([origin[0], tip[0]], [origin[1], tip[1]], color=GREY, lw=1.0, zorder=5)
-        axis.annotate(name, tip, xytext=(2, 2), textcoords="offset points", fontsize=7, color=GREY)
+        axis.annotate(
+            name,
+            (float(tip[0]), float(tip[1])),
+            xytext=(2, 2),
+            textcoords="offset points",
+            fontsize=7,
+            color=GREY,
+        )
