@@ -38,15 +38,14 @@ _DEFINITIONS = (  # what the wheel's CMake targets say
 )
 
 
-@functools.cache
-def library() -> ctypes.CDLL:
-    """The compiled C functions over the wheel. Raises UnavailableError."""
+def options() -> list[str]:
+    """Options of the compiler for C++ over the wheel. Raises UnavailableError."""
     try:
         wheel = importlib.metadata.distribution("libpinocchio")
     except importlib.metadata.PackageNotFoundError as error:
         raise UnavailableError("the package pin is not installed") from error
     prefix = Path(str(wheel.locate_file("cmeel.prefix")))
-    options = [
+    return [
         "-std=c++17",
         "-O1",  # the algorithms are in the wheel's library
         # no -march: Eigen's alignment would differ from the wheel's
@@ -57,7 +56,12 @@ def library() -> ctypes.CDLL:
         "-lpinocchio_default",
         f"-Wl,-rpath,{prefix / 'lib'}",
     ]
-    made = compiled(NATIVE / "pinocchio.cpp", options, plus_plus=True)
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    """The compiled C functions over the wheel. Raises UnavailableError."""
+    made = compiled(NATIVE / "pinocchio.cpp", options(), plus_plus=True)
     made.pinocchio_new.restype = c_void_p
     table = [c_int, c_void_p]
     made.pinocchio_new.argtypes = [*table, *table, *table, c_double, c_int]
