@@ -82,11 +82,15 @@ def worker_lost(origin: str, when: str, worker: Worker, further: str) -> RunErro
     """
     words = f": {worker.words}" if worker.words else ""
     message = f"{origin}: {when}: its process {worker.ending} in {worker.call}{words}"
-    remedy = (
-        "give it more time (`limits` of the component), or look for what it waits for"
-        if "return" in worker.ending
-        else "the FMU is faulty: `m4e-fmi validate` on the file tells more"
-    )
+    if "return" in worker.ending:
+        remedy = "give it more time (`limits` of the component), or look for what it waits for"
+    elif "SIGKILL" in worker.ending:
+        remedy = (
+            "an FMU seldom does that itself: the system may have been out of memory, or somebody "
+            "ended the process"
+        )
+    else:
+        remedy = "the FMU is faulty: `m4e-fmi validate` on the file tells more"
     return RunError(message, remedy + further)
 
 

@@ -21,6 +21,7 @@ from m4e_fmi.cosim.master.second_run import finer, second_run
 from m4e_fmi.cosim.master.stepwise import Execution
 from m4e_fmi.cosim.master.ticking import Progress
 from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.results_file import stream_of
@@ -85,6 +86,8 @@ def run(
         paced=None if real_time is None else RealTime(real_time),
     )
     options.warn_of(system.warnings)
+    if results is None:
+        options.warn_of(_no_checkpoints(system, "they lie beside results: give 'results'"))
     if not check:
         return _once(system, options, observers, progress)
     again = finer(system)
@@ -116,6 +119,7 @@ def start(
     if results is not None:
         system = thinned(system, variables, tell)
     options = Options(results=results, variables=variables, changeable=True, warn=warn)
+    options.warn_of(_no_checkpoints(system, "use 'run', or 'save' of this run in between"))
     with begun_run(system, options) as begun:
         master, writer = begun.master, begun.results
         execution = Execution(master, system.descriptions, system.wiring)
@@ -127,6 +131,12 @@ def start(
         if writer and not master.done:
             writer.close(f"stopped at t = {master.network.time:.9g} s")
     execution.end(begun.outcome)
+
+
+def _no_checkpoints(system: Prepared, remedy: str) -> list[str]:
+    """The warning of a run that takes none of the checkpoints that its settings ask for."""
+    asked = [name for name in CHECKPOINTS if getattr(system.system.simulation, name) is not None]
+    return [f"{' and '.join(asked)}: no checkpoints are taken: {remedy}"] if asked else []
 
 
 def _once(

@@ -10,7 +10,7 @@ import pytest
 from support.interrupted import differences
 from support.small_systems import Fmus, system
 
-from m4e_fmi.cosim import Network, Simulation, System, run
+from m4e_fmi.cosim import Network, Simulation, System, run, start
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.errors import RunError
 from m4e_fmi.signals import Terminated
@@ -84,3 +84,17 @@ def test_an_error_names_the_last_checkpoint(c_fmu: Fmus, tmp_path: Path) -> None
     assert checkpoint_of(file).is_file()
     with pytest.raises(RunError, match="the pump ran dry"):
         run(failing, results=file, resume=True)
+
+
+def test_checkpoints_that_are_asked_for_and_not_taken_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
+    saving = oscillator(c_fmu, Simulation(1, 0.1, "jacobi", checkpoint_interval=0.5))
+    told: list[str] = []
+    run(saving, warn=told.append)
+    with start(saving, results=tmp_path / "r.nc", warn=told.append) as stepped:
+        for _ in stepped:
+            pass
+    nothing = "warning: checkpoint_interval: no checkpoints are taken: "
+    assert told == [
+        nothing + "they lie beside results: give 'results'",
+        nothing + "use 'run', or 'save' of this run in between",
+    ]
