@@ -64,6 +64,8 @@ def _value(value: dict[str, Any], title: str) -> str:
             return " or ".join(dict.fromkeys(kinds))
     if "const" in value or "enum" in value:
         return ", ".join(f"`{word}`" for word in value.get("enum", [value.get("const")]))
+    if value.get("type") == "array" and "prefixItems" not in value:
+        return f"[{_value(value['items'], title)}, …]"
     if value.get("type") == "array":
         return f"[{', '.join(_value(v, title) for v in value['prefixItems'])}]"
     if value.get("type") == "object":

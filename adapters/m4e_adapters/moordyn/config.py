@@ -28,7 +28,8 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e15, allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
-Place = tuple[Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
+Place = tuple[Coordinate, ...]
+"""(x, z), or (x, y, z) where `dimensions` is 3."""
 
 DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
 
@@ -281,7 +282,7 @@ def _other_dimensions(places: dict[str, Place], dimensions: int) -> list[InitErr
 
 def in_space(place: Place) -> tuple[float, float, float]:
     """(x, y, z) of a place; y is 0 in the plane."""
-    return (place[0], 0.0, place[-1]) if len(place) == 2 else place
+    return place[0], place[1] if len(place) == 3 else 0.0, place[-1]
 
 
 def _below_seabed(
