@@ -52,6 +52,8 @@ DEFECTS: dict[str, Defect] = {
     "saving disturbs": _code("STATE_DISTURBS", "state.disturbs"),
     "serialised size too small": _code("SERIALISED_SIZE", "state.serialised_size"),
     "states are declared, but refused": _code("NO_STATE", "capabilities.missing"),
+    "another version is answered": _code("VERSION", "start.version"),
+    "no version is answered": _code("NO_VERSION", "start.version"),
     "nan is accepted silently": _code("NAN_SILENT", "values.silent"),
     "nan crashes": _code("NAN_CRASH", "values.crash"),
     "nan is fatal": _code("NAN_FATAL", "values.fatal"),

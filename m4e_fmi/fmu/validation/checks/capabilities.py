@@ -89,8 +89,12 @@ def _version(context: Context) -> tuple[str, str]:
     dll = context.library.functions(exchange=context.subject.exchanges)
     context.library.journal.write("GetVersion()")
     if context.subject.fmi_3:
-        return dll.fmi3GetVersion().decode(), "default"
-    return dll.fmi2GetVersion().decode(), dll.fmi2GetTypesPlatform().decode()
+        return _text(dll.fmi3GetVersion()), "default"
+    return _text(dll.fmi2GetVersion()), _text(dll.fmi2GetTypesPlatform())
+
+
+def _text(answer: bytes | None) -> str:
+    return "NULL" if answer is None else answer.decode("utf-8", "replace")
 
 
 def _first_steps(context: Context, facts: Facts, *, exchange: bool) -> Facts:
