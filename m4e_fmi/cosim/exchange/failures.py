@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.result_size import size_text
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,
@@ -82,16 +83,25 @@ def worker_lost(origin: str, when: str, worker: Worker, further: str) -> RunErro
     """
     words = f": {worker.words}" if worker.words else ""
     message = f"{origin}: {when}: its process {worker.ending} in {worker.call}{words}"
+    return RunError(message, _remedy(worker) + further)
+
+
+def _remedy(worker: Worker) -> str:
+    """Remedy for an FMU whose process is gone, the likeliest first."""
     if "return" in worker.ending:
-        remedy = "give it more time (`limits` of the component), or look for what it waits for"
-    elif "SIGKILL" in worker.ending:
+        return "give it more time (`limits` of the component), or look for what it waits for"
+    remedy = "the FMU is faulty: `m4e-fmi validate` on the file tells more"
+    if "SIGKILL" in worker.ending:
         remedy = (
             "an FMU seldom does that itself: the system may have been out of memory, or somebody "
             "ended the process"
         )
-    else:
-        remedy = "the FMU is faulty: `m4e-fmi validate` on the file tells more"
-    return RunError(message, remedy + further)
+    if worker.host.memory is None:
+        return remedy
+    limit = size_text(worker.host.memory)
+    return (
+        f"it may have met its limit of memory, {limit} (`limits` of the component); else {remedy}"
+    )
 
 
 def value_out_of_range(
