@@ -65,7 +65,7 @@ def armed(c_fmu: Fmus) -> Fmus:
     return found
 
 
-def masses(mass: Path, spring: Path, algorithm: str = "jacobi") -> Prepared:
+def masses(mass: Path, spring: Path, algorithm: str = "jacobi", stop_time: float = 1.0) -> Prepared:
     """A mass on a spring, the mass in a worker with limits of a second."""
     system = System(
         "masses",
@@ -74,7 +74,7 @@ def masses(mass: Path, spring: Path, algorithm: str = "jacobi") -> Prepared:
             Component("wall", FmuFile(spring)),
         ),
         ("body.body.m <-> wall.end",),
-        Simulation(1.0, 0.01, algorithm),
+        Simulation(stop_time, 0.01, algorithm),
     )
     prepared = prepare(system)
     assert prepared.hosts.keys() >= {"body"}
@@ -197,6 +197,36 @@ def test_harm_at_the_end_says_that_the_results_are_complete(
         run(masses(mass, c_fmu("spring+state")), results=tmp_path / "r.nc")
     assert f"the results are complete in {tmp_path / 'r.nc'} (101 rows)" in str(raised.value)
     assert len(load(tmp_path / "r.nc").time) == 101
+
+
+ESTIMATING = (
+    "body (mass_state_armed.fmu): can no longer be used: its process was ended by SIGKILL in "
+    "fmi2DoStep; the run was at t = {} s, where its coupling error is estimated"
+)
+
+
+@pytest.mark.parametrize(("stop", "point"), [(1.0, 1.0), (22.0, 20.48)])
+def test_harm_in_repeated_steps_names_the_point_of_the_run(
+    armed: Fmus, c_fmu: Fmus, tmp_path: Path, stop: float, point: float
+) -> None:
+    """At the end the run is complete without its error; before, it cannot go on."""
+    mass = armed("mass+state+armed")
+    prepared = masses(mass, c_fmu("spring+state"), "gauss_seidel", stop_time=stop)
+
+    def arm(time: float, _: object) -> None:
+        if time == point:
+            trouble_file(mass).write_text("step kill 0")
+
+    if stop == point:
+        outcome = run(prepared, results=tmp_path / "r.nc", observers=[arm])
+        assert outcome.certificate == ESTIMATING.format("1")
+        assert outcome.results().attributes["ended"] == "at the stop time"
+    else:
+        with pytest.raises(RunError) as caught:
+            run(prepared, results=tmp_path / "r.nc", observers=[arm])
+        assert caught.value.message == ESTIMATING.format("20.48")
+        assert caught.value.remedy.startswith("an FMU seldom does that itself")
+    assert load(tmp_path / "r.nc").time[-1] == point
 
 
 def test_components_step_side_by_side(c_fmu: Fmus, armed: Fmus) -> None:

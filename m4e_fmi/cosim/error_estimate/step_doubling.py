@@ -67,6 +67,7 @@ from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot, StepDoublin
 from m4e_fmi.cosim.error_estimate.step_times import refined
 from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
 from m4e_fmi.cosim.error_estimate.windows import Told, pieces
+from m4e_fmi.cosim.exchange.failures import LostError
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
@@ -269,14 +270,15 @@ class StepDoublingEstimator:
 
     def _back_to(self, end: NetworkSnapshot, why: str) -> None:
         """Return to where the run is; RunError that says `why` repeated steps have failed."""
+        at = f"the run was at t = {end.time:.9g} s, where its coupling error is estimated"
         try:
             self._network.restore(end)
+        except LostError as error:
+            raise RunError(f"{error.message}; {at}", error.remedy) from error
         except RunError as error:
-            raise RunError(
-                f"the coupling error is found by steps of another length: {why}; the run cannot "
-                f"return from them ({error.message})",
-                "an FMU should discard a step that it cannot make, not return Fatal",
-            ) from error
+            message = f"{at}: {why}; it cannot return there ({error.message})"
+            remedy = "an FMU should discard a step that it cannot make, not return Fatal"
+            raise RunError(message, remedy) from error
 
     def _repeat(self, stretch: Stretch, kinks: np.ndarray, *, rough: bool) -> list[str]:
         """Repeat a stretch for its errors; why repeated steps have failed, if some have."""
@@ -345,8 +347,7 @@ class StepDoublingEstimator:
 
         The second run begins where it has ended before, or at the start of the stretch.
         """
-        state = self._state
-        followed = state.followed
+        state, followed = self._state, self._state.followed
         times = refined(run.times, stretch.own_jumps, about(kinks, run.steps))
         begin, end = int(run.times[0]), int(run.times[-1])
         try:

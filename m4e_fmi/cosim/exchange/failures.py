@@ -56,6 +56,10 @@ class EndWithinError(DiscardedError):
     """An FMU asked for the end of the simulation within the step, at `reached`."""
 
 
+class LostError(RunError):
+    """The process of an FMU is gone."""
+
+
 class Warned(ctypes.Structure):
     """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
 
@@ -76,14 +80,22 @@ def failed_step(time: float, size: float) -> str:
     return f"the step from t = {begin} to {end} failed"
 
 
-def worker_lost(origin: str, when: str, worker: Worker, further: str) -> RunError:
+def unusable(origin: str, worker: Worker | None) -> RunError:
+    """The error of a call of an FMU, `origin`, that has failed before; `worker` is its process."""
+    what = "can no longer be used"
+    if worker and worker.ending:
+        return worker_lost(origin, what, worker, "")
+    return RunError(f"{origin} has failed before and {what}")
+
+
+def worker_lost(origin: str, when: str, worker: Worker, further: str) -> LostError:
     """The error of an FMU, `origin`, whose process is gone; `when` says at what time, or step.
 
     `further` is a remedy beside that which follows from the process's ending.
     """
     words = f": {worker.words}" if worker.words else ""
     message = f"{origin}: {when}: its process {worker.ending} in {worker.call}{words}"
-    return RunError(message, _remedy(worker) + further)
+    return LostError(message, _remedy(worker) + further)
 
 
 def _remedy(worker: Worker) -> str:

@@ -25,6 +25,7 @@ from m4e_fmi.cosim.exchange.failures import (
     Explanation,
     Warned,
     failed_step,
+    unusable,
     value_out_of_range,
     worker_lost,
 )
@@ -87,8 +88,7 @@ class Instance:
         self._messages = Messages(listener, self._told_name)
         self.warned = Warned()
         self.time = self._start = 0.0
-        self._broken = False
-        self._initialised = False
+        self._broken = self._initialised = False
         self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
         self._places: dict[int, tuple[Call, Call]] = {}
@@ -165,7 +165,7 @@ class Instance:
     def _check_usable(self) -> None:
         """RunError if the FMU has failed."""
         if self._broken:
-            raise RunError(f"{self._origin} has failed before and can no longer be used")
+            raise unusable(self._origin, self._binary.worker)
 
     @property
     def _usable(self) -> Standard:
@@ -304,9 +304,8 @@ class Instance:
     def directional_derivative(self, output: str, known: str) -> float:
         """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
         self._check_usable()
-        of = self.description.variables
-        value = self.rollback.directional_derivative(of[output], of[known])
-        return value * self.scales.factor(known)
+        of, factor = self.description.variables, self.scales.factor(known)
+        return factor * self.rollback.directional_derivative(of[output], of[known])
 
     @not_lost()
     def value(self, name: str) -> Value:
@@ -392,9 +391,8 @@ class Instance:
         status = fmu.terminate() if self._initialised and not self._broken else 0
         if told := ANSWERS.get(status) if status > WARNING else "":
             self._messages.add(status, f"{fmu.name('fmi2Terminate')} answered {told}")
-        for state in states:
-            if not self._broken:
-                self.rollback.free_state(state)
+        for state in () if self._broken else states:
+            self.rollback.free_state(state)
         if status < FATAL or status == LATE:
             fmu.free()
             self._binary.in_use -= 1

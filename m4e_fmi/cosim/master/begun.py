@@ -226,7 +226,12 @@ def _written(
 def _closing(begun: Begun, options: Options) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run."""
     certify = options.certify and not begun.failed
-    found = closing_attributes(begun.master, begun.system, certify=certify)
+    try:
+        found = closing_attributes(begun.master, begun.system, certify=certify)
+    except (KeyboardInterrupt, Terminated) as error:
+        if certify:
+            error.add_note("while the coupling error was estimated")
+        raise
     return found | ({"real_time": options.real_time} if options.real_time else {})
 
 
