@@ -19,11 +19,13 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
 from m4e_adapters.hydrodynamics.waves import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
 
-CODE = ("cache", "capytaine_setup", "flow_solver", "panels")  # modules that the solution is of
+CODE = ("cache", "capytaine_setup", "flow_solver", "geometry.motions", "geometry.panels")
+"""Modules that the solution is of."""
 LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
 MOST_PANELS = 20_000  # of a built-in shape; more are not advised
@@ -43,10 +45,12 @@ def solve_hulls(
 ) -> Coefficients:
     """Coefficients of all hulls together, interactions included.
 
+    In space the excitation is computed for as many directions as its `harmonics` need.
+
     Parameters
     ----------
     omega : (nω,) angular frequencies [rad/s], increasing; ω = ∞ is always added.
-    wave_direction : 0 or 180 deg.
+    wave_direction : [deg], of `Coefficients.excitation`; 0 or 180 in the plane.
     needed : angular frequency [rad/s] up to which there are waves; panels too coarse for waves that
         neither come nor are radiated by their body are not warned of.
     progress : is told how far the solution is, and its warnings.
@@ -54,21 +58,24 @@ def solve_hulls(
     warn_of_coarse_panels(
         hulls, water=water, highest=float(omega[-1]), needed=needed, progress=progress
     )
-    content = _content(hulls, water, wave_direction)
+    content = _content(hulls, water)
     frequencies = [*omega.tolist(), math.inf]
-    keys = [cache.content_key({**content, "omega": w}) for w in frequencies]
+    directions = [_directions(hulls, water, w, wave_direction) for w in frequencies]
+    questions = list(zip(frequencies, directions, strict=True))
+    keys = [cache.content_key({**content, "omega": w, "directions": d}) for w, d in questions]
     found = list(_cached(keys, progress))
     missing = [k for k, arrays in enumerate(found) if arrays is None]
     if missing:
-        for k, arrays in _computed(hulls, water, wave_direction, frequencies, missing, progress):
+        for k, arrays in _computed(hulls, water, questions, missing, progress):
             found[k] = arrays
             _store(keys[k], arrays, progress)
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
-    names = ("added_mass", "radiation_damping", "excitation")
+    names = ("added_mass", "radiation_damping")
     table = {name: np.array([arrays[name] for arrays in solutions]) for name in names}
-    return _assembled(hulls, water, omega, wave_direction, table)
+    rings = [arrays["excitation"] for arrays in solutions[:-1]]
+    return _assembled(hulls, water, omega, wave_direction, table, rings)
 
 
 def without_flow(
@@ -78,13 +85,13 @@ def without_flow(
 
     `omega` (nω,) [rad/s]; arguments as of `solve_hulls`.
     """
-    n, count = 3 * len(hulls), len(omega) + 1
+    n, count = sum(len(MOTIONS[len(hull.center)]) for hull in hulls), len(omega) + 1
     table: Arrays = {
         "added_mass": np.zeros((count, n, n)),
         "radiation_damping": np.zeros((count, n, n)),
-        "excitation": np.zeros((count, n), dtype=complex),
     }
-    return _assembled(hulls, water, omega, wave_direction, table)
+    rings = [np.zeros((1, n), dtype=complex)] * len(omega)
+    return _assembled(hulls, water, omega, wave_direction, table, rings)
 
 
 def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
@@ -106,16 +113,15 @@ def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
 def _computed(
     hulls: Sequence[Hull],
     water: Water,
-    wave_direction: float,
-    frequencies: Sequence[float],
+    questions: Sequence[tuple[float, list[float]]],
     missing: Sequence[int],
     progress: Progress,
 ) -> Iterator[tuple[int, Arrays]]:
     """Place and solution of each of the `missing` frequencies, as they are computed."""
-    solver = FlowSolver(hulls, water, wave_direction)
+    solver = FlowSolver(hulls, water)
     for count, k in enumerate(missing, start=1):
         progress(f"potential flow: frequency {count} of {len(missing)}")
-        yield k, solver.at(frequencies[k])
+        yield k, solver.at(*questions[k])
 
 
 def _store(key: str, arrays: Arrays, progress: Progress) -> None:
@@ -125,14 +131,36 @@ def _store(key: str, arrays: Arrays, progress: Progress) -> None:
         progress(f"the coefficients are not cached: {error.message}")
 
 
-def _content(hulls: Sequence[Hull], water: Water, wave_direction: float) -> dict[str, ArrayLike]:
-    """All that the solution at a frequency depends on, but for the frequency."""
+def _directions(
+    hulls: Sequence[Hull], water: Water, omega: float, wave_direction: float
+) -> list[float]:
+    """Directions [deg] for which the excitation at `omega` [rad/s] is computed.
+
+    In space as many, all around, as a function of the direction needs that is made of waves e^{ikr}
+    from centres to places within r: its harmonics above k r + 5 (k r)^(1/3) are below 1e-6.
+    """
+    if math.isinf(omega):
+        return []
+    if len(hulls[0].center) == 2:
+        return [wave_direction]
+    centers = [point_in_space(hull.center)[:2] for hull in hulls]
+    reach = max(
+        float(np.linalg.norm(hull.panels.vertices[:, :2] - center, axis=1).max())
+        for hull in hulls
+        for center in centers
+    )
+    argument = reach * float(wavenumber(np.array(omega), depth=water.depth, gravity=water.gravity))
+    order = math.ceil(argument + 5.0 * math.cbrt(argument) + 2.0)
+    return np.linspace(0.0, 360.0, 2 * order + 1, endpoint=False).tolist()
+
+
+def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
+    """All that the solution at a frequency depends on, but for frequency and directions."""
     content: dict[str, ArrayLike] = {
         "code": [package_hash(f"{__package__}.{name}") for name in CODE],
         "libraries": [f"{name} {version(name)}" for name in LIBRARIES],
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],
-        "wave_direction": wave_direction,
     }
     for k, hull in enumerate(hulls):
         content[f"center{k}"] = hull.center
@@ -188,12 +216,18 @@ def _assembled(
     omega: np.ndarray,
     wave_direction: float,
     arrays: dict[str, np.ndarray],
+    rings: Sequence[np.ndarray],
 ) -> Coefficients:
-    """Coefficients as computed, not made symmetric, with hydrostatics."""
-    n = 3 * len(hulls)
+    """Coefficients as computed, not made symmetric, with hydrostatics.
+
+    `rings` are the excitation (nβ, n) at each frequency, for nβ directions all around; one is
+    that for `wave_direction`.
+    """
+    size = len(MOTIONS[len(hulls[0].center)])
+    n = size * len(hulls)
     stiffness, buoyancy = np.zeros((n, n)), np.zeros(n)
     for k, hull in enumerate(hulls):
-        own = slice(3 * k, 3 * k + 3)
+        own = slice(size * k, size * k + size)
         arguments = (hull.center, water.density, water.gravity)
         stiffness[own, own] = hull.hydrostatics.stiffness(*arguments)
         buoyancy[own] = hull.hydrostatics.buoyancy(*arguments)
@@ -205,11 +239,11 @@ def _assembled(
         added_mass=arrays["added_mass"][:-1],
         radiation_damping=arrays["radiation_damping"][:-1],
         added_mass_inf=arrays["added_mass"][-1],
-        excitation=arrays["excitation"][:-1],
+        excitation=np.array([ring[0] for ring in rings]).reshape(-1, n),
         hydrostatic_stiffness=stiffness,
         buoyancy=buoyancy,
     )
-    return replace(
+    result = replace(
         result,
         wave_direction=wave_direction,
         density=water.density,
@@ -218,3 +252,19 @@ def _assembled(
         resolved=tuple(resolved_frequency(hull, water) for hull in hulls),
         heights=tuple((float(z.min()), float(z.max())) for z in levels),
     )
+    return result if result.dimensions == 2 else _with_harmonics(result, rings)
+
+
+def _with_harmonics(coefficients: Coefficients, rings: Sequence[np.ndarray]) -> Coefficients:
+    """The coefficients with the harmonics of `rings`, and the excitation that these make."""
+    omega, most = coefficients.omega, max((len(ring) // 2 for ring in rings), default=0)
+    harmonics = np.zeros((len(omega), 2 * most + 1, coefficients.added_mass_inf.shape[0]), complex)
+    for k, ring in enumerate(rings):
+        count = len(ring)
+        ways = [coefficients.way(omega[k : k + 1], 360.0 * j / count)[0] for j in range(count)]
+        orders = np.rint(np.fft.fftfreq(count, 1.0 / count)).astype(int)
+        harmonics[k, most + orders] = np.fft.fft(ring * np.conj(ways), axis=0) / count
+    beta = coefficients.wave_direction
+    turns = np.exp(1j * np.radians(beta) * np.arange(-most, most + 1))
+    excitation = np.einsum("khn,h->kn", harmonics, turns) * coefficients.way(omega, beta)
+    return replace(coefficients, harmonics=harmonics, excitation=excitation)

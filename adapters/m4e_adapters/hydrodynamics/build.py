@@ -13,7 +13,7 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
-from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.load import Heading, hydrodynamics_program
 from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
@@ -52,8 +52,8 @@ def coefficients_from_config(
 
 
 def _direction(config: HydrodynamicsConfig) -> float:
-    """0 or 180 deg."""
-    return 0.0 if isinstance(config.waves, Still) else config.waves.direction
+    """Direction [deg] of the waves from the hulls' x axis."""
+    return 0.0 if isinstance(config.waves, Still) else config.waves.direction - config.heading
 
 
 def program_from_config(
@@ -81,6 +81,7 @@ def _program(
         waves=config.waves,
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
+        heading=Heading(config.heading, config.heading_filter),
         progress=progress,
     )
 
@@ -148,11 +149,17 @@ def table_and_problems(
 def _hydrostatics(hull: Hull, water: Water) -> str:
     """Hydrostatics of a hull in its reference pose, in one line."""
     known = hull.hydrostatics
-    x, z = (round(value, 6) + 0.0 for value in known.center_of_buoyancy)
+    x, y, z = (round(value, 6) + 0.0 for value in known.center_of_buoyancy)
+    center, heights = f"x = {x:.4g}, z = {z:.4g}", [known.metacentric_height(hull.center)]
+    if len(hull.center) == 3:
+        center = f"x = {x:.4g}, y = {y:.4g}, z = {z:.4g}"
+        heights.append(known.transverse_metacentric_height(hull.center))
+    shown = " and ".join(f"{height:.3g}" for height in heights)
+    of = "" if len(heights) == 1 else " in pitch and roll"
     return (
         f"body {hull.name!r}: displaces {known.volume:.6g} m3, neutral mass "
-        f"{water.density * known.volume:.6g} kg; centre of buoyancy at x = {x:.4g}, z = {z:.4g} m; "
-        f"waterplane {known.waterplane[0]:.4g} m2, GM {known.metacentric_height(hull.center):.3g} m"
+        f"{water.density * known.volume:.6g} kg; centre of buoyancy at {center} m; "
+        f"waterplane {known.waterplane[0]:.4g} m2, GM {shown} m{of}"
     )
 
 

@@ -1,21 +1,24 @@
-"""Hydrodynamic coefficients of floating bodies in the plane, from potential flow.
+"""Hydrodynamic coefficients of floating bodies from potential flow, in the plane or in space.
 
-Motions are surge, heave, pitch of each body about its own centre of gravity, in the order of the
-bodies: 3·N in all. Pitch turns +Z towards +X (about +Y). Waves are e^{−iωt}: a wave of complex
-amplitude a has the elevation Re[a e^{−iωt}] at x = 0 and makes the force Re[X a e^{−iωt}].
+Motions are those of `geometry.motions` of each body about its own centre of gravity, in the order
+of the bodies: m = 3 or 6 of each, m·N in all. Rotations are about +X, +Y, +Z: pitch turns +Z
+towards +X. Waves are e^{−iωt}: a wave of complex amplitude a has the elevation Re[a e^{−iωt}] at
+x = y = 0 and makes the force Re[X a e^{−iωt}]. Directions are those that waves travel to, from +X
+towards +Y. In space all is in the axes that the hulls are drawn in; a heading turns them later.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, MOTIONS, Motion, point_in_space
+
 MEMORY_REACH = 4.5  # wavenumber times size up to which radiation matters
 NO_WATERPLANE = 1e-6  # waterplane, relative to volume^(2/3), that is rounding of a closed mesh
-MOTIONS = ("surge", "heave", "pitch")
 
 
 def memory_size(volume: float, waterplane_area: float) -> float:
@@ -30,12 +33,12 @@ def memory_size(volume: float, waterplane_area: float) -> float:
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Arrays over nω frequencies and n = 3·N motions.
+    """Arrays over nω frequencies and n = m·N motions.
 
     Attributes
     ----------
     bodies : N names.
-    centers : (N, 2) centres of gravity (x, z) [m] in the reference pose, world frame.
+    centers : (N, 2) centres of gravity (x, z) [m] in the reference pose, or (N, 3), (x, y, z).
     omega : (nω,) angular frequencies [rad/s], increasing, finite, positive.
     added_mass, radiation_damping : (nω, n, n) [kg, kg.m, kg.m2] and [N.s/m, …]: [force, motion].
         As computed or read, so symmetric only as far as the panels allow: use the mean of both
@@ -45,12 +48,15 @@ class Coefficients:
         Froude-Krylov, for waves travelling in `wave_direction`.
     hydrostatic_stiffness : (n, n) of buoyancy about the centres of gravity: force = −K·motion.
     buoyancy : (n,) force of the still water in the reference pose [N, N, N.m].
-    wave_direction : 0 or 180 [deg]: towards +X or −X.
+    wave_direction : [deg]; 0 or 180 in the plane: towards +X or −X.
     density [kg/m3], depth [m] (inf: deep), gravity [m/s2].
     resolved : (N,) angular frequencies [rad/s] up to which the panels of each body resolve the
         waves; empty: all frequencies.
     heights : (N, 2) lowest and highest points (z) [m] of the wetted hulls in the reference pose;
         empty: not known.
+    harmonics : (nω, 2M + 1, n) complex excitation as a function of the direction β, for waves
+        whose elevation is Re[a e^{−iωt}] at each body's centre: Σ harmonics[:, M + j] e^{ijβ},
+        j = −M … M. No rows: `wave_direction` is the only one.
     """
 
     bodies: tuple[str, ...]
@@ -68,11 +74,14 @@ class Coefficients:
     gravity: float = 9.81
     resolved: Sequence[float] = ()
     heights: Sequence[tuple[float, float]] = ()
+    harmonics: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=complex))
 
     def __post_init__(self) -> None:
-        n, count = 3 * len(self.bodies), len(self.omega)
+        if np.ndim(self.centers) != 2 or self.dimensions not in MOTIONS:
+            raise ValueError("centers have (x, z), or (x, y, z), of each body")
+        n, count = self.per_body * len(self.bodies), len(self.omega)
         expected = {
-            "centers": (len(self.bodies), 2),
+            "centers": (len(self.bodies), self.dimensions),
             "added_mass": (count, n, n),
             "radiation_damping": (count, n, n),
             "added_mass_inf": (n, n),
@@ -86,6 +95,8 @@ class Coefficients:
                 raise ValueError(f"{name} has shape {got}, expected {shape}")
             if not np.all(np.isfinite(getattr(self, name))):
                 raise ValueError(f"{name} has values that are not finite")
+        if self.has_harmonics and self.harmonics.shape[::2] != (count, n):
+            raise ValueError(f"harmonics has shape {self.harmonics.shape}, expected nω, 2M + 1, n")
         if np.any(np.diff(self.omega, prepend=0.0) <= 0):
             raise ValueError("omega must be positive and increasing")
         if len(self.resolved) not in (0, len(self.bodies)):
@@ -94,9 +105,43 @@ class Coefficients:
             raise ValueError(f"heights has {len(self.heights)} pairs, expected one per body")
 
     @property
+    def dimensions(self) -> int:
+        """2 or 3."""
+        return int(self.centers.shape[1])
+
+    @property
+    def body_motions(self) -> tuple[Motion, ...]:
+        """The motions of each body."""
+        return MOTIONS[self.dimensions]
+
+    @property
+    def per_body(self) -> int:
+        """The number of motions of each body: 3 or 6."""
+        return len(self.body_motions)
+
+    def own(self, k: int) -> slice:
+        """Where the motions of body `k` are."""
+        return slice(k * self.per_body, (k + 1) * self.per_body)
+
+    @property
+    def heave(self) -> int:
+        """Where heave is among the motions of a body."""
+        return self.body_motions.index(HEAVE)
+
+    @property
+    def has_harmonics(self) -> bool:
+        """True if the excitation is known for all directions."""
+        return self.harmonics.size > 0
+
+    @property
+    def places(self) -> np.ndarray:
+        """Centres of gravity (N, 3), (x, y, z) [m]."""
+        return np.array([point_in_space(center) for center in self.centers])
+
+    @property
     def motions(self) -> tuple[str, ...]:
         """The n motions as "<body> <motion>"."""
-        return tuple(f"{body} {motion}" for body in self.bodies for motion in MOTIONS)
+        return tuple(f"{body} {m.name}" for body in self.bodies for m in self.body_motions)
 
     @property
     def retardation(self) -> np.ndarray:
@@ -110,11 +155,14 @@ class Coefficients:
 
         k a = 4.5 in deep water, a is the size of the motion's body as `memory_size` tells it.
         """
-        stiffness = self.hydrostatic_stiffness.diagonal()[1::3] / (self.density * self.gravity)
-        volumes = self.buoyancy[1::3] / (self.density * self.gravity)
+        stiffness = self.hydrostatic_stiffness.diagonal()[self.heave :: self.per_body]
+        stiffness = stiffness / (self.density * self.gravity)
+        volumes = self.buoyancy[self.heave :: self.per_body] / (self.density * self.gravity)
         sizes = [memory_size(v, s) for v, s in zip(volumes, stiffness, strict=True)]
         reach = MEMORY_REACH * self.gravity
-        return np.repeat([math.sqrt(reach / a) if a > 0 else math.inf for a in sizes], 3)
+        return np.repeat(
+            [math.sqrt(reach / a) if a > 0 else math.inf for a in sizes], self.per_body
+        )
 
     @property
     def memory_limit(self) -> float:
@@ -125,7 +173,7 @@ class Coefficients:
     def resolved_limits(self) -> np.ndarray:
         """`resolved` of each motion [rad/s], (n,)."""
         none = [math.inf] * len(self.bodies)
-        return np.repeat(np.asarray(self.resolved if len(self.resolved) else none), 3)
+        return np.repeat(np.asarray(self.resolved if len(self.resolved) else none), self.per_body)
 
     def excitation_at(self, omega: np.ndarray) -> np.ndarray:
         """Excitation (k, n) [N/m, N.m/m] at other frequencies `omega` (k,) [rad/s].
@@ -137,24 +185,44 @@ class Coefficients:
         and presses on a layer of thickness 1/k and a strip of width √(R/k), R the radius of the
         waterline, so the force falls as k^(−3/2) (MacCamy and Fuchs, 1954, for a cylinder).
         """
+        table = self.excitation * self.way(self.omega, self.wave_direction).conj()
+        omega = np.asarray(omega, dtype=float)
+        return self._between(table[:, None, :], omega)[:, 0, :] * self.way(
+            omega, self.wave_direction
+        )
+
+    def harmonics_at(self, omega: np.ndarray) -> np.ndarray:
+        """`harmonics` (k, 2M + 1, n) [N/m, N.m/m] at other frequencies `omega` (k,) [rad/s].
+
+        Between the frequencies, below and above them as of `excitation_at`.
+        """
+        return self._between(self.harmonics, np.asarray(omega, dtype=float))
+
+    def _between(self, table: np.ndarray, omega: np.ndarray) -> np.ndarray:
+        """A `table` (nω, 2M + 1, n) of excitation by the wave at each body's centre, at `omega`."""
         from scipy.interpolate import CubicSpline
 
         knots = np.concatenate([[0.0], self.omega])
-        heave = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), 3)[:, :, 1].sum(axis=1)
-        table = np.concatenate([heave[None, :], self.excitation * self._way(self.omega).conj()])
-        omega = np.asarray(omega, dtype=float)
-        values = CubicSpline(knots, table, axis=0)(np.minimum(omega, knots[-1]))
+        stiffness = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), self.per_body)
+        first = np.zeros((1, *table.shape[1:]), dtype=complex)
+        first[0, table.shape[1] // 2] = stiffness[:, :, self.heave].sum(axis=1)
+        spline = CubicSpline(knots, np.concatenate([first, table]), axis=0)
+        values = spline(np.minimum(omega, knots[-1]))
         fallen = (knots[-1] / np.maximum(omega, knots[-1])) ** 3
-        return fallen[:, None] * values * self._way(omega)
+        return fallen[:, None, None] * values
 
-    def _way(self, omega: np.ndarray) -> np.ndarray:
-        """e^{i k x_G cos β} of each motion's body, (k, n)."""
+    def way(self, omega: np.ndarray, direction: float) -> np.ndarray:
+        """e^{i k (x_G cos β + y_G sin β)} of each motion's body, (k, n).
+
+        `omega` (k,) [rad/s], `direction` β [deg].
+        """
         from m4e_adapters.hydrodynamics.waves import wavenumber
 
-        k = wavenumber(np.asarray(omega), depth=self.depth, gravity=self.gravity)
-        towards = np.cos(np.radians(self.wave_direction))
-        return np.exp(1j * towards * k[:, None] * np.repeat(self.centers[:, 0], 3)[None, :])
+        k = wavenumber(np.asarray(omega), depth=self.depth, gravity=self.gravity)[:, None]
+        x, y, _ = np.repeat(self.places, self.per_body, axis=0).T
+        beta = np.radians(direction)
+        return np.exp(1j * (np.cos(beta) * k * x + np.sin(beta) * k * y))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All fields as arrays with the shape of the attributes, SI, for a file."""
-        return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
+        return {entry.name: np.asarray(getattr(self, entry.name)) for entry in fields(self)}

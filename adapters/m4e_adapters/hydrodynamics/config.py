@@ -7,9 +7,11 @@ one it floats in at rest: world frame, z = 0 the still-water level.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, model_validator
+from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_fmi.files.document import Section, rejected
 
@@ -28,15 +30,6 @@ def _order(value: object) -> object:
     return None if value == AUTO else value
 
 
-def _planar_direction(value: float) -> float:
-    if value not in (0.0, 180.0):
-        raise rejected(
-            f"wave direction {value:g} deg leaves the X-Z plane",
-            "write 0 (waves travel towards +X) or 180 (towards -X)",
-        )
-    return value
-
-
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 """A place [m]; the squares of such numbers are finite."""
@@ -44,7 +37,8 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Depth = Annotated[Annotated[float, Field(gt=0)], BeforeValidator(_depth)]
 Order = Annotated[Annotated[int, Field(ge=1, le=16)] | None, BeforeValidator(_order)]
-Direction = Annotated[float, AfterValidator(_planar_direction)]
+Place = tuple[Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
+"""[x, z], or [x, y, z] where `dimensions` is 3."""
 
 
 class Water(Section):
@@ -57,20 +51,24 @@ class Water(Section):
 
 class Cylinder(Section):
     """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
-    x = `center_x` [m].
+    (`center_x`, `center_y`) [m].
     """
 
     radius: Positive
     draft: Positive
     center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
 
 
 class Sphere(Section):
-    """Sphere of `radius` [m] about (`center_x`, `center_z`) [m]; half immersed by default."""
+    """Sphere of `radius` [m] about (`center_x`, `center_y`, `center_z`) [m]; half immersed by
+    default.
+    """
 
     radius: Positive
     center_z: Coordinate = 0.0
     center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
 
     @model_validator(mode="after")
     def _in_water(self) -> Sphere:
@@ -85,13 +83,14 @@ class Sphere(Section):
 
 class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
-    middle at x = `center_x` [m].
+    middle at (`center_x`, `center_y`) [m].
     """
 
     length: Positive
     width: Positive
     draft: Positive
     center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
 
 
 class Shape(Section):
@@ -100,14 +99,14 @@ class Shape(Section):
     A mesh file is in m, in the reference pose, z = 0 the still-water level, normals into the
     water; what is above the water is cut off. The name is relative to the system file's folder.
     `mesh_origin` [x, z] is where the origin of the file lies in the reference pose: that of the
-    body's frame for a mesh drawn in it. Default [0, 0]: world coordinates.
+    body's frame for a mesh drawn in it. Default [0, 0]: world coordinates. In space [x, y, z].
     """
 
     cylinder: Cylinder | None = None
     sphere: Sphere | None = None
     box: Box | None = None
     mesh: str | None = None
-    mesh_origin: tuple[Coordinate, Coordinate] | None = None
+    mesh_origin: Place | None = None
 
     @property
     def kind(self) -> str:
@@ -131,23 +130,28 @@ class Shape(Section):
 class Drag(Section):
     """Quadratic drag F = −c |v| v at the centre of gravity, in still water.
 
-    `surge` and `heave` in N/(m/s)2, `pitch` in N.m/(rad/s)2. Default 0: none.
+    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
+    Sway, roll and yaw are motions of space.
     """
 
     surge: NotNegative = 0.0
+    sway: NotNegative = 0.0
     heave: NotNegative = 0.0
+    roll: NotNegative = 0.0
     pitch: NotNegative = 0.0
+    yaw: NotNegative = 0.0
 
 
 class Body(Section):
-    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose.
+    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose,
+    [x, y, z] in space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
     quadratic.
     """
 
     shape: Shape
-    center_of_gravity: tuple[Coordinate, Coordinate]
+    center_of_gravity: Place
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
 
@@ -197,7 +201,7 @@ class Radiation(Section):
 class _Waves(Section):
     """Direction and ramp, which all waves have."""
 
-    direction: Direction = 0.0
+    direction: Finite = 0.0
     ramp_time: NotNegative | None = None
 
 
@@ -212,8 +216,8 @@ class Jonswap(_Irregular):
     """JONSWAP sea: `significant_height` [m], `peak_period` [s], `peak_enhancement` γ [1].
 
     `seed` chooses frequencies and phases, of which `components` there are so many. `direction`
-    [deg] is 0 (waves travel towards +X) or 180. The sea grows smoothly from nothing within
-    `ramp_time` [s], default two peak periods.
+    [deg] is 0 (waves travel towards +X) or 180, in space any angle from +X towards +Y. The sea
+    grows smoothly from nothing within `ramp_time` [s], default two peak periods.
     """
 
     spectrum: Literal["jonswap"]
@@ -232,7 +236,7 @@ class PiersonMoskowitz(_Irregular):
 class Regular(_Waves):
     """One wave: elevation at x = 0 is `height`/2·cos(2π t/`period` + `phase`), in m, s, rad.
 
-    `direction` [deg] is 0 or 180; `ramp_time` [s] is two periods by default.
+    `direction` [deg] is 0 or 180, in space any; `ramp_time` [s] is two periods by default.
     """
 
     spectrum: Literal["regular"]
@@ -251,10 +255,75 @@ Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | Still, Discriminator("s
 
 
 class HydrodynamicsConfig(Section):
-    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction."""
+    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
 
+    `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
+    six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
+    of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
+    through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
+    the yaw of the body (one only) with this time constant.
+    """
+
+    dimensions: Literal[2, 3] = 2
     water: Water = Water()
+    heading: Finite = 0.0
+    heading_filter: Positive | None = None
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still()
+
+    @model_validator(mode="after")
+    def _of_its_dimensions(self) -> HydrodynamicsConfig:
+        wrong = [*_places(self)]
+        if self.dimensions == 2:
+            wrong += _beyond_the_plane(self)
+        elif self.heading_filter is not None and len(self.bodies) > 1:
+            text = f"the heading cannot follow the yaw of {len(self.bodies)} bodies"
+            remedy = "remove heading_filter, or give each body a hydrodynamics component of its own"
+            wrong.append(_wrong(("heading_filter",), text, remedy))
+        if wrong:
+            raise ValidationError.from_exception_data("hydrodynamics", wrong)
+        return self
+
+
+def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
+    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+
+
+def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Places that do not have as many coordinates as the component has dimensions."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, body in config.bodies.items():
+        given = {
+            ("center_of_gravity",): body.center_of_gravity,
+            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        }
+        for keys, place in given.items():
+            if place is None or len(place) == config.dimensions:
+                continue
+            text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
+            remedy = f"write {axes}, since dimensions is {config.dimensions}"
+            yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """What a component of the X-Z plane cannot have."""
+    remedy = "remove it, or write 'dimensions: 3' on top of the component"
+    waves = config.waves
+    if not isinstance(waves, Still) and waves.direction not in (0.0, 180.0):
+        yield _wrong(
+            ("waves", waves.spectrum, "direction"),
+            f"wave direction {waves.direction:g} deg leaves the X-Z plane",
+            "write 0 (waves travel towards +X), 180 (towards -X), or 'dimensions: 3' on top",
+        )
+    for key in {"heading", "heading_filter"} & config.model_fields_set:
+        yield _wrong((key,), f"'{key}' is of space", remedy)
+    for name, body in config.bodies.items():
+        kind = body.shape.kind
+        if getattr(getattr(body.shape, kind), "center_y", 0.0):
+            place = ("bodies", name, "shape", kind, "center_y")
+            yield _wrong(place, "'center_y' leaves the X-Z plane", remedy)
+        for motion in ("sway", "roll", "yaw"):
+            if motion in body.drag.model_fields_set:
+                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", remedy)

@@ -84,11 +84,15 @@ def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
     """Hulls that capsize if they float freely; a line each."""
     for hull in hulls:
         volume = hull.hydrostatics.volume
-        height = hull.hydrostatics.metacentric_height(hull.center)
-        if height < UNSTABLE * math.cbrt(volume):
+        heights = {"pitch": hull.hydrostatics.metacentric_height(hull.center)}
+        if len(hull.center) == 3:
+            heights["roll"] = hull.hydrostatics.transverse_metacentric_height(hull.center)
+        for motion, height in heights.items():
+            if height >= UNSTABLE * math.cbrt(volume):
+                continue
             stiffness = water.density * water.gravity * volume * height
             yield (
-                f"body {hull.name!r} is unstable in pitch, with a stiffness of {stiffness:.4g} "
+                f"body {hull.name!r} is unstable in {motion}, with a stiffness of {stiffness:.4g} "
                 f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
                 "lower center_of_gravity"
             )

@@ -21,37 +21,36 @@ from m4e_adapters.hydrodynamics.capytaine_setup import (
 )
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
+from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.errors import RunError
 
 METHOD = "direct"
-DOFS = ("Surge", "Heave", "Pitch")
+MIRRORED = {1: ("sway", "roll", "yaw"), 0: ("surge", "pitch", "yaw")}
+"""Motions that change sign in the mirror image in y = 0 (1) and in x = 0 (0)."""
 
 
 class FlowSolver:
-    """Radiation and diffraction of all hulls together, interactions included.
+    """Radiation and diffraction of all hulls together, interactions included."""
 
-    `wave_direction` is 0 or 180 deg.
-    """
-
-    def __init__(self, hulls: Sequence[Hull], water: Water, wave_direction: float) -> None:
+    def __init__(self, hulls: Sequence[Hull], water: Water) -> None:
         self._capytaine = import_capytaine()
         self._medium = {"water_depth": water.depth, "rho": water.density, "g": water.gravity}
-        self._direction = math.radians(wave_direction)
         self._solver = self._capytaine.BEMSolver(method=METHOD)
         with kept_warnings() as self._warnings:
             self._body = _capytaine_body(self._capytaine, hulls)
+        self._signs = _signs(hulls)
 
-    def at(self, omega: float) -> dict[str, np.ndarray]:
-        """Solution at `omega` [rad/s]: the arrays are (n, n) and (n,), SI, as of `Coefficients`.
+    def at(self, omega: float, directions: Sequence[float]) -> dict[str, np.ndarray]:
+        """Solution at `omega` [rad/s] for waves in nβ `directions` [deg].
 
-        Keys: `added_mass`, `radiation_damping`, `excitation` (0 at infinity), `warnings` (texts).
-        RunError if there is no solution.
+        Keys: `added_mass` and `radiation_damping` (n, n), `excitation` (nβ, n), 0 at infinity, SI,
+        as of `Coefficients`; `warnings` (texts). RunError if there is no solution.
         """
         names = list(self._body.dofs)
         n = len(names)
         added_mass, damping = np.zeros((2, n, n))
-        excitation = np.zeros(n, dtype=complex)
+        excitation = np.zeros((len(directions), n), dtype=complex)
         common = {"body": self._body, "omega": omega, **self._medium}
         with kept_warnings() as warnings, accurate_finite_depth():
             for j, name in enumerate(names):
@@ -59,19 +58,26 @@ class FlowSolver:
                 result = _solution(self._solver, problem, omega)
                 added_mass[:, j] = [result.added_masses[i] for i in names]
                 damping[:, j] = [result.radiation_dampings[i] for i in names]
-            if math.isfinite(omega):
-                problem = self._capytaine.DiffractionProblem(
-                    wave_direction=self._direction, **common
-                )
-                result = _solution(self._solver, problem, omega)
-                incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
-                excitation[:] = [result.forces[i] + incident[i] for i in names]
+            for j, direction in enumerate(directions if math.isfinite(omega) else ()):
+                excitation[j] = self._excitation(direction, names, common)
+        alike = np.ones((n, n), dtype=bool)
+        for signs in self._signs:
+            alike &= np.equal.outer(signs, signs)
         return {
-            "added_mass": added_mass,
-            "radiation_damping": damping,
+            "added_mass": added_mass * alike,
+            "radiation_damping": damping * alike,
             "excitation": excitation,
             "warnings": np.array([*self._warnings, *warnings], dtype=str),
         }
+
+    def _excitation(self, direction: float, names: list[str], common: Any) -> np.ndarray:
+        """(n,) of waves in one `direction` [deg]: diffraction, and Froude and Krylov."""
+        problem = self._capytaine.DiffractionProblem(
+            wave_direction=math.radians(direction), **common
+        )
+        result = _solution(self._solver, problem, common["omega"])
+        incident = self._capytaine.bem.airy_waves.froude_krylov_force(problem)
+        return np.array([result.forces[i] + incident[i] for i in names])
 
 
 def _solution(solver: Any, problem: Any, omega: float) -> Any:
@@ -87,14 +93,33 @@ def _solution(solver: Any, problem: Any, omega: float) -> Any:
         ) from None
 
 
+def _planes(hulls: Sequence[Hull]) -> list[int]:
+    """The planes y = 0 (1) and x = 0 (0) in which all hulls are their own mirror images."""
+    surfaces = [p for hull in hulls for p in (hull.panels, hull.lid) if p is not None]
+    return [axis for axis in (1, 0) if all(p.half(axis) is not None for p in surfaces)]
+
+
+def _signs(hulls: Sequence[Hull]) -> list[np.ndarray]:
+    """+1 or −1 of each motion (n,) in the mirror images in those planes that hold all centres too.
+
+    Motions of different signs do not feel each other.
+    """
+    found = []
+    for axis in _planes(hulls):
+        if any(point_in_space(hull.center)[axis] for hull in hulls):
+            continue
+        motions = [motion.name for hull in hulls for motion in MOTIONS[len(hull.center)]]
+        found.append(np.array([-1.0 if name in MIRRORED[axis] else 1.0 for name in motions]))
+    return found
+
+
 def _capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
     """All hulls as one Capytaine body; planes of symmetry that all share are used.
 
-    Capytaine's Pitch is the rotation about +Y, v = (z, 0, −x) at (x, z) from the centre: it turns
-    +Z towards +X, as ours does.
+    Capytaine's rotations are ours, about +X, +Y, +Z: Pitch is v = (z, 0, −x) at (x, y, z) from the
+    centre and turns +Z towards +X.
     """
-    surfaces = [p for hull in hulls for p in (hull.panels, hull.lid) if p is not None]
-    planes = [axis for axis in (1, 0) if all(p.half(axis) is not None for p in surfaces)]
+    planes = _planes(hulls)
 
     def mesh(panels: Panels | None) -> Any:
         if panels is None:
@@ -109,8 +134,9 @@ def _capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
 
     bodies = []
     for k, hull in enumerate(hulls):
-        center = (hull.center[0], 0.0, hull.center[1])
-        dofs = capytaine.rigid_body_dofs(rotation_center=center, only=list(DOFS))
+        center, motions = point_in_space(hull.center), MOTIONS[len(hull.center)]
+        names = [motion.name.capitalize() for motion in motions]
+        dofs = capytaine.rigid_body_dofs(rotation_center=center, only=names)
         bodies.append(
             capytaine.FloatingBody(
                 mesh=mesh(hull.panels), lid_mesh=mesh(hull.lid), dofs=dofs, name=f"body{k}"

@@ -6,36 +6,40 @@ about each body's centre of gravity, world frame: ξ is the displacement (surge,
 the reference pose, v its rate, F_b the buoyancy in the reference pose, r the ramp. The dry weight
 and A∞ times the acceleration are *not* in F: both belong to whoever holds the body's mass, to whom
 A∞ is published as `added_mass[i,j]`.
+
+In space all this is in axes turned about Z by the heading h, in which ξ has the yaw ψ − h and, for
+roll and pitch, the rotation vector R_z(ψ − h) (φ, θ, 0): R_z(ψ) R_y(θ) R_x(φ) turns by it, but for
+terms of the third order (of the second about Z, which no force depends on).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from itertools import chain
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.coefficients import MOTIONS, Coefficients
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
+from m4e_adapters.hydrodynamics.geometry.motions import PLANE, SPACE, SWAY, YAW, mass_unit
+from m4e_adapters.hydrodynamics.heading import (
+    Axes,
+    Heading,
+    record_filter,
+    record_heading,
+    reference_places,
+)
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
-from m4e_adapters.hydrodynamics.sea import AnyWaves, record_sea
+from m4e_adapters.hydrodynamics.sea import AnyWaves, Number, record_sea
 from m4e_adapters.hydrodynamics.small_motions import motion_ranges
-from m4e_fmi.program import Program, Recorder, Scalar, Variable
+from m4e_fmi.program import Program, Recorder, Scalar, Variable, atan2
 
 Vector = list[Scalar | float]
 
-POSITION = (("x", "m"), ("z", "m"), ("theta", "rad"))
-VELOCITY = (("vx", "m/s"), ("vz", "m/s"), ("omega", "rad/s"))
-WRENCH = (("force_x", "N"), ("force_z", "N"), ("moment_y", "N.m"))
-DRAG_UNIT = ("N.s2/m2", "N.s2/m2", "N.m.s2/rad2")
-STATE_UNIT = ("m", "m", "rad")
-MASS_UNIT = (("kg", "kg", "kg.m"), ("kg", "kg", "kg.m"), ("kg.m", "kg.m", "kg.m2"))
-STIFFNESS_UNIT = (
-    ("N/m", "N/m", "N/rad"),
-    ("N/m", "N/m", "N/rad"),
-    ("N.m/m", "N.m/m", "N.m/rad"),
-)
+YAW_PLACE = SPACE.index(YAW)
+ANGLES = ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
 SMALL = 1e-9  # relative: stiffness and added mass below it are panels' noise
 
 
@@ -50,6 +54,7 @@ def hydrodynamics_program(
     waves: AnyWaves | None = None,
     drag: Mapping[str, Drag] | None = None,
     radiation: Radiation | None = None,
+    heading: Heading | None = None,
     progress: Callable[[str], object] = _silent,
 ) -> Program:
     """The load on all bodies of `coefficients`, from any source of these.
@@ -59,6 +64,7 @@ def hydrodynamics_program(
     waves : None for still water; otherwise it must travel in `coefficients.wave_direction`.
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
+    heading : of the hulls, in space; None: 0.
     progress : is told the accuracy of the memory.
 
     Returns
@@ -66,54 +72,101 @@ def hydrodynamics_program(
     Program
         Inputs `<body>.{x,z,theta,vx,vz,omega}` of the centre of gravity, outputs
         `<body>.{force_x,force_z,moment_y}` about it, `wave.elevation`, and the parts
-        `<body>.excitation_…`, `<body>.radiation_…` of the force.
+        `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
+        `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
-    bodies = coefficients.bodies
+    bodies, waves, turning = coefficients.bodies, waves or Still(), heading or Heading()
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(bodies)}")
-    displacement: Vector = []
-    velocity: Vector = []
-    for k, body in enumerate(bodies):
-        xi, v = _record_motion(recorder, body, coefficients.centers[k])
-        displacement += xi
-        velocity += v
+    in_space = coefficients.dimensions == 3
+    reference, axes = record_heading(recorder, turning) if in_space else (None, None)
+    motions = [_record_motion(recorder, coefficients, k, turning) for k in range(len(bodies))]
+    position, velocity = ([*chain(*part)] for part in zip(*motions, strict=True))
+    places: list[tuple[Number, Number]] = []
+    displacement = position
+    if reference and axes:
+        record_filter(recorder, turning, axes, position[YAW_PLACE])
+        places = reference_places(coefficients.centers, reference)
+        displacement = _in_heading_axes(position, axes, places, coefficients.centers)
+        velocity = axes.from_world(velocity)
     fitted = fit_radiation(
         coefficients, order=radiation.order if radiation else None, progress=progress
     )
-    memory = _record_memory(recorder, fitted.groups, bodies, velocity)
-    excitation = record_sea(recorder, waves or Still(), coefficients)
+    memory = _record_memory(recorder, fitted.groups, coefficients, velocity)
+    angle = axes.angle if axes else 0.0
+    excitation = record_sea(recorder, waves, coefficients, heading=angle, places=places)
     restoring, carried = _record_hydrostatics(recorder, coefficients, displacement)
     for k, body in enumerate(bodies):
-        own = slice(3 * k, 3 * k + 3)
-        resistance = _record_drag(recorder, body, (drag or {}).get(body, Drag()), velocity[own])
+        own = coefficients.own(k)
+        resistance = _record_drag(
+            recorder, body, coefficients, (drag or {}).get(body, Drag()), velocity[own]
+        )
         parts = (restoring[own], memory[own], excitation[own], resistance)
-        _record_outputs(recorder, body, parts)
-        _record_displacement(recorder, body, coefficients, displacement[own], k, waves or Still())
+        _record_outputs(recorder, body, coefficients, parts, axes)
+        _record_displacement(recorder, body, coefficients, displacement[own], k, waves)
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)
-    _publish_added_mass(recorder, coefficients, fitted.added_mass_inf)
+    _publish_added_mass(recorder, coefficients, fitted.added_mass_inf, reference)
     return recorder.program()
 
 
-def _record_motion(recorder: Recorder, body: str, center: np.ndarray) -> tuple[Vector, Vector]:
-    """Inputs of a body; its displacement from the reference pose, and its velocity."""
-    reference = (float(center[0]), float(center[1]), 0.0)
-    displacement: Vector = []
+def _record_motion(
+    recorder: Recorder, coefficients: Coefficients, k: int, heading: Heading
+) -> tuple[Vector, Vector]:
+    """Inputs of a body, positions and velocities.
+
+    Those of the plane are relative to the reference pose, with the centre of gravity there.
+    """
+    body, motions = coefficients.bodies[k], coefficients.body_motions
+    in_plane = coefficients.dimensions == 2
+    x, y, z = _start(coefficients, k, heading)
+    starts = {"x": x, "y": y, "z": z, "psi": math.radians(heading.angle)}
+    position: Vector = []
     velocity: Vector = []
-    for (symbol, unit), start in zip(POSITION, reference, strict=True):
-        text = "pitch angle" if symbol == "theta" else f"{symbol} of the centre of gravity"
-        variable = Variable(f"{body}.{symbol}", unit, f"{text}, world frame", start=start)
-        displacement.append(recorder.input(variable) - start)
-    for (symbol, unit), (position, _) in zip(VELOCITY, POSITION, strict=True):
-        variable = Variable(f"{body}.{symbol}", unit, f"rate of {body}.{position}, world frame")
+    for motion in motions:
+        start = starts.get(motion.position, 0.0)
+        name = f"{motion.position} of the centre of gravity"
+        text = f"{motion.name} angle" if motion.is_rotation else name
+        text += ", world frame" if motion in PLANE or motion is SWAY else ANGLES
+        variable = Variable(f"{body}.{motion.position}", motion.unit, text, start=start)
+        value = recorder.input(variable)
+        position.append(value - start if in_plane else value)
+    for motion in motions:
+        text = f"rate of {body}.{motion.position}, world frame"
+        if motion.is_rotation and not in_plane:
+            text = f"angular velocity about +{'XYZ'[motions.index(motion) - 3]}, world frame"
+        variable = Variable(f"{body}.{motion.velocity}", f"{motion.unit}/s", text)
         velocity.append(recorder.input(variable))
-    return displacement, velocity
+    return position, velocity
+
+
+def _start(coefficients: Coefficients, k: int, heading: Heading) -> tuple[float, float, float]:
+    """The centre of gravity (x, y, z) [m] of a body in the reference pose."""
+    centers = coefficients.places
+    x, y = centers[k, :2]
+    if heading.angle:
+        x, y = reference_places(centers, Axes.at(math.radians(heading.angle)))[k]
+    return float(x), float(y), float(centers[k, 2])
+
+
+def _in_heading_axes(
+    position: Vector, axes: Axes, places: list[tuple[Number, Number]], centers: np.ndarray
+) -> Vector:
+    """Displacements from the reference pose, in the axes of the heading."""
+    found: Vector = []
+    for k, (x, y) in enumerate(places):
+        own = position[6 * k : 6 * k + 6]
+        moved = axes.from_world([own[0] - x, own[1] - y, own[2] - float(centers[k, 2]), 0, 0, 0])
+        yaw = Axes.at(own[YAW_PLACE] - axes.angle)
+        roll, pitch = yaw.to_world([0, 0, 0, own[3], own[4], 0])[3:5]
+        found += [*moved[:3], roll, pitch, atan2(yaw.sine, yaw.cosine)]
+    return found
 
 
 def _record_memory(
     recorder: Recorder,
     groups: tuple[RadiationGroup, ...],
-    bodies: tuple[str, ...],
+    coefficients: Coefficients,
     velocity: Vector,
 ) -> Vector:
     """States of the radiation memory and the force they make, −∫ K v dτ.
@@ -123,14 +176,15 @@ def _record_memory(
     adds Re r x₁ + Im r x₂ to it.
     """
     force: Vector = [0.0] * len(velocity)
-    count = dict.fromkeys(bodies, 0)
+    count = dict.fromkeys(coefficients.bodies, 0)
 
-    def state(motion: int) -> tuple[str, Scalar]:
-        body = bodies[motion // 3]
+    def state(place: int) -> tuple[str, Scalar]:
+        k, own = divmod(place, coefficients.per_body)
+        body, motion = coefficients.bodies[k], coefficients.body_motions[own]
         count[body] += 1
         name = f"{body}.radiation_state[{count[body]}]"
-        text = f"memory of {body}'s {MOTIONS[motion % 3]}"
-        return name, recorder.state(Variable(name, STATE_UNIT[motion % 3], text, local=True))
+        text = f"memory of {body}'s {motion.name}"
+        return name, recorder.state(Variable(name, motion.unit, text, local=True))
 
     for group in groups:
         for column, motion in enumerate(group.motions):
@@ -163,10 +217,11 @@ def _record_hydrostatics(
     force: Vector = []
     carried: Vector = [0.0] * len(coefficients.bodies)
     for k, body in enumerate(coefficients.bodies):
-        own = slice(3 * k, 3 * k + 3)
+        own, motions = coefficients.own(k), coefficients.body_motions
         stiffness = coefficients.hydrostatic_stiffness[own, own]
         buoyancy = coefficients.buoyancy[own]
-        for i, (symbol, unit) in enumerate(WRENCH):
+        for i, motion in enumerate(motions):
+            symbol, unit = motion.force, motion.force_unit
             total: Scalar | float = 0.0
             if abs(buoyancy[i]) > SMALL * max(abs(coefficients.buoyancy).max(), 1e-300):
                 text = f"{symbol} of the still water in the reference pose"
@@ -176,17 +231,17 @@ def _record_hydrostatics(
                 )
                 if symbol == "force_z":
                     carried[k] = total
-            for j in range(3):
+            for j, other in enumerate(motions):
                 if abs(stiffness[i, j]) <= SMALL * abs(stiffness).max(initial=0.0):
                     continue
-                text = f"hydrostatic stiffness: {symbol} per {MOTIONS[j]}"
+                text = f"hydrostatic stiffness: {symbol} per {other.name}"
                 variable = Variable(
                     f"{body}.hydrostatic_stiffness[{i + 1},{j + 1}]",
-                    STIFFNESS_UNIT[i][j],
+                    f"{unit}/{other.unit}",
                     text,
                     start=float(stiffness[i, j]),
                 )
-                total = total - recorder.parameter(variable) * displacement[3 * k + j]
+                total = total - recorder.parameter(variable) * displacement[own][j]
             force.append(total)
     return force, carried
 
@@ -199,26 +254,29 @@ def _record_displacement(
     k: int,
     waves: AnyWaves,
 ) -> None:
-    """Outputs surge, heave and pitch from the reference pose, with the limits of small motions."""
+    """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
     limits = motion_ranges(coefficients, k, waves)
-    for (motion, limit), value, unit in zip(limits.items(), displacement, STATE_UNIT, strict=True):
-        text = f"{motion} from the reference pose"
+    for motion, value in zip(coefficients.body_motions, displacement, strict=True):
+        limit = limits[motion.name]
+        text = f"{motion.name} from the reference pose"
         if not limit.is_open:
             text += f"; {limit.reason}"
         variable = Variable(
-            f"{body}.{motion}", unit, text, minimum=limit.minimum, maximum=limit.maximum
+            f"{body}.{motion.name}", motion.unit, text, minimum=limit.minimum, maximum=limit.maximum
         )
         recorder.output(variable, value)
 
 
-def _record_drag(recorder: Recorder, body: str, drag: Drag, velocity: Vector) -> Vector:
+def _record_drag(
+    recorder: Recorder, body: str, coefficients: Coefficients, drag: Drag, velocity: Vector
+) -> Vector:
     force: Vector = []
-    for motion, unit, v in zip(MOTIONS, DRAG_UNIT, velocity, strict=True):
+    for motion, v in zip(coefficients.body_motions, velocity, strict=True):
         variable = Variable(
-            f"{body}.drag_{motion}",
-            unit,
-            f"quadratic drag in {motion}: force -c |v| v",
-            start=getattr(drag, motion),
+            f"{body}.drag_{motion.name}",
+            motion.drag_unit,
+            f"quadratic drag in {motion.name}: force -c |v| v",
+            start=getattr(drag, motion.name),
             minimum=0.0,
             tunable=True,
         )
@@ -226,32 +284,49 @@ def _record_drag(recorder: Recorder, body: str, drag: Drag, velocity: Vector) ->
     return force
 
 
-def _record_outputs(recorder: Recorder, body: str, parts: tuple[Vector, ...]) -> None:
+def _record_outputs(
+    recorder: Recorder,
+    body: str,
+    coefficients: Coefficients,
+    parts: tuple[Vector, ...],
+    axes: Axes | None,
+) -> None:
     """The wrench on a body and two of its parts; `parts` as the program sums them."""
+    motions = coefficients.body_motions
+
+    def in_world(vector: Vector) -> Vector:
+        return axes.to_world(vector) if axes else vector
+
     _, memory, excitation, _ = parts
-    for i, (symbol, unit) in enumerate(WRENCH):
-        total = parts[0][i]
-        for part in parts[1:]:
-            total = total + part[i]
+    wrench = list(parts[0])
+    for part in parts[1:]:
+        wrench = [total + value for total, value in zip(wrench, part, strict=True)]
+    for motion, total in zip(motions, in_world(wrench), strict=True):
+        symbol, unit = motion.force, motion.force_unit
         text = f"{symbol} of the water on {body} about its centre of gravity, world frame"
         recorder.output(Variable(f"{body}.{symbol}", unit, text), total)
     for kind, part in (("excitation", excitation), ("radiation", memory)):
-        for (symbol, unit), value in zip(WRENCH, part, strict=True):
+        for motion, value in zip(motions, in_world(part), strict=True):
+            symbol, unit = motion.force, motion.force_unit
             text = f"part of {body}.{symbol}: wave {kind}"
             if kind == "radiation":
                 text = f"part of {body}.{symbol}: radiation memory, without added_mass"
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
 
 
-def _publish_added_mass(recorder: Recorder, coefficients: Coefficients, matrix: np.ndarray) -> None:
-    scale = [math.sqrt(max(abs(value), 1e-300)) for value in matrix.diagonal()]
-    motions = coefficients.motions
-    for i, row in enumerate(motions):
-        for j, column in enumerate(motions):
-            value = float(matrix[i, j])
+def _publish_added_mass(
+    recorder: Recorder, coefficients: Coefficients, matrix: np.ndarray, reference: Axes | None
+) -> None:
+    """A∞ in world axes, as the hulls lie in the reference pose."""
+    scale = np.sqrt(np.maximum(np.abs(matrix.diagonal()), 1e-300))
+    kept = np.where(np.abs(matrix) > SMALL * np.outer(scale, scale), matrix, 0.0)
+    in_world = reference.matrix_to_world(kept) if reference else kept.tolist()
+    names, kinds = coefficients.motions, coefficients.body_motions * len(coefficients.bodies)
+    for i, (row, values) in enumerate(zip(names, in_world, strict=True)):
+        for j, (column, value) in enumerate(zip(names, values, strict=True)):
             variable = Variable(
                 f"added_mass[{i + 1},{j + 1}]",
-                MASS_UNIT[i % 3][j % 3],
+                mass_unit(kinds[i], kinds[j]),
                 f"added mass at infinite frequency: {row} per acceleration in {column}",
             )
-            recorder.calculate(variable, value if abs(value) > SMALL * scale[i] * scale[j] else 0.0)
+            recorder.calculate(variable, value)

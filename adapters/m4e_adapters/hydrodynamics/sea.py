@@ -4,11 +4,16 @@ With θ_k = ω_k t + φ_k the elevation is Σ a_k cos θ_k = Re Σ a_k e^{−iθ
 Σ a_k (Re X_k cos θ_k + Im X_k sin θ_k). Height, period and peak enhancement are parameters of the
 program, the components' frequencies are not: amplitudes follow the parameters, frequencies stay.
 The peak period therefore has limits, within which the statistics of the sea hold (`PERIODS`).
+
+In space the direction β that the waves travel to is a parameter too. With h the heading, X_k is the
+sum of harmonics e^{ij(β − h)} of the wave at the body's centre, times the phase of the wave's way
+from x = y = 0 to the reference place of that centre.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -30,10 +35,13 @@ from m4e_adapters.hydrodynamics.waves import (
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 
+Number = Scalar | float
+Pair = tuple[Number, Number]
 AnyWaves = Jonswap | PiersonMoskowitz | Regular | Still
 SHORTEST = 1e-9  # ramp [s], so that a ramp_time set to 0 is none
 REACH = 2.5  # peak frequencies up to which excitation is computed
 PERIODS = (0.8, 1.25)  # of the peak period that the components were made for
+NEGLIGIBLE = 1e-7  # harmonic of the excitation over the largest of its motion
 RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 
 
@@ -80,29 +88,102 @@ def waves_beyond(waves: AnyWaves, highest: float, limit: float) -> tuple[str, st
 
 
 def record_sea(
-    recorder: Recorder, waves: AnyWaves, coefficients: Coefficients
-) -> list[Scalar | float]:
-    """Record `wave.elevation`; the ramped excitation force of each motion [N, N, N.m]."""
-    forces: list[Scalar | float] = [0.0] * len(coefficients.motions)
-    text = "elevation of the undisturbed water at x = 0"
+    recorder: Recorder,
+    waves: AnyWaves,
+    coefficients: Coefficients,
+    *,
+    heading: Number = 0.0,
+    places: Sequence[tuple[Number, Number]] = (),
+) -> list[Number]:
+    """Record `wave.elevation`; the ramped excitation of each motion [N, N.m], in the hulls' axes.
+
+    In space these have the `heading` [rad], and the bodies' reference `places` are (x, y) [m].
+    """
+    forces: list[Number] = [0.0] * len(coefficients.motions)
+    origin = "x = 0" if coefficients.dimensions == 2 else "x = y = 0"
+    text = f"elevation of the undisturbed water at {origin}"
     if isinstance(waves, Still):
         recorder.output(Variable("wave.elevation", "m", text), 0.0)
         return forces
     _check(waves, coefficients)
     omega, amplitudes, phases = _components(recorder, waves)
-    table = coefficients.excitation_at(omega)
+    if coefficients.dimensions == 2:
+        table = _in_plane(coefficients.excitation_at(omega))
+    else:
+        table = _in_space(recorder, waves, coefficients, omega, heading, places)
     ramp = _ramp(recorder, waves)
     elevation: Scalar | float = 0.0
-    for k, (w, amplitude, phase) in enumerate(zip(omega, amplitudes, phases, strict=True)):
+    for row, w, amplitude, phase in zip(table, omega, amplitudes, phases, strict=True):
         angle = float(w) * recorder.time + phase
         cosine, sine = cos(angle), sin(angle)
         elevation = elevation + amplitude * cosine
-        for i in range(len(forces)):
-            x = table[k, i]
-            forces[i] = forces[i] + amplitude * float(x.real) * cosine
-            forces[i] = forces[i] + amplitude * float(x.imag) * sine
+        for i, (real, imaginary) in enumerate(row):
+            forces[i] = forces[i] + amplitude * real * cosine
+            forces[i] = forces[i] + amplitude * imaginary * sine
     recorder.output(Variable("wave.elevation", "m", text), ramp * elevation)
     return [ramp * force for force in forces]
+
+
+def _in_plane(excitation: np.ndarray) -> list[list[Pair]]:
+    """Real and imaginary parts of `excitation` (k, n)."""
+    return [[(float(x.real), float(x.imag)) for x in row] for row in excitation]
+
+
+def _in_space(
+    recorder: Recorder,
+    waves: Jonswap | PiersonMoskowitz | Regular,
+    coefficients: Coefficients,
+    omega: np.ndarray,
+    heading: Number,
+    places: Sequence[tuple[Number, Number]],
+) -> list[list[Pair]]:
+    """Real and imaginary parts of the excitation of each component [N/m, N.m/m], and motion."""
+    text = "direction that the waves travel to, from +X towards +Y"
+    start = math.radians(waves.direction)
+    variable = Variable("wave.direction", "rad", text, start=start, display_unit="deg")
+    direction = recorder.parameter(variable)
+    harmonics = coefficients.harmonics_at(omega)
+    negligible = NEGLIGIBLE * np.abs(harmonics).max(axis=(0, 1))
+    harmonics = np.where(np.abs(harmonics) > negligible, harmonics, 0.0)
+    turns = _multiples(direction - heading, harmonics.shape[1] // 2)
+    k = wavenumber(omega, depth=coefficients.depth, gravity=coefficients.gravity)
+    ways = [x * cos(direction) + y * sin(direction) for x, y in places]
+    table = []
+    for number, own in zip(k.tolist(), harmonics, strict=True):
+        phases = [(cos(number * way), sin(number * way)) for way in ways]
+        row = []
+        for i, column in enumerate(own.T):
+            real, imaginary = _sum(column, turns)
+            c, s = phases[i // coefficients.per_body]
+            row.append((real * c - imaginary * s, real * s + imaginary * c))
+        table.append(row)
+    return table
+
+
+def _multiples(angle: Scalar, most: int) -> list[Pair]:
+    """cos jb and sin jb of an angle b, j = 0 … `most`."""
+    first: Pair = (cos(angle), sin(angle))
+    found: list[Pair] = [(1.0, 0.0)]
+    for _ in range(most):
+        c, s = found[-1]
+        found.append((c * first[0] - s * first[1], s * first[0] + c * first[1]))
+    return found
+
+
+def _sum(harmonics: np.ndarray, turns: Sequence[Pair]) -> Pair:
+    """Real and imaginary part of Σ harmonics[M + j] e^{ijb}, `harmonics` (2M + 1,)."""
+    middle = len(harmonics) // 2
+    real, imaginary = float(harmonics[middle].real), float(harmonics[middle].imag)
+    total: Pair = (real, imaginary)
+    for j in range(1, middle + 1):
+        after, before = complex(harmonics[middle + j]), complex(harmonics[middle - j])
+        even, odd = after + before, after - before
+        c, s = turns[j]
+        total = (
+            total[0] + even.real * c - odd.imag * s,
+            total[1] + even.imag * c + odd.real * s,
+        )
+    return total
 
 
 def _check(waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficients) -> None:
@@ -110,7 +191,13 @@ def _check(waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficien
     problem = waves_beyond(waves, known, coefficients.memory_limit)
     if problem:
         raise InputError.single(*problem)
-    if waves.direction != coefficients.wave_direction:
+    if coefficients.dimensions == 3:
+        if not coefficients.has_harmonics:
+            raise InputError.single(
+                "the coefficients have no harmonics of the excitation over the wave direction",
+                "compute the excitation for directions all around, or use still water",
+            )
+    elif waves.direction != coefficients.wave_direction:
         raise InputError.single(
             f"the waves travel at {waves.direction:g} deg, the coefficients are for "
             f"{coefficients.wave_direction:g} deg",

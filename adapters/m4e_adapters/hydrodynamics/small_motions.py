@@ -1,15 +1,17 @@
-"""Ranges of surge, heave and pitch from the reference pose in which linear hydrodynamics holds."""
+"""Ranges of the motions from the reference pose in which linear hydrodynamics holds."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from m4e_adapters.hydrodynamics.coefficients import NO_WATERPLANE, Coefficients
 from m4e_adapters.hydrodynamics.config import Still
 from m4e_adapters.hydrodynamics.sea import AnyWaves, wavelength
 
-HEAVE, PITCH = 0.5, math.radians(15.0)  # limits: mean drafts, rad
+HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
 OF_GAP = 0.25  # of the distance between bodies, whose waves feel it
 
@@ -30,15 +32,13 @@ class Range:
 
 def motion_ranges(coefficients: Coefficients, k: int, waves: AnyWaves) -> dict[str, Range]:
     """The ranges of body `k` by motion."""
-    reason = f"the water is linear, for motions within {math.degrees(PITCH):g} deg"
-    return {
-        "surge": _surge(coefficients, k, waves),
-        "heave": _heave(coefficients, k),
-        "pitch": Range(-PITCH, PITCH, reason),
-    }
+    reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
+    turn, drift = Range(-TURN, TURN, reason), _drift(coefficients, k, waves)
+    known = {"heave": _heave(coefficients, k), "surge": drift, "sway": drift}
+    return {m.name: known.get(m.name, turn) for m in coefficients.body_motions}
 
 
-def _surge(coefficients: Coefficients, k: int, waves: AnyWaves) -> Range:
+def _drift(coefficients: Coefficients, k: int, waves: AnyWaves) -> Range:
     """The excitation is that at the reference place: a share of the wave length.
 
     In still water a share of the distance to the nearest of several bodies; one body may go
@@ -52,8 +52,8 @@ def _surge(coefficients: Coefficients, k: int, waves: AnyWaves) -> Range:
             f"length of {length:.4g} m"
         )
         return Range(-limit, limit, reason)
-    others = [center for j, center in enumerate(coefficients.centers) if j != k]
-    distances = [abs(float(center[0] - coefficients.centers[k][0])) for center in others]
+    ways = np.delete(coefficients.places, k, axis=0) - coefficients.places[k]
+    distances = [math.hypot(x, y) for x, y, _ in ways.tolist()]
     if not distances or min(distances) == 0.0:
         return Range()
     limit = OF_GAP * min(distances)
@@ -71,8 +71,9 @@ def _heave(coefficients: Coefficients, k: int) -> Range:
     Nor may a body leave the water or reach the sea bed.
     """
     weight = coefficients.density * coefficients.gravity
-    waterplane = float(coefficients.hydrostatic_stiffness[3 * k + 1, 3 * k + 1]) / weight
-    volume = float(coefficients.buoyancy[3 * k + 1]) / weight
+    heave = k * coefficients.per_body + coefficients.heave
+    waterplane = float(coefficients.hydrostatic_stiffness[heave, heave]) / weight
+    volume = float(coefficients.buoyancy[heave]) / weight
     keel, top = coefficients.heights[k] if len(coefficients.heights) else (-math.inf, 0.0)
     if waterplane > NO_WATERPLANE * math.cbrt(volume) ** 2:
         limit = HEAVE * volume / waterplane

@@ -61,6 +61,12 @@ class Hull:
         return float(self.network.read(f"{self.component}.{name}")) if name in known else 0.0
 
     @property
+    def is_in_space(self) -> bool:
+        """True if the body has six motions; those looked at are surge, heave and pitch."""
+        known = self.network.instances[self.component].description.variables
+        return f"{self.body}.omega_z" in known
+
+    @property
     def buoyancy(self) -> np.ndarray:
         """Force and moment of the still water in the reference pose (3,) [N, N, N.m]."""
         return np.array([self.parameter(f"buoyancy_{symbol}") for symbol in WRENCH])
@@ -73,7 +79,7 @@ class Hull:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Hydrostatic stiffness (3, 3), about the centre of gravity [N/m, N/rad, N.m/rad]."""
-        numbers = (1, 2, 3)
+        numbers = (1, 3, 5) if self.is_in_space else (1, 2, 3)
         return np.array(
             [[self.parameter(f"hydrostatic_stiffness[{i},{j}]") for j in numbers] for i in numbers]
         )
@@ -93,7 +99,8 @@ class Hull:
         """That in heave at infinite frequency, of both bodies [kg]; 0 if there is none."""
         known = self.network.instances[self.component].description.variables
         bodies = [name.removesuffix(BUOYANCY) for name in known if name.endswith(BUOYANCY)]
-        row, column = (3 * bodies.index(hull.body) + 2 for hull in (self, other))
+        size, heave = (6, 3) if self.is_in_space else (3, 2)
+        row, column = (size * bodies.index(hull.body) + heave for hull in (self, other))
         name = f"added_mass[{row},{column}]"
         if other.component != self.component or name not in known:
             return 0.0

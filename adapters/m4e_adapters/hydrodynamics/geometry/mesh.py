@@ -19,6 +19,7 @@ from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, MeshFileError, read_mesh
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
@@ -37,12 +38,15 @@ NARROW = 0.25  # gap over the side of a panel below which the flow in it is of n
 
 @dataclass(frozen=True)
 class Hull:
-    """A body's wetted surface and lid (None: none needed, or none possible), about `center` G."""
+    """A body's wetted surface and lid (None: none needed, or none possible).
+
+    Motions are about `center` G: (x, z) [m] in the plane, (x, y, z) in space.
+    """
 
     name: str
     panels: Panels
     lid: Panels | None
-    center: tuple[float, float]
+    center: tuple[float, ...]
     hydrostatics: Hydrostatics
 
 
@@ -147,7 +151,7 @@ def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
     """A centre of gravity that is where no hull of this extent can have it."""
     world = body.shape.mesh is not None
     where = "a mesh is in world coordinates, unless mesh_origin: [x, z] moves it there"
-    x, z = body.center_of_gravity
+    x, _, z = point_in_space(body.center_of_gravity)
     low, high = panels.vertices[:, 0].min(), panels.vertices[:, 0].max()
     keel = panels.vertices[:, 2].min()
     if not low <= x <= high:
@@ -174,8 +178,8 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
     path = folder / str(shape.mesh)
     keys = ("bodies", name, "shape", "mesh")
     drawn = _loaded(path, name, keys)
-    x, z = shape.mesh_origin or (0.0, 0.0)
-    placed = Panels(drawn.vertices + np.array([x, 0.0, z]), drawn.faces)
+    origin = point_in_space(shape.mesh_origin or (0.0, 0.0))
+    placed = Panels(drawn.vertices + np.array(origin), drawn.faces)
     try:
         return checked(_immersed(placed, name), name)
     except InputError as error:

@@ -31,7 +31,7 @@ def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
     radii = np.concatenate([outwards, np.full(side, shape.radius)])
     heights = np.concatenate([np.full(bottom + 1, -shape.draft), upwards[1:]])
     volume = math.pi * shape.radius**2 * shape.draft
-    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape.center_x)
+    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape)
 
 
 def sphere_panels(shape: Sphere, panels: int) -> Panels:
@@ -50,7 +50,7 @@ def sphere_panels(shape: Sphere, panels: int) -> Panels:
         heights[-1] = 0.0
         depth = radius - height  # of the cap
         volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
-    return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape.center_x)
+    return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape)
 
 
 def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
@@ -58,15 +58,20 @@ def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
 
     That of the panels is off by 0.003 radii at 144 panels, and by as much less as there are more.
     """
-    radius, height, x = shape.radius, shape.center_z, shape.center_x
+    radius, height = shape.radius, shape.center_z
+    x, y = shape.center_x, shape.center_y
     if height <= -radius:
-        return Hydrostatics(4 / 3 * math.pi * radius**3, (x, height), (0.0, 0.0, 0.0))
+        nothing = (0.0, 0.0, 0.0)
+        return Hydrostatics(4 / 3 * math.pi * radius**3, (x, y, height), nothing, nothing)
     depth = radius - height  # of the cap
     volume = math.pi * depth**2 * (3 * radius - depth) / 3
     area = math.pi * (radius**2 - height**2)
     second = area**2 / (4 * math.pi)
     return Hydrostatics(
-        volume, (x, height - second / volume), (area, area * x, second + area * x**2)
+        volume,
+        (x, y, height - second / volume),
+        waterplane=(area, area * x, second + area * x**2),
+        across=(area * y, area * x * y, second + area * y**2),
     )
 
 
@@ -90,7 +95,7 @@ def box_panels(shape: Box, panels: int) -> Panels:
         patch(x, z, lambda u, v: (u, -0.5 * width, v)),
         patch(z, x, lambda u, v: (v, 0.5 * width, u)),
     )
-    return _shifted(hull, shape.center_x)
+    return _shifted(hull, shape)
 
 
 def _divisions(profile: float, circumference: float, panels: int) -> tuple[int, float]:
@@ -119,5 +124,6 @@ def _revolved(
     return Panels(vertices, panels.faces)
 
 
-def _shifted(panels: Panels, x: float) -> Panels:
-    return Panels(panels.vertices + np.array([x, 0.0, 0.0]), panels.faces)
+def _shifted(panels: Panels, shape: Cylinder | Sphere | Box) -> Panels:
+    center = np.array([shape.center_x, shape.center_y, 0.0])
+    return Panels(panels.vertices + center, panels.faces)

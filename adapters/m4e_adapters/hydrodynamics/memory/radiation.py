@@ -96,7 +96,7 @@ def _tell_of_silent_bodies(
     data: Coefficients, groups: list[tuple[int, ...]], progress: Callable[[str], object]
 ) -> None:
     """Name the bodies none of whose motions has a memory."""
-    radiating = {motion // 3 for motions in groups for motion in motions}
+    radiating = {motion // data.per_body for motions in groups for motion in motions}
     for k, name in enumerate(data.bodies):
         if k not in radiating:
             progress(f"body {name!r} has no radiation memory: it makes almost no waves")

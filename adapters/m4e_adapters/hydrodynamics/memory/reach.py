@@ -63,7 +63,8 @@ def check_counts(data: Coefficients, reach: Reach) -> None:
     """InputError that names each body with too few frequencies for a memory."""
     problems = []
     for k, name in enumerate(data.bodies):
-        limit, resolved = float(reach.limits[3 * k]), float(reach.resolved[3 * k])
+        own = k * data.per_body
+        limit, resolved = float(reach.limits[own]), float(reach.resolved[own])
         matter, used = (int((data.omega <= end).sum()) for end in (limit, resolved))
         if used >= soundness.FEWEST:
             continue

@@ -72,10 +72,12 @@ def symmetric(
 
 
 def displaced_inertia(coefficients: Coefficients) -> np.ndarray:
-    """Mass m and m V^(2/3) of the water each motion's body displaces, (n,) [kg, kg, kg.m2]."""
-    mass = np.abs(coefficients.buoyancy[1::3]) / coefficients.gravity
-    square = np.cbrt(mass / coefficients.density) ** 2
-    return np.stack([mass, mass, mass * square], axis=1).ravel()
+    """Mass m, or m V^(2/3) of rotations, of the water each motion's body displaces, (n,)."""
+    lifted = coefficients.buoyancy[coefficients.heave :: coefficients.per_body]
+    mass = np.abs(lifted) / coefficients.gravity
+    turned = mass * np.cbrt(mass / coefficients.density) ** 2
+    kinds = [turned if m.is_rotation else mass for m in coefficients.body_motions]
+    return np.stack(kinds, axis=1).ravel()
 
 
 def check_added_mass_inf(coefficients: Coefficients, added_mass_inf: np.ndarray) -> None:

@@ -41,7 +41,8 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     water = Water()
 
     def key(hulls: Any = (one,), water: Water = water, omega: Any = omega, at: float = 0.0) -> str:
-        return cache.content_key({**bem._content(hulls, water, at), "omega": omega})
+        content = {**bem._content(hulls, water), "omega": omega, "directions": [at]}
+        return cache.content_key(content)
 
     keys = [
         key(),
@@ -100,13 +101,14 @@ class Flow:
     def __init__(self, *_: Any) -> None:
         self.solved = 0
 
-    def at(self, omega: float) -> dict[str, np.ndarray]:
+    def at(self, omega: float, directions: list[float]) -> dict[str, np.ndarray]:
         if self.solved >= self.lasting:
             raise KeyboardInterrupt
         self.solved += 1
         flat = np.full((3, 3), 1 / omega)
         warnings = np.array(["coarse"] if 0.3 < omega < math.inf else [], dtype=str)
-        return {"added_mass": flat, "radiation_damping": flat, "excitation": flat[0] + 0j,
+        waves = np.ones((len(directions), 3), dtype=complex)
+        return {"added_mass": flat, "radiation_damping": flat, "excitation": waves,
                 "warnings": warnings}  # fmt: skip
 
 
