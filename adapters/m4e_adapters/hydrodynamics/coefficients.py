@@ -212,7 +212,7 @@ class Coefficients:
         return fallen[:, None, None] * values
 
     def way(self, omega: np.ndarray, direction: float) -> np.ndarray:
-        """e^{i k (x_G cos β + y_G sin β)} of each motion's body, (k, n).
+        """e^{i k (x_G cos β + y_G sin β)} of each motion's body, (k, n) [1].
 
         `omega` (k,) [rad/s], `direction` β [deg].
         """

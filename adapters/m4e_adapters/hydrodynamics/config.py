@@ -308,7 +308,7 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """What a component of the X-Z plane cannot have."""
+    """Keys and values of space in a component of the X-Z plane."""
     remedy = "remove it, or write 'dimensions: 3' on top of the component"
     waves = config.waves
     if not isinstance(waves, Still) and waves.direction not in (0.0, 180.0):

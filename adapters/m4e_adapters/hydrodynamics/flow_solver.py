@@ -42,10 +42,10 @@ class FlowSolver:
         self._signs = _signs(hulls)
 
     def at(self, omega: float, directions: Sequence[float]) -> dict[str, np.ndarray]:
-        """Solution at `omega` [rad/s] for waves in nβ `directions` [deg].
+        """Solution at `omega` [rad/s] for nβ `directions` [deg]: (n, n) and (nβ, n), SI.
 
-        Keys: `added_mass` and `radiation_damping` (n, n), `excitation` (nβ, n), 0 at infinity, SI,
-        as of `Coefficients`; `warnings` (texts). RunError if there is no solution.
+        Keys: `added_mass` and `radiation_damping` (n, n), `excitation` (nβ, n), 0 at infinity, as
+        of `Coefficients`; `warnings` (texts). RunError if there is no solution.
         """
         names = list(self._body.dofs)
         n = len(names)

@@ -57,7 +57,7 @@ class Axes:
         return found
 
     def matrix_to_world(self, matrix: np.ndarray) -> list[list[Number]]:
-        """World components of a `matrix` (6·N, 6·N) of forces by motions in these axes."""
+        """World components of a `matrix` (n, n), in any unit, that is in these axes."""
         columns = [self.to_world([float(v) for v in column]) for column in matrix.T]
         return [self.to_world(row) for row in zip(*columns, strict=True)]
 

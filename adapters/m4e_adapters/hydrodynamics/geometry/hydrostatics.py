@@ -39,10 +39,10 @@ class Hydrostatics:
     across: tuple[float, float, float]
 
     def stiffness(self, center: Sequence[float], density: float, gravity: float) -> np.ndarray:
-        """Hydrostatic stiffness [N/m, N/rad, N.m/m, N.m/rad]: force = −K·displacement.
+        """Hydrostatic stiffness (m, m) [N/m, N/rad, N.m/m, N.m/rad]: force = −K·displacement.
 
-        About `center` [m], in water of `density` [kg/m3] under `gravity` [m/s2]; (3, 3) in the
-        motions of the plane about (x_G, z_G), (6, 6) in those of space about (x_G, y_G, z_G).
+        About `center` [m], in water of `density` [kg/m3] under `gravity` [m/s2]; m = 3 motions of
+        the plane about (x_G, z_G), or 6 of space about (x_G, y_G, z_G).
         """
         x_g, y_g, z_g = point_in_space(center)
         x_b, y_b, z_b = self.center_of_buoyancy
@@ -79,9 +79,9 @@ class Hydrostatics:
         return inertia / self.volume + self.center_of_buoyancy[-1] - center[-1]
 
     def buoyancy(self, center: Sequence[float], density: float, gravity: float) -> np.ndarray:
-        """Force [N] and moment about `center` [N.m] of the water in the reference pose.
+        """Force and moment about `center` of the water in the reference pose, (m,) [N, N.m].
 
-        (3,) in the motions of the plane, (6,) in those of space.
+        m = 3 motions of the plane, or 6 of space.
         """
         x_g, y_g, _ = point_in_space(center)
         x_b, y_b, _ = self.center_of_buoyancy

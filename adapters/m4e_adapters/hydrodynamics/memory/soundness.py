@@ -72,7 +72,7 @@ def symmetric(
 
 
 def displaced_inertia(coefficients: Coefficients) -> np.ndarray:
-    """Mass m, or m V^(2/3) of rotations, of the water each motion's body displaces, (n,)."""
+    """Mass m, for rotations m V^(2/3), of the water each body displaces, (n,) [kg, kg.m2]."""
     lifted = coefficients.buoyancy[coefficients.heave :: coefficients.per_body]
     mass = np.abs(lifted) / coefficients.gravity
     turned = mass * np.cbrt(mass / coefficients.density) ** 2
