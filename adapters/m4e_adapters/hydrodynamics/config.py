@@ -37,7 +37,7 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Depth = Annotated[Annotated[float, Field(gt=0)], BeforeValidator(_depth)]
 Order = Annotated[Annotated[int, Field(ge=1, le=16)] | None, BeforeValidator(_order)]
-Place = tuple[Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
+Place = tuple[Coordinate, ...]
 """[x, z], or [x, y, z] where `dimensions` is 3."""
 
 
@@ -303,7 +303,9 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             if place is None or len(place) == config.dimensions:
                 continue
             text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
-            remedy = f"write {axes}, since dimensions is {config.dimensions}"
+            remedy = f"write {axes}; numbers have a decimal point"
+            if config.dimensions == 2:
+                remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
 
 

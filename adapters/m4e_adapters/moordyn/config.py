@@ -272,7 +272,9 @@ _LISTED = (Mapping, list, tuple)
 def _other_dimensions(places: dict[str, Place], dimensions: int) -> list[InitErrorDetails]:
     """A problem for each place with another number of coordinates."""
     form = "[x, z]" if dimensions == 2 else "[x, y, z]"
-    remedy = f"write {form}" + ("; in space with 'dimensions: 3'" if dimensions == 2 else "")
+    remedy = f"write {form}; numbers have a decimal point"
+    if dimensions == 2:
+        remedy += ", and places in space need 'dimensions: 3'"
     return [
         _wrong((name,), f"{name}: expected {form}, got {len(place)} entries", remedy)
         for name, place in places.items()
