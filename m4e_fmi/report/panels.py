@@ -58,8 +58,8 @@ class _Rule:
 
 _RULES = (
     _Rule("wave elevation", r"wave\.elevation$", "m", "m", 1.0),
-    _Rule("motion from start", r"body\.\w+\.[xz]$", "m", "m", 1.0, from_start=True),
-    _Rule("rotation", r"body\.\w+\.theta$", "rad", "deg", 180 / math.pi),
+    _Rule("motion from start", r"body\.\w+\.[xyz]$", "m", "m", 1.0, from_start=True),
+    _Rule("rotation", r"body\.\w+\.(phi|theta|psi)$", "rad", "deg", 180 / math.pi),
     _Rule("line tension", r"fairlead_tension$", "N", "N", 1.0),
     _Rule("power", r"power$", "W", "W", 1.0),
 )

@@ -17,7 +17,15 @@ if TYPE_CHECKING:
     import sympy
     from sympy.printing.mathml import MathMLPresentationPrinter
 
-LETTERS = {"Theta": "θ", "Phi": "φ", "S": "s", "X": "x", "Z": "z", "A": "A"}
+LETTERS = {
+    "Theta": "θ",
+    "Phi": "φ",
+    "Psi": "ψ",
+    "A": "A",
+    **{letter.upper(): letter for letter in "srxyz"},
+    **{f"E{k}": f"e{k}" for k in range(4)},
+    **{f"Omega{axis}": f"ω{axis.lower()}" for axis in "XYZ"},
+}
 DOTTED = '<mover>{}<mo lspace="0" rspace="0">.</mo></mover>'
 """A full stop above, which every font has: an accent would need a font for mathematics."""
 

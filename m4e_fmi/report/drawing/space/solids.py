@@ -16,6 +16,7 @@ from m4e_fmi.model.expression import Values
 from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.program import Program
+from m4e_fmi.report.drawing.scene import start_values
 from m4e_fmi.simulate import Simulation
 
 Floats = NDArray[np.float64]
@@ -171,13 +172,7 @@ def _size(
 
 def start_poses(model: Model, program: Program) -> Poses:
     """Where the bodies are at the start values of the program."""
-    from m4e_fmi.analysis.points import Evaluation, operating_point
-
-    point = operating_point(program, None, model=model)
-    names = [v.name for v in program.outputs]
-    outputs = dict(zip(names, Evaluation(program).at(point).tolist(), strict=True))
-    states = zip((v.name for v in program.states), point.states.tolist(), strict=True)
-    values = {name: np.array([value]) for name, value in (*outputs.items(), *states)}
+    values = {name: np.array([value]) for name, value in start_values(program).items()}
     return poses_of(topology(model), values)
 
 
