@@ -40,8 +40,8 @@ class Mount:
     """A joint of a model in some state, for `JointType.frame`.
 
     `parent` is the frame of the parent, `q` and `u` are the joint's own coordinates and velocities.
-    `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child, direction, axis
-    (about +Y in the plane), second_axis. `is_relative`: the angle among `q` is the child's less the
+    `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child, direction, axis,
+    second_axis. `is_relative`: the angle among `q` is the child's less the
     parent's.
     """
 

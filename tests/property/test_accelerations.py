@@ -12,6 +12,7 @@ from typing import Any
 import mpmath
 import pytest
 import sympy as sp
+from support.energy_rates import imbalance
 from support.planar_loads import interpolated, random_loads
 from support.planar_trees import DIGITS, Numbers, Reference, random_tree
 from support.programs import Evaluated
@@ -80,33 +81,6 @@ def errors(program: Program, values: dict[str, float], expected: list[Any]) -> t
             return float(max(differences) / largest)
 
         return error(exact), error(list(rates.values())[1::2])
-
-
-def imbalance(program: Program, values: dict[str, float], power: Any) -> float:
-    """|d(energy)/dt − power of the inputs and of the loads|, relative to the energy.
-
-    To it comes how far the program's own power of the inputs is from `power`.
-
-    The rate of the energy is a difference quotient along the motion, in 100 digits: its error is
-    the square of the step, 1e-40, times a third derivative.
-    """
-    step = mpmath.mpf(10) ** -20
-    outputs = dict(zip((v.name for v in program.outputs), program.results, strict=True))
-    with mpmath.workdps(100):
-        rates = exact_values(program, program.rates, values)
-        total = outputs["energy.total"]
-        energies = []
-        for side in (1, -1):
-            moved = {**values, "time": values["time"] + side * step}
-            for state, rate in zip(program.states, rates, strict=True):
-                moved[state.name] = values[state.name] + side * step * rate
-            energies += exact_values(program, [total], moved)
-        slope = (energies[0] - energies[1]) / (2 * step)
-        loads = [name for name in outputs if name.startswith("load.") and name.endswith(".power")]
-        nodes = [outputs[name] for name in ("inputs.power", *loads)]
-        told, *gained = exact_values(program, nodes, values)
-        wrong = abs(slope - power - sum(gained)) + abs(told - power)
-        return float(wrong / (1 + abs(energies[0])))
 
 
 @pytest.mark.verifies(

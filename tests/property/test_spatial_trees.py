@@ -7,6 +7,7 @@ from typing import Any
 
 import mpmath
 import pytest
+from support.energy_rates import imbalance
 from support.programs import Evaluated
 from support.spatial_trees import DIGITS, SpatialReference, spatial_tree
 from support.tape_values import exact_values
@@ -82,27 +83,6 @@ def test_trees(block: int) -> None:
                 assert max(abs(a - b) for a, b in pairs) < DOUBLES * largest, f"tree {seed}"
             if not wet:  # added mass that is not symmetric has no energy
                 assert imbalance(program, values, power) < 1e-30, f"tree {seed}"
-
-
-def imbalance(program: Program, values: dict[str, float], power: Any) -> float:
-    """|d(energy)/dt − power of the inputs and of the loads|, relative to the energy."""
-    step = mpmath.mpf(10) ** -20
-    outputs = dict(zip((v.name for v in program.outputs), program.results, strict=True))
-    with mpmath.workdps(100):
-        rates = exact_values(program, program.rates, values)
-        energies = []
-        for side in (1, -1):
-            moved = {
-                state.name: values[state.name] + side * step * rate
-                for state, rate in zip(program.states, rates, strict=True)
-            }
-            energies += exact_values(program, [outputs["energy.total"]], {**values, **moved})
-        slope = (energies[0] - energies[1]) / (2 * step)
-        loads = [name for name in outputs if name.startswith("load.") and name.endswith(".power")]
-        nodes = [outputs[name] for name in ("inputs.power", *loads)]
-        told, *gained = exact_values(program, nodes, values)
-        wrong = abs(slope - power - sum(gained)) + abs(told - power)
-        return float(wrong / (1 + abs(energies[0])))
 
 
 @pytest.mark.verifies(

@@ -65,6 +65,18 @@ class TestSpace:
         xx, yy, zz, xy, yz, zx = given
         np.testing.assert_allclose(tensor, [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]], atol=1e-12)
 
+    def test_a_mass_that_is_not_known_leaves_the_proportions(self, tmp_path: Path) -> None:
+        """Twelve by six by two, of any mass; nothing is larger than what is around it."""
+        sides = np.array([12.0, 6.0, 2.0])
+        moments = tuple(float(((sides**2).sum() - side**2) / 12) for side in sides)
+        hull = Model("h", {"hull": Body("neutral", moments, added_mass=True)}, {
+            "sea": Joint("floating", "hull")
+        }, {"bow": Point("hull", (6, 0, 0))}, dimensions=3)  # fmt: skip
+        found = np.ptp(solids(hull).boxes[0], axis=0)
+        np.testing.assert_allclose(found / found[0], sides / sides[0], rtol=1e-12)
+        assert found.max() <= 12
+        assert draw_model(hull, tmp_path / "hull.svg").stat().st_size > 2000
+
     def test_page(self, tmp_path: Path, gyroscope: Model) -> None:
         """The page draws each side of each box where the simulation has it, seen from the eye."""
         simulation = simulate(gyroscope, stop_time=2.0, output_interval=0.02)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.drawing.labels import shortened
+from m4e_fmi.report.drawing.labels import Labels, shortened
 from m4e_fmi.report.drawing.space.solids import FACES, Floats, Poses, Solids
 from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, INK, PAPER, pale
 
@@ -80,10 +80,12 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
         figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
                         fontweight="bold")  # fmt: skip
         _axes(axis, view, low, high)
+        labels = Labels(axis)
         for body, name in list(enumerate(shown.bodies))[:MOST_NAMES]:
-            x, y = view.flat(poses.places[0, body]).tolist()
-            axis.annotate(f"{body + 1} {shortened(name)}", (x, y), xytext=(6, 6), fontsize=8,
-                          textcoords="offset points", color=colour(body), zorder=99)  # fmt: skip
+            at = view.flat(poses.places[0, body])
+            labels.add(f"{body + 1} {name}", at, colour(body), bold=True)
+            labels.avoid(view.flat(poses.all_of(body, shown.boxes[body])))
+        labels.place()
     return figure
 
 
@@ -146,16 +148,17 @@ def _paint(axis: Axes, shown: Solids, poses: Poses, frame: int, view: View) -> N
     for hinge in shown.hinges:
         at = poses.of(hinge.spot, frame)[None]
         parts.append((-np.inf, "hinge", at, INK))  # never covered
-    for order, (_, kind, points, hue) in enumerate(sorted(parts, key=lambda part: -part[0])):
+    for k, (_, kind, points, hue) in enumerate(sorted(parts, key=lambda part: -part[0])):
+        order = 5 + 5 * k / len(parts)  # below the names
         flat = view.flat(points)
         if kind == "face":
             axis.add_patch(Polygon(flat, facecolor=pale(hue), edgecolor=hue, lw=0.8, alpha=0.85,
-                                   zorder=10 + 0.01 * order))  # fmt: skip
+                                   zorder=order))  # fmt: skip
         elif kind == "hinge":
-            axis.plot(*flat.T, "o", ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=10 + 0.01 * order)
+            axis.plot(*flat.T, "o", ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=order)
         else:
             axis.plot(*flat.T, color=hue, lw=2.2 if kind == "stick" else 1.2,
-                      zorder=10 + 0.01 * order)  # fmt: skip
+                      zorder=order)  # fmt: skip
 
 
 def _axes(axis: Axes, view: View, low: Floats, high: Floats) -> None:

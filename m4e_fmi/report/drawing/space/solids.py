@@ -25,7 +25,7 @@ GROUND = -1
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 """Corners of each side of a box, in order."""
-THINNEST, WIDEST = 0.015, 0.2
+THINNEST, WIDEST = 0.015, 0.6
 """Half sides of a box, relative to the size of the scene."""
 
 
@@ -137,7 +137,10 @@ def solids(model: Model) -> Solids:
 
 
 def _box(model: Model, name: str, values: Values) -> Floats:
-    """Corners (8, 3) of the uniform box with the mass and inertia of a body, about its CG."""
+    """Corners (8, 3) of the uniform box with the mass and inertia of a body, about its CG.
+
+    Of a mass that is not known yet the proportions are right.
+    """
     body = model.bodies[name]
     mass = 1.0 if body.is_neutral else float(quantity(body, "mass").evaluate(values))
     given = [float(part.evaluate(values)) for part in inertia_of(body)]
@@ -148,15 +151,16 @@ def _box(model: Model, name: str, values: Values) -> Floats:
 
 
 def _fitted(box: Floats, thinnest: float, widest: float) -> Floats:
-    """A box whose half sides are between the two, in the same directions."""
+    """A box of these proportions, made smaller if a half side is too long; thin sides are seen."""
     sides = np.array([box[4] - box[0], box[2] - box[0], box[1] - box[0]]) / 2
     lengths = np.linalg.norm(sides, axis=1)
+    smaller = min(1.0, widest / max(lengths.max(), 1e-300))
     spare = np.linalg.qr(np.vstack([sides, np.eye(3)]).T)[0].T
     units = [
         side / length if length > 0 else spare[k]
         for k, (side, length) in enumerate(zip(sides, lengths, strict=True))
     ]
-    fitted = np.clip(lengths, thinnest, widest)[:, None] * np.array(units)
+    fitted = np.maximum(smaller * lengths, thinnest)[:, None] * np.array(units)
     return CORNERS @ fitted
 
 
