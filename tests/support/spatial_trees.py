@@ -42,10 +42,12 @@ Vector = Any
 """A column (3, 1) of mpmath's."""
 
 
-def spatial_tree(seed: int, *, size: int, loads: bool = True, wet: int = 0) -> Model:
-    """A tree of `size` bodies with all joints, axes and inertias of any direction.
+def spatial_tree(
+    seed: int, *, size: int, loads: bool = True, wet: int = 0, kinds: Sequence[str] = KINDS
+) -> Model:
+    """A tree of `size` bodies with joints of these `kinds`, axes and inertias of any direction.
 
-    `wet` of them have added mass.
+    `wet` of the bodies have added mass. If quaternions are among the kinds some bodies float.
     """
     numbers = Numbers(seed)
     r, between = numbers.random, numbers.between
@@ -62,10 +64,10 @@ def spatial_tree(seed: int, *, size: int, loads: bool = True, wet: int = 0) -> M
         products = between(-0.1, 0.1), between(-0.1, 0.1), between(-0.1, 0.1)
         inertia = (*diagonal, *products) if r.random() < 0.7 else diagonal
         bodies[name] = Body(between(0.5, 2), inertia, added_mass=k in wet_bodies)
-        if r.random() < 0.15:
+        if "spherical" in kinds and r.random() < 0.15:
             joints[f"j{k}"] = Joint("floating", name)
             continue
-        kind = r.choice(KINDS if k else KINDS[:-1])
+        kind = r.choice(kinds if k else [kind for kind in kinds if kind != "fixed"])
         more: dict[str, Any] = {}
         if kind == "prismatic":
             more["direction"] = vector()
