@@ -65,14 +65,14 @@ class _Writer:
     def __init__(self, counts: Counts) -> None:
         self.fixed = 1 + counts.states
         many = counts.inputs + counts.parameters + counts.hoisted + counts.literals
-        self.leaves = ["t[0]", *(f"x[{k}]" for k in range(counts.states))]
-        self.leaves += [f"fixed[{k}]" for k in range(many)]
+        self.leaves = ["OF(t, 0)", *(f"OF(x, {k})" for k in range(counts.states))]
+        self.leaves += [f"OF(fixed, {k})" for k in range(many)]
 
     def function(self, name: str, block: Block) -> str:
         words = ctypes.cast(block.code, ctypes.POINTER(ctypes.c_uint32))
         rows = np.ctypeslib.as_array(words, (block.length, 4)).tolist()
         text = dict(enumerate(self.leaves))
-        lines = [f"\nM4E_KERNEL({name}) {{", "    M4E_ARGUMENTS"]
+        lines = [f"\nM4E_KERNEL({name}) {{", "    M4E_ARGUMENTS {"]
         index = 0
         while index < len(rows) - 1:  # the last one ends the block
             code = rows[index][0]
@@ -88,8 +88,8 @@ class _Writer:
         registers = np.ctypeslib.as_array(
             ctypes.cast(block.result, ctypes.POINTER(ctypes.c_uint32)), (block.results,)
         )
-        lines += [f"    result[{i}] = {text[r]};" for i, r in enumerate(registers.tolist())]
-        return "\n".join([*lines, "}", ""])
+        lines += [f"    OF(result, {i}) = {text[r]};" for i, r in enumerate(registers.tolist())]
+        return "\n".join([*lines, "    }", "}", ""])
 
     def _trigonometry(
         self, index: int, group: Sequence[Sequence[int]], text: dict[int, str]
@@ -102,7 +102,7 @@ class _Writer:
         return [
             f"    const real a{index}[] = {{{values}}};",
             f"    real s{index}[{count}], c{index}[{count}];",
-            f"    el_sincos_many({count} * LANES, (const double *)a{index},",
+            f"    el_sincos_many({count} * AT_A_TIME, (const double *)a{index},",
             f"                   (double *)s{index}, (double *)c{index});",
         ]
 

@@ -1,4 +1,4 @@
-"""Accelerations of chains in space: m4e_fmi in C beside Pinocchio's ABA in C++, in one run.
+"""Chains in space: m4e_fmi in C beside Pinocchio's ABA in C++ and MuJoCo's steps, in one run.
 
 A seven-joint arm with arbitrary placements, axes and inertias, and a chain of 60 ball joints. The
 arm's accelerations are compared first. `python -m benchmark.space` prints times and ratios.
@@ -7,20 +7,30 @@ arm's accelerations are compared first. `python -m benchmark.space` prints times
 from __future__ import annotations
 
 import ctypes
+import importlib
+import importlib.util
+import time
+from collections.abc import Callable
 from ctypes import c_double, c_int, c_void_p
 from typing import Any
 
 import numpy as np
 
-from benchmark.engine import UnavailableError
+from benchmark.engine import Batch, UnavailableError
 from benchmark.engines import pinocchio_aba
 from benchmark.engines.ours import engine_of, value
-from benchmark.native_code import NATIVE, Floats, address, compiled, native_batch
+from benchmark.native_code import NATIVE, Floats, address, call_rates, compiled, native_batch
+from benchmark.timing import fastest
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
+from m4e_fmi.runtime.engine import Control, ensemble
 
 GRAVITY = 9.81
-ROUNDS, SECONDS = 9, 0.1
+STEP = 1e-3  # s, of RK4
+RUNS, STEPS = 16, 5000  # so many that what precedes an ensemble's steps takes a few percent
+SAME = 1e-12
+ROUNDS = 300
 
 
 def chain(kind: str, count: int) -> tuple[Model, Floats]:
@@ -42,62 +52,155 @@ def chain(kind: str, count: int) -> tuple[Model, Floats]:
     return Model(kind, bodies, joints, dimensions=3, gravity=GRAVITY), np.array(rows)
 
 
-def peer(table: Floats, *, balls: bool) -> tuple[Any, int, int, int]:
-    """The compiled C++ functions, the address of a chain, and its numbers of q and v."""
+def pinocchio(table: Floats, x: Floats, *, balls: bool) -> dict[str, Batch]:
+    """Batches of Pinocchio's two conventions at q and v, `x`; the chain is kept for good."""
+    made, new = _pinocchio(table, balls=balls)
+    names = ("local", "world")
+    functions = {name: address(made, f"pinocchio_space_{name}") for name in names}
+    return {f"Pinocchio {k}": native_batch(f, new, x) for k, f in functions.items()}
+
+
+def _pinocchio(table: Floats, *, balls: bool) -> tuple[Any, int]:
     made = compiled(NATIVE / "pinocchio_space.cpp", pinocchio_aba.options(), plus_plus=True)
     made.pinocchio_space_new.restype = c_void_p
     made.pinocchio_space_new.argtypes = [c_int, c_void_p, c_int, c_double]
-    made.pinocchio_space_sizes.argtypes = [c_void_p, c_int]
     rows = np.ascontiguousarray(table)
-    new = made.pinocchio_space_new(len(rows), rows.ctypes.data, int(balls), GRAVITY)
-    sizes = (made.pinocchio_space_sizes(new, velocities) for velocities in (0, 1))
-    return made, new, *sizes
+    return made, made.pinocchio_space_new(len(rows), rows.ctypes.data, int(balls), GRAVITY)
 
 
-def main() -> None:
-    """Print microseconds a call, and our time over Pinocchio's."""
-    for kind, count in (("revolute", 7), ("spherical", 60)):
-        model, table = chain(kind, count)
-        program = model_program(model, inputs=())
-        balls = kind == "spherical"
-        made, other, nq, nv = peer(table, balls=balls)
-        r = np.random.default_rng(1)
-        x = r.uniform(-1, 1, len(program.states))
-        theirs = r.uniform(-1, 1, nq + nv)
-        if balls:
-            theirs[:nq] = np.tile([0.1, 0.2, 0.3, np.sqrt(1 - 0.14)], count)
-        else:
-            theirs = np.concatenate([x[0::2], x[1::2]])
-        batches = {"Pinocchio": native_batch(address(made, "pinocchio_space"), other, theirs)}
-        for name, is_compiled in (("interpreted", False), ("compiled", True)):
-            try:
-                engine = engine_of(program, compiled=is_compiled, outputs=())
-            except UnavailableError as error:
-                print(f"{kind} {count}: {name}: {error}")
-                continue
-            function, handle = address(engine.library, "m4e_rates"), value(engine.handle)
-            batches[name] = native_batch(function, handle, x, owner=engine)
-            if not balls:
-                result = np.empty(len(x))
-                kind_of = ctypes.CFUNCTYPE(None, c_void_p, c_double, c_void_p, c_void_p)
-                kind_of(function)(handle, 0.0, x.ctypes.data, result.ctypes.data)
-                expected = np.empty(nv)
-                kind_of(address(made, "pinocchio_space"))(
-                    other, 0.0, theirs.ctypes.data, expected.ctypes.data
-                )
-                error = np.abs(result[1::2] - expected).max() / np.abs(expected).max()
-                assert error < 1e-12, error
-        calls = {name: max(1, int(SECONDS / batch(100) * 100)) for name, batch in batches.items()}
-        times: dict[str, list[float]] = {name: [] for name in batches}
-        for _ in range(ROUNDS):
-            for name, batch in batches.items():
-                times[name].append(1e6 * batch(calls[name]) / calls[name])
-        reference = np.median(times["Pinocchio"])
-        operations = len(program.operations(program.rates))
-        print(f"{count} {kind} joints: {operations} operations")
-        for name, found in times.items():
-            print(f"  {name:12} {np.median(found):8.3f} us   {np.median(found) / reference:5.2f}")
+def ours(program: Program, x: Floats) -> dict[str, Batch]:
+    """Batches of the interpreter and, if the program may be compiled, of the compiled program."""
+    batches: dict[str, Batch] = {}
+    for name, is_compiled in (("interpreted", False), ("compiled", True)):
+        try:
+            engine = engine_of(program, compiled=is_compiled, outputs=())
+        except UnavailableError as error:
+            print(f"  {name}: {error}")
+            continue
+        function, handle = address(engine.library, "m4e_rates"), value(engine.handle)
+        batches[name] = native_batch(function, handle, x, owner=engine)
+    return batches
+
+
+def report(title: str, program: Program, batches: dict[str, Batch]) -> None:
+    """Print microseconds a call, and our time over Pinocchio's faster one."""
+    found = fastest(batches, rounds=ROUNDS)
+    reference = min(seconds for name, seconds in found.items() if "Pinocchio" in name)
+    print(f"{title}: {len(program.operations(program.rates))} operations")
+    for name, seconds in found.items():
+        print(f"  {name:16} {1e6 * seconds:8.3f} us   {seconds / reference:5.2f}")
+
+
+def mjcf(table: Floats) -> str:
+    """The chain of hinges as MJCF; body frames are at the joints."""
+    lines, arm = [], np.zeros(3)
+    for row in table:
+        axis, to, out, mass, inertia = row[:3], row[3:6], row[6:9], row[9], row[10:]
+        xx, yy, zz, xy, yz, zx = inertia
+        lines.append(f'<body pos="{_text(arm + to)}"><joint axis="{_text(axis)}"/>')
+        full = _text([xx, yy, zz, xy, zx, yz])
+        lines.append(f'<inertial pos="{_text(out)}" mass="{float(mass)!r}" fullinertia="{full}"/>')
+        arm = out
+    flags = '<flag contact="disable" constraint="disable" sensor="disable"/>'
+    option = f'<option integrator="RK4" timestep="{STEP}" gravity="0 0 {-GRAVITY}">{flags}</option>'
+    bodies = "".join(lines) + "</body>" * len(table)
+    return f"<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>"
+
+
+def _text(numbers: Any) -> str:
+    return " ".join(repr(float(number)) for number in numbers)
+
+
+def mujoco_steps(table: Floats, q: Floats, u: Floats, expected: Floats) -> Callable[[], None]:
+    """A function that takes `STEPS` steps of MuJoCo, whose accelerations are compared first."""
+    mujoco: Any = importlib.import_module("mujoco")
+    model = mujoco.MjModel.from_xml_string(mjcf(table))
+    data = mujoco.MjData(model)
+
+    def start() -> None:
+        data.qpos[:], data.qvel[:] = q, u
+
+    start()
+    mujoco.mj_forward(model, data)
+    compare("MuJoCo", data.qacc, expected)
+
+    def run() -> None:
+        start()
+        mujoco.mj_step(model, data, STEPS)
+
+    return run
+
+
+def compare(name: str, found: Floats, expected: Floats) -> None:
+    """Raise an AssertionError where accelerations are not the same."""
+    error = np.abs(found - expected).max() / np.abs(expected).max()
+    assert error < SAME, (name, error)
+
+
+def ensemble_of(program: Program, x: Floats) -> Callable[[], None]:
+    """A function that takes `STEPS` RK4 steps of `RUNS` compiled runs, eight at a time."""
+    states = np.tile(x, (RUNS, 1))
+    parameters = np.tile([v.start for v in program.parameters], (RUNS, 1))
+    control = Control(method="rk4", max_step=STEP)
+
+    def run() -> None:
+        ensemble(
+            program, [0.0, STEPS * STEP], parameters=parameters, states=states, outputs=(),
+            control=control, compiled=True,
+        )  # fmt: skip
+
+    run()
+    return run
+
+
+def steps_per_second(run: Callable[[], None], steps: int) -> float:
+    """Of the fastest of five runs, in CPU time."""
+    spent = []
+    for _ in range(5):
+        began = time.process_time()
+        run()
+        spent.append(time.process_time() - began)
+    return steps / min(spent)
+
+
+def arm() -> None:
+    """The seven-joint arm: accelerations and steps."""
+    model, table = chain("revolute", 7)
+    program = model_program(model, inputs=())
+    x = np.random.default_rng(1).uniform(-1, 1, len(program.states))
+    q, u = x[0::2], x[1::2]
+    batches = ours(program, x)
+    engine = engine_of(program, compiled=False, outputs=())
+    expected = call_rates(
+        address(engine.library, "m4e_rates"), value(engine.handle), q.tolist(), u.tolist()
+    )
+    made, new = _pinocchio(table, balls=False)
+    found = np.empty(len(u))
+    kind = ctypes.CFUNCTYPE(None, c_void_p, c_double, c_void_p, c_void_p)
+    function = kind(address(made, "pinocchio_space_local"))
+    function(new, 0.0, np.r_[q, u].ctypes.data, found.ctypes.data)
+    compare("Pinocchio", found, expected)
+    report("7 revolute joints", program, batches | pinocchio(table, np.r_[q, u], balls=False))
+    if importlib.util.find_spec("mujoco") is None:
+        print("  MuJoCo: the package mujoco is not installed")
+        return
+    theirs = steps_per_second(mujoco_steps(table, q, u, expected), STEPS)
+    own = steps_per_second(ensemble_of(program, x), RUNS * STEPS)
+    print("  RK4 steps a second and core:")
+    print(f"  MuJoCo {theirs:.3g}, compiled ensemble {own:.3g}, {own / theirs:.1f} times as many")
+
+
+def balls() -> None:
+    """The chain of 60 ball joints: accelerations."""
+    model, table = chain("spherical", 60)
+    program = model_program(model, inputs=())
+    r = np.random.default_rng(1)
+    q = np.tile([0.1, 0.2, 0.3, np.sqrt(1 - 0.14)], len(table))
+    theirs = np.r_[q, r.uniform(-1, 1, 3 * len(table))]
+    batches = ours(program, r.uniform(-1, 1, len(program.states)))
+    report("60 ball joints", program, batches | pinocchio(table, theirs, balls=True))
 
 
 if __name__ == "__main__":
-    main()
+    arm()
+    balls()

@@ -1,10 +1,14 @@
 /* From nodes to instructions: which are needed, in what order, fused, in which registers.
 
    Order: by depth of sines and cosines (how many lie on the way from the leaves), those of one
-   depth first and together, so that they are computed as vectors; within a depth what the longest
-   chain of operations waits for comes first, so that the processor always has something to do
-   meanwhile; of what is equal in that, like operations together, which spares jumps. Registers are allotted by linear scan: one is free again after the last instruction that reads
-   it. None of this changes a rounding. */
+   depth first and together, so that they are computed as vectors. Within a depth it depends on what
+   the processor waits for. Where few operations can be done side by side, as in a chain of hinges in
+   the plane, that is the longest chain of them: its next one comes first, so that there is always
+   something to do meanwhile. Where there are many, it is the jump to an operation that was not
+   foreseen: then as soon as they can be done, by levels, since a level of a chain of bodies is one
+   operation for each body. Of what is equal in that, like operations together. Registers are
+   allotted by linear scan: one is free again after the last instruction that reads it. None of this
+   changes a rounding. */
 #include <stdlib.h>
 
 #include "internal.h"
@@ -21,7 +25,7 @@ typedef struct {
     block *out;
 } planner;
 
-enum { THROUGH_REGISTER = 3 };
+enum { THROUGH_REGISTER = 3, SIDE_BY_SIDE = 4 /* operations, on average, are many */ };
 
 static int is_trig(uint8_t op) { return op == OP_SIN || op == OP_COS; }
 
@@ -59,6 +63,20 @@ static uint32_t heights(const planner *s, uint32_t *height) {
     return most;
 }
 
+/* How many instructions must be done before each node's own, one after the other, at least. */
+static void levels(const planner *s, uint32_t *level) {
+    const m4e_program *p = s->program;
+    for (uint32_t k = 0; k < p->count.nodes; ++k) {
+        level[k] = 0;
+        if (s->uses[k] == 0) continue;
+        const uint32_t operand[] = {p->a[k], p->op[k] >= FIRST_BINARY ? p->b[k] : p->a[k]};
+        for (int i = 0; i < 2; ++i) {
+            const uint32_t o = operand[i], after = level[o] + !m4e_is_within(&s->fused, o);
+            if (s->uses[o] > 0 && level[k] < after) level[k] = after;
+        }
+    }
+}
+
 /* Even for sines and cosines, odd for what comes after them. */
 static void depths(const planner *s, uint32_t *depth) {
     const m4e_program *p = s->program;
@@ -86,7 +104,8 @@ static void sort(planner *s, const uint32_t *key, uint32_t keys, uint32_t *place
     memcpy(s->order, sorted, s->needed * sizeof *sorted);
 }
 
-/* By operation, then by what waits for a node, then by depth: the last sort decides first. */
+/* By operation, then by level or by what waits for a node, then by depth: the last sort decides
+   first. */
 static int order(planner *s) {
     const uint32_t nodes = s->program->count.nodes, room = (THROUGH_REGISTER + 1) * nodes + OPS;
     uint32_t *key = calloc(2 * (size_t)nodes + room, sizeof *key), count = 0;
@@ -101,7 +120,10 @@ static int order(planner *s) {
     sort(s, key, OPS, place, sorted);
     memset(key, 0, nodes * sizeof *key);
     const uint32_t most = heights(s, key);
-    for (uint32_t k = 0; k < nodes; ++k) key[k] = most - key[k];
+    if (s->needed > SIDE_BY_SIDE * (uint64_t)most)
+        levels(s, key);
+    else
+        for (uint32_t k = 0; k < nodes; ++k) key[k] = most - key[k];
     sort(s, key, most + 1, place, sorted);
     depths(s, key);
     sort(s, key, 2 * nodes + 2, place, sorted);

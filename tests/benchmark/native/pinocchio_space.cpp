@@ -43,12 +43,20 @@ extern "C" void *pinocchio_space_new(int n, const double *table, int balls, doub
     return chain;
 }
 
-extern "C" void pinocchio_space(void *self, double, const double *x, double *result) {
+static void accelerations(void *self, const double *x, double *result, pin::Convention convention) {
     Chain &c = *static_cast<Chain *>(self);
     c.q = Eigen::Map<const Eigen::VectorXd>(x, c.model.nq);
     c.v = Eigen::Map<const Eigen::VectorXd>(x + c.model.nq, c.model.nv);
     Eigen::Map<Eigen::VectorXd>(result, c.model.nv) =
-        pin::aba(c.model, c.data, View(c.q), View(c.v), View(c.tau), pin::Convention::LOCAL);
+        pin::aba(c.model, c.data, View(c.q), View(c.v), View(c.tau), convention);
+}
+
+extern "C" void pinocchio_space_local(void *self, double, const double *x, double *result) {
+    accelerations(self, x, result, pin::Convention::LOCAL);
+}
+
+extern "C" void pinocchio_space_world(void *self, double, const double *x, double *result) {
+    accelerations(self, x, result, pin::Convention::WORLD);
 }
 
 extern "C" int pinocchio_space_sizes(void *self, int velocities) {
