@@ -30,6 +30,11 @@ class Coordinate:
     unit: Literal["m", "rad"]
 
     @property
+    def effort_unit(self) -> str:
+        """Unit of an effort along it."""
+        return "N.m" if self.is_angle else "N"
+
+    @property
     def is_angle(self) -> bool:
         """True of an angle, False of a distance."""
         return self.unit == "rad"
@@ -167,15 +172,18 @@ class JointType(ABC):
         """The author may choose between an absolute and a relative angle."""
         return self.frees_rotation and not self.is_free and not self.has_quaternion
 
-    @property
-    def has_effort(self) -> bool:
-        """It has one coordinate, q with the rate u, along which an effort may act."""
-        return len(self.coordinates) == 1 and not self.has_quaternion
+    @cached_property
+    def efforts(self) -> dict[str, Coordinate]:
+        """The coordinates along which efforts may act, by the names of these: effort, or effort1, …
 
-    @property
-    def effort_unit(self) -> str:
-        """Unit of the effort."""
-        return "N.m" if self.coordinates[0].is_angle else "N"
+        None of a joint to the ground that holds nothing, nor of one without coordinates.
+        """
+        own = () if self.is_free else self.coordinates
+        return {f"effort{c.position.removeprefix('q')}": c for c in own}
+
+    def number_of(self, position: str) -> int:
+        """The place among the coordinates of the one with this name; of the only one for ""."""
+        return [c.position for c in self.coordinates].index(position) if position else 0
 
 
 def quaternion_rates(e: Sequence[AnyScalar], omega: Sequence[AnyScalar]) -> list[AnyScalar]:

@@ -31,6 +31,7 @@ Vector: TypeAlias = "tuple[Quantity, ...]"
 """(x, z) in a model of the plane, (x, y, z) in one of space."""
 Inertia: TypeAlias = "Quantity | tuple[Quantity, ...]"
 AngleReference = Literal["absolute", "relative"]
+Axes = Literal["world", "body"]
 
 
 def quantity(owner: object, name: str) -> Expression:
@@ -124,7 +125,8 @@ class Joint:
     gives start values: q, u (rad or m, per s) or, for a floating joint, x, z, theta, vx, vz, omega.
 
     The coordinate q of a revolute joint is the absolute angle of its child, or with `coordinate`
-    "relative" that angle less the parent's.
+    "relative" that angle less the parent's. The joint's reaction is given in world axes or, with
+    `reaction_axes` "body", in those of the child, as loads of a section are.
     """
 
     type: str
@@ -138,6 +140,7 @@ class Joint:
     description: str = ""
     axis: Vector | None = None
     second_axis: Vector | None = None
+    reaction_axes: Axes = "world"
 
     vectors: ClassVar = {"parent_to_joint": "m", "joint_to_child": "m"}
 

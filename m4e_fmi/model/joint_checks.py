@@ -9,7 +9,7 @@ from typing import get_args
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES, JointType
-from m4e_fmi.model.elements import GROUND, AngleReference, Joint
+from m4e_fmi.model.elements import GROUND, AngleReference, Axes, Joint
 from m4e_fmi.model.findings import (
     Finding,
     Known,
@@ -104,6 +104,7 @@ def _joint_type_findings(
                 "leave it out",
             )
         yield Finding((*at, field), message, remedy)
+    yield from _reaction_axes(at, joint, joint_type)
     if joint.coordinate not in get_args(AngleReference):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
         yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
@@ -113,6 +114,15 @@ def _joint_type_findings(
         if not names:
             message = "in space angles of joints are relative: there is no coordinate to choose"
         yield Finding((*at, "coordinate"), message, "leave it out")
+
+
+def _reaction_axes(at: Location, joint: Joint, joint_type: JointType) -> Iterator[Finding]:
+    if joint.reaction_axes not in get_args(Axes):
+        remedy = suggestion(joint.reaction_axes, get_args(Axes))
+        yield Finding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
+    elif joint.reaction_axes == "body" and joint_type.is_free:
+        message = f"a {joint.type} joint exerts nothing and has no reaction"
+        yield Finding((*at, "reaction_axes"), message, "leave it out")
 
 
 def axis_findings(

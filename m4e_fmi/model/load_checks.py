@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.joints import ATTITUDE, JOINT_TYPES, TURNING
-from m4e_fmi.model.elements import GROUND, Joint
+from m4e_fmi.model.elements import GROUND, Axes, Joint
 from m4e_fmi.model.findings import (
     TIME,
     Complaint,
@@ -20,7 +20,7 @@ from m4e_fmi.model.findings import (
     quantities,
     reference,
 )
-from m4e_fmi.model.loads import Axes, JointStop, Load, TensionStop
+from m4e_fmi.model.loads import JointStop, Load, TensionStop
 
 if TYPE_CHECKING:
     from m4e_fmi.model.findings import Elements
@@ -59,10 +59,6 @@ class LoadChecks:
             yield from self._choices(at, load)
             yield from quantities(at, load, self.known, leaving_out=("law",))
             yield from self._law(at, load)
-
-    def _has_effort(self, joint: Joint) -> bool:
-        """True of a joint of a known type with a coordinate q along which an effort can act."""
-        return joint.type in self.types and self.types[joint.type].has_effort
 
     def _motion_complaint(self, name: str) -> Complaint | None:
         """Complaint about a name like ``joint.hinge.q``; None if it is right."""
@@ -119,13 +115,28 @@ class LoadChecks:
             yield from reference((*at, "point"), load.point, names.points, "points")
         elif hasattr(load, "joint"):
             yield from reference((*at, "joint"), load.joint, names.joints, "joints")
-            joint = self.model.joints.get(load.joint)
-            if joint is not None and not self._has_effort(joint):
-                message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
-                names = " or ".join(name for name, t in self.types.items() if t.has_effort)
-                yield Finding((*at, "joint"), message, f"name a {names} joint")
+            yield from self._along(at, load)
         else:
             yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
+
+    def _along(self, at: Location, load: Any) -> Iterator[Finding]:
+        """The coordinate of a joint along which a load acts."""
+        joint = self.model.joints.get(load.joint)
+        if joint is None or joint.type not in self.types:
+            return
+        known = [c.position for c in self.types[joint.type].efforts.values()]
+        if not known:
+            message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
+            names = [name for name, t in self.types.items() if t.efforts]
+            yield Finding(
+                (*at, "joint"), message, f"name one that has coordinates: {', '.join(names)}"
+            )
+        elif load.along and load.along not in known:
+            message = f"a {joint.type} joint has no coordinate {load.along!r}"
+            yield Finding((*at, "along"), message, f"known: {', '.join(known)}")
+        elif len(known) > 1 and not load.along:
+            message = f"{load.joint!r} is a {joint.type} joint with {len(known)} coordinates"
+            yield Finding(at, message, f"add 'along: {known[0]}' or another of {', '.join(known)}")
 
     def _pair(self, at: Location, load: object, field: str) -> Iterator[Finding]:
         known = self.names.points if field == "points" else self.names.bodies | {GROUND}

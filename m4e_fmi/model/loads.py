@@ -12,11 +12,10 @@ be negative, and a warning tells those in `seldom_negative` that are.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal, TypeAlias, get_args
+from typing import ClassVar, TypeAlias, get_args
 
-from m4e_fmi.model.elements import Quantity, Vector
+from m4e_fmi.model.elements import Axes, Quantity, Vector
 
-Axes = Literal["world", "body"]
 QuantityOrVector: TypeAlias = "Quantity | Vector"
 
 
@@ -213,13 +212,15 @@ class BodyDrag(_Described):
 
 @dataclass(frozen=True)
 class JointEffort(_Described):
-    """Moment [N·m] of a revolute or force [N] of a prismatic joint on its child.
+    """Moment [N·m] or force [N] of a joint on its child, along one of the joint's coordinates.
 
-    The opposite acts on the parent.
+    The opposite acts on the parent. `along` names the coordinate (q1, q2, …) of a joint that has
+    several.
     """
 
     joint: str
     effort: Quantity
+    along: str = ""
 
     type: ClassVar = "joint_effort"
     scalars: ClassVar = {"effort": "N.m or N"}
@@ -230,12 +231,14 @@ class JointFriction(_Described):
     """Coulomb friction, made smooth: effort −`effort`·tanh(rate/`velocity`) of a joint.
 
     The rate is that of the child against the parent, whatever the joint's coordinate. `effort` is
-    the friction while it slides [N·m or N], reached to 76 % at `velocity` [rad/s or m/s].
+    the friction while it slides [N·m or N], reached to 76 % at `velocity` [rad/s or m/s]. `along`
+    is as in `JointEffort`.
     """
 
     joint: str
     effort: Quantity
     velocity: Quantity
+    along: str = ""
 
     type: ClassVar = "joint_friction"
     scalars: ClassVar = {"effort": "N.m or N", "velocity": "rad/s or m/s"}
@@ -248,7 +251,7 @@ class JointStop(_Described):
     """Keeps a joint above `lower` and below `upper` [rad or m], or one of the two.
 
     What is limited is the child's angle or displacement against its parent, whatever the joint's
-    coordinate. The effort back is as in `TensionStop`.
+    coordinate. The effort back is as in `TensionStop`. `along` is as in `JointEffort`.
     """
 
     joint: str
@@ -256,6 +259,7 @@ class JointStop(_Described):
     lower: Quantity | None = None
     upper: Quantity | None = None
     damping: Quantity = 0.0
+    along: str = ""
 
     type: ClassVar = "joint_stop"
     scalars: ClassVar = {

@@ -27,13 +27,14 @@ from m4e_fmi.model.checks import (
 from m4e_fmi.model.elements import (
     GROUND,
     AngleReference,
+    Axes,
     Body,
     Joint,
     Parameter,
     Point,
 )
 from m4e_fmi.model.joint_checks import joint_type_elsewhere
-from m4e_fmi.model.loads import LOAD_TYPES, Axes, Load
+from m4e_fmi.model.loads import LOAD_TYPES, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.table import Table
 
@@ -119,6 +120,7 @@ class JointSection(Section):
     axis: Vector | None = None
     second_axis: Vector | None = None
     coordinate: AngleReference = "absolute"
+    reaction_axes: Axes = "world"
     initial: dict[str, Quantity] = Field(default_factory=dict)
     description: str = ""
 

@@ -60,10 +60,10 @@ class Scalars:
     Neutral masses are among the parameters, by their names in the program.
 
     `body_wrench[name]` = (F [N], M [N·m]) at a centre of gravity, `point_force[name]` [N],
-    `effort[joint]` [N or N·m]; absent ones are zero. `added_mass` [kg, kg·m, kg·m²] has a row and a
-    column for each component of the motion of each body with added mass, in the order of their
-    numbers: (x, z, θ) in the plane, (v, ω) in space. `number` makes a scalar of a constant, `table`
-    of a table.
+    `effort[joint]` [N or N·m] along each of its coordinates; absent ones are zero. `added_mass`
+    [kg, kg·m, kg·m²] has a row and a column for each component of the motion of each body with
+    added mass, in the order of their numbers: (x, z, θ) in the plane, (v, ω) in space. `number`
+    makes a scalar of a constant, `table` of a table.
     """
 
     q: Sequence[AnyScalar]
@@ -72,7 +72,7 @@ class Scalars:
     parameters: Mapping[str, AnyScalar]
     body_wrench: Mapping[str, Wrench]
     point_force: Mapping[str, Vector]
-    effort: Mapping[str, AnyScalar]
+    effort: Mapping[str, Sequence[AnyScalar]]
     added_mass: Matrix
     number: Callable[[float], AnyScalar] = float
     table: Lookup = at_time
@@ -84,8 +84,9 @@ class Assembly:
 
     `masses[k]` = (mass, inertia (3, 3) about the CG in body axes) of link k; `added_mass[i, j]` the
     6×6 block by which link j's acceleration acts on link i; `wrenches[k]` = (F, M) on link k about
-    its origin (not its CG), gravity left out; `generalized_forces[k]` along its joint's coordinate.
-    `loads` are the model's, by name, and are part of the wrenches and generalized forces.
+    its origin (not its CG), gravity left out; `generalized_forces[k]` along its joint's
+    coordinates. `loads` are the model's, by name, and are part of the wrenches and generalized
+    forces.
     """
 
     model: Model
@@ -99,7 +100,7 @@ class Assembly:
     masses: list[tuple[AnyScalar, Matrix]]
     added_mass: dict[tuple[int, int], Matrix]
     wrenches: list[list[AnyScalar]]
-    generalized_forces: list[AnyScalar]
+    generalized_forces: list[list[AnyScalar]]
     loads: dict[str, Acting]
 
     def frame(self, body: str) -> Frame:
@@ -152,7 +153,7 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         points[name] = state.frame(point.body).place(at)
     motion = Motion(values, state, scalars.table)
     loads = {name: acting(load, motion) for name, load in model.loads.items()}
-    forces = [scalars.effort.get(link.joint_name, 0) for link in tree.links]
+    forces = [[*scalars.effort.get(link.joint_name, [0] * len(link.speeds))] for link in tree.links]
     return Assembly(
         model=model,
         tree=tree,
@@ -197,7 +198,7 @@ def _blocks(tree: Topology, links: list[int], matrix: Matrix) -> dict[tuple[int,
 
 
 def _wrenches(
-    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[AnyScalar]
+    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[list[AnyScalar]]
 ) -> list[list[AnyScalar]]:
     """Sum (F, M) of loads and outside forces on each link, about its origin.
 
@@ -217,7 +218,7 @@ def _wrenches(
     for action in (action for load in loads.values() for action in load.actions):
         if action.joint:
             k = index(model.joints[action.joint].child)
-            forces[k] = forces[k] + action.effort
+            forces[k][action.number] = forces[k][action.number] + action.effort
         elif action.point:
             push(model.points[action.point].body, action.force, state.points[action.point].arm)
         else:

@@ -192,14 +192,16 @@ def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyS
     result: list[AnyScalar] = [0] * len(tree.velocity_names)
     for k in range(len(tree.links) - 1, -1, -1):
         link, frame = tree.links[k], assembly.frames[k]
-        effort = assembly.generalized_forces[k]
+        efforts = assembly.generalized_forces[k]
         force, turn = force_of(wrenches[k]), moment_of(wrenches[k])
-        for coordinate, part in _seen(assembly, k, force, turn):
+        for (coordinate, part), effort in zip(
+            _seen(assembly, k, force, turn), efforts[::-1], strict=True
+        ):
             result[coordinate] = plus(part, effort)
         if link.parent >= 0:
             handed = turn
             if not link.is_relative:
-                handed = _back(frame, effort)
+                handed = _back(frame, efforts[-1])
             add_force(wrenches[link.parent], force, frame.reach, handed)
     return result
 

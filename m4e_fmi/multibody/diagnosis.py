@@ -83,8 +83,12 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
             if point.body != GROUND
         },
         effort={
-            link.joint_name: values.get(f"joint.{link.joint_name}.effort", 0.0)
+            link.joint_name: [
+                values.get(f"joint.{link.joint_name}.{effort}", 0.0)
+                for effort in link.joint_type.efforts
+            ]
             for link in tree.links
+            if link.joint_type.efforts
         },
         added_mass=[[values.get(f"added_mass[{i},{j}]", 0.0) for j in wet] for i in wet],
     )

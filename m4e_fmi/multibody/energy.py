@@ -45,9 +45,10 @@ def input_power(assembly: Assembly) -> AnyScalar:
         total = plus(total, dot(wrench, (*frame.velocity, *frame.omega)))
     for name, force in outside.point_force.items():
         total = plus(total, dot(force, assembly.points[name].velocity))
-    for joint, effort in outside.effort.items():
-        _, rate = assembly.values.state.joint(joint)
-        total = total + effort * rate
+    for joint, efforts in outside.effort.items():
+        for number, effort in enumerate(efforts):
+            _, rate = assembly.values.state.joint(joint, number)
+            total = plus(total, times(effort, rate))
     return total
 
 

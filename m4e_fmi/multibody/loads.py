@@ -61,7 +61,8 @@ FORCES, MOMENTS = ("force_x", "force_y", "force_z"), ("moment_x", "moment", "mom
 class Action:
     """A force [N] in world axes at a named point, or at a body's CG with a moment [N·m].
 
-    Or the effort [N·m or N] of a joint, which acts on its child and back on its parent.
+    Or the effort [N·m or N] of a joint along its coordinate of some `number`, which acts on its
+    child and back on its parent.
     """
 
     force: Vector = ZERO
@@ -69,6 +70,7 @@ class Action:
     body: str = ""
     moment: Vector = ZERO
     joint: str = ""
+    number: int = 0
     effort: AnyScalar = 0
 
 
@@ -213,9 +215,10 @@ def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
 
 
 def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> Acting:
-    position, rate = motion.state.joint(load.joint)
+    number = motion.state.link(load.joint).joint_type.number_of(load.along)
+    position, rate = motion.state.joint(load.joint, number)
     found = _resistance(load, motion, position, rate)
-    action = Action(joint=load.joint, effort=-found.total)
+    action = Action(joint=load.joint, number=number, effort=-found.total)
     return _resisting(found, rate, [action], {"effort": action.effort})
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from m4e_fmi.joints import ATTITUDE, GROUND_FRAME, TURNING, Frame, Place, attitude
 from m4e_fmi.model import GROUND, Model, Table
 from m4e_fmi.model.expression import Values
-from m4e_fmi.multibody.topology import Topology
+from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import AXES, Y, minus
 
@@ -35,10 +35,17 @@ class State:
         """Frame of a body, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
-    def joint(self, name: str) -> tuple[AnyScalar, AnyScalar]:
-        """Angle or displacement of a joint's child against its parent, and its rate."""
-        link = self.tree.links[self.tree.index(self.model.joints[name].child)]
-        (k,), (j,) = link.coordinates, link.speeds
+    def link(self, joint: str) -> Link:
+        """The link that a joint holds."""
+        return self.tree.links[self.tree.index(self.model.joints[joint].child)]
+
+    def joint(self, name: str, number: int = 0) -> tuple[AnyScalar, AnyScalar]:
+        """Angle or displacement of a joint's child against its parent, and its rate.
+
+        Of the joint's coordinate of that `number`.
+        """
+        link = self.link(name)
+        k, j = link.coordinates[number], link.speeds[number]
         if link.is_relative or link.parent < 0:
             return self.q[k], self.u[j]
         parent = self.frames[link.parent]
@@ -48,7 +55,7 @@ class State:
         """A variable of the motion: joint.<name>.q, body.<name>.vx, point.<name>.z, …"""
         kind, element, variable = name.split(".")
         if kind == "joint":
-            link = self.tree.links[self.tree.index(self.model.joints[element].child)]
+            link = self.link(element)
             own = link.joint_type.positions, link.joint_type.velocities
             states = dict(zip(own[0], link.coordinates, strict=True))
             rates = dict(zip(own[1], link.speeds, strict=True))

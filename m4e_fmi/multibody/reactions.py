@@ -35,7 +35,9 @@ from m4e_fmi.space import (
 
 @dataclass(frozen=True)
 class Reaction:
-    """The wrench of a joint on its child: `force` [N] and `moment` [N·m] in world axes.
+    """The wrench of a joint on its child: `force` [N] and `moment` [N·m].
+
+    In world axes, or in those of the child where the joint's `reaction_axes` are the body's.
 
     The moment is about the joint's point of the child, at −`joint_to_child` from the child's
     centre of gravity: the hinge of a revolute joint; the point that slides, of a prismatic one.
@@ -58,11 +60,11 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
             continue
         if link.joint_type.frees_rotation:  # no moment but its effort
             axis = assembly.frames[k].freedoms[-1].turning
-            turn = at_joint = scaled(assembly.generalized_forces[k], axis)
+            turn = at_joint = scaled(assembly.generalized_forces[k][-1], axis)
         else:
             arm = assembly.frames[k].rotation(_back(assembly, k))
             at_joint = subtracted(turn, cross(arm, force))
-        found.append(Reaction(link.joint_name, force, at_joint))
+        found.append(Reaction(link.joint_name, *_shown(assembly, k, force, at_joint)))
         if link.parent >= 0:
             parent = wrenches[link.parent]
             parent[:TURN] = added(force_of(parent), force)
@@ -70,6 +72,14 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
                 handed = added(turn, cross(assembly.frames[k].reach, force))
                 parent[TURN:] = added(moment_of(parent), handed)
     return found[::-1]
+
+
+def _shown(assembly: Assembly, k: int, force: Vector, moment: Vector) -> tuple[Vector, Vector]:
+    """A force and a moment in the axes in which the reaction of link k is given."""
+    if assembly.tree.links[k].joint.reaction_axes == "world":
+        return force, moment
+    back = assembly.frames[k].rotation.back
+    return back(force), back(moment)
 
 
 def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScalar]:

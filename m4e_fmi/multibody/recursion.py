@@ -129,9 +129,7 @@ def own_loads(assembly: Assembly) -> Loads:
             add_force(f, force_of(bias), frame.arm, moment_of(bias))
         wrenches.append(f)
     inward = [frame.inward for frame in assembly.frames]
-    forces = zip(assembly.tree.links, assembly.generalized_forces, strict=True)
-    along = [[force] * len(link.speeds) for link, force in forces]
-    return Loads(wrenches, inward, along, assembly.gravity)
+    return Loads(wrenches, inward, assembly.generalized_forces, assembly.gravity)
 
 
 def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:

@@ -86,6 +86,8 @@ CASES = {
     "floating with geometry": ("child: hull,", "child: hull, joint_to_child: [0, 0, 1],"),
     "effort on a ball joint": ("joint: swing", "joint: hook"),
     "effort on two axes": ("joint: swing", "joint: lift"),
+    "effort along no coordinate": ("joint: swing", "joint: lift, along: q3"),
+    "effort along a joint's only": ("joint: swing", "joint: swing, along: q1"),
     "rest angle": ("[hull, slide], stiffness: 1", "[hull, slide], stiffness: 1, angle: 0.2"),
     "scalar moment": ("moment: [0, 0, 1]", "moment: 1"),
     "moment with two entries": ("moment: [0, 0, 1]", "moment: [0, 1]"),

@@ -38,6 +38,8 @@ from m4e_fmi.multibody import Topology, topology
 __all__ = ["DIGITS", "SpatialReference", "spatial_tree"]
 
 KINDS = ("revolute", "prismatic", "spherical", "universal", "cylindrical", "planar", "fixed")
+COORDINATES = {"revolute": 1, "prismatic": 1, "universal": 2, "cylindrical": 2, "planar": 3}
+"""Of the joints on which efforts can act."""
 Vector = Any
 """A column (3, 1) of mpmath's."""
 
@@ -117,12 +119,15 @@ def _loads(
         "keel": BodyDrag(first, between(0.1, 1), between(0.1, 1), vector()),
         "sail": PointDrag("p1", between(0.1, 1), vector()),
     }
-    driven = [name for name, joint in joints.items() if joint.type in ("revolute", "prismatic")]
+    driven = [name for name, joint in joints.items() if joint.type in COORDINATES]
     if driven:
         name = r.choice(driven)
-        loads["motor"] = JointEffort(name, f"0.3*joint.{name}.q + {between(-1, 1)}")
-        loads["rub"] = JointFriction(name, between(0.1, 1), between(0.1, 1))
-        loads["hit"] = JointStop(name, between(1, 2), -0.2, 0.2, between(0.1, 0.5))
+        count = COORDINATES[joints[name].type]
+        along = [f"q{r.randint(1, count)}" if count > 1 else "" for _ in range(3)]
+        own = f"joint.{name}.{along[0] or 'q'}"
+        loads["motor"] = JointEffort(name, f"0.3*{own} + {between(-1, 1)}", along[0])
+        loads["rub"] = JointFriction(name, between(0.1, 1), between(0.1, 1), along[1])
+        loads["hit"] = JointStop(name, between(1, 2), -0.2, 0.2, between(0.1, 0.5), along[2])
     kept = r.sample(sorted(loads), k=min(len(loads), 8))
     return {name: load for name, load in loads.items() if name in kept}
 
@@ -337,9 +342,10 @@ class SpatialReference:
             force = [self.value(f"{body}.force_{axis}") for axis in "xyz"]
             moment = [self.value(f"{body}.moment_{axis}") for axis in "xyz"]
             self._push(total, link.body, mass * g + column(force), column(moment))
-            effort = self.given.get(f"joint.{link.joint_name}.effort")
-            if effort is not None:
-                efforts[link.speeds[0]] += mpmath.mpf(effort)
+            count = COORDINATES.get(link.joint.type, 0)
+            for k in range(count):
+                effort = f"joint.{link.joint_name}.effort{k + 1 if count > 1 else ''}"
+                efforts[link.speeds[k]] += self.value(effort)
         for name in self.model.points:
             force = [self.value(f"point.{name}.force_{axis}") for axis in "xyz"]
             self._push_at(total, name, column(force))
@@ -415,8 +421,9 @@ class SpatialReference:
                 self._push_at(total, load.point, -n(load.coefficient) * length(v) * v)
             case JointEffort() | JointFriction() | JointStop():
                 link = self.tree.links[self.tree.index(self.model.joints[load.joint].child)]
-                q, u = self.q[link.coordinates[0]], self.u[link.speeds[0]]
-                efforts[link.speeds[0]] += self._effort(load, q, u)
+                k = int(load.along[1:]) - 1 if load.along else 0
+                q, u = self.q[link.coordinates[k]], self.u[link.speeds[k]]
+                efforts[link.speeds[k]] += self._effort(load, q, u)
             case _:
                 raise AssertionError(load)
 
@@ -473,4 +480,4 @@ class SpatialReference:
 
 
 def _acts(name: str) -> bool:
-    return name.endswith(".effort") or ".force_" in name or ".moment_" in name
+    return ".effort" in name or ".force_" in name or ".moment_" in name

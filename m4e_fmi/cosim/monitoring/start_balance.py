@@ -220,7 +220,8 @@ class _Mobility:
             component, name = link.target.component, link.target.variable
             if component != self.component or name in self.inputs or not link.is_real:
                 continue
-            if name.rpartition(".")[2] in (*WRENCH, "effort"):
+            last = name.rpartition(".")[2]
+            if last in WRENCH or last.startswith("effort"):
                 value = self.network.read(str(link.source)) + link.offset / link.factor
                 total += self._derivatives(name) * value
         return total

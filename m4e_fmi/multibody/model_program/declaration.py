@@ -8,7 +8,7 @@ from collections.abc import Container, Mapping
 from functools import partial
 from typing import Protocol
 
-from m4e_fmi.joints import ATTITUDE, QUATERNION, quaternion_of
+from m4e_fmi.joints import ATTITUDE, QUATERNION, Coordinate, quaternion_of
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
@@ -159,20 +159,28 @@ def declared_inputs(
         if point.body != GROUND
     }
     efforts = {
-        link.joint_name: force(
-            link.joint,
-            f"joint.{link.joint_name}.effort",
-            link.joint_type.effort_unit,
-            "Generalised force along the joint's coordinate",
+        link.joint_name: tuple(
+            force(
+                link.joint,
+                f"joint.{link.joint_name}.{effort}",
+                coordinate.effort_unit,
+                f"Generalised force along the joint's coordinate{_which(link, coordinate)}",
+            )
+            for effort, coordinate in link.joint_type.efforts.items()
         )
         for link in tree.links
-        if link.joint_type.has_effort
+        if link.joint_type.efforts
     }
     groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
     return {
         group: {name: value for name, value in members.items() if not _is_silent(value)}
         for group, members in groups.items()
     }
+
+
+def _which(link: Link, coordinate: Coordinate) -> str:
+    """Which of several coordinates is meant."""
+    return f" {coordinate.position}" if len(link.joint_type.coordinates) > 1 else ""
 
 
 def _is_silent(value: AnyScalar) -> bool:

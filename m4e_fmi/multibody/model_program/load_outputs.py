@@ -79,9 +79,9 @@ def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
     if isinstance(load, JointEffort | JointFriction | JointStop):
-        k = assembly.tree.index(assembly.model.joints[load.joint].child)
-        joint_type = assembly.tree.links[k].joint_type
-        unit = {"effort": joint_type.effort_unit, "gap": joint_type.coordinates[0].unit}[measure]
+        joint_type = assembly.values.state.link(load.joint).joint_type
+        coordinate = joint_type.coordinates[joint_type.number_of(load.along)]
+        unit = {"effort": coordinate.effort_unit, "gap": coordinate.unit}[measure]
     if measure == "moment" and hasattr(load, "body"):
         text = "Moment about the CG, about +Y"
     elif measure in SPATIAL and not assembly.tree.is_planar:

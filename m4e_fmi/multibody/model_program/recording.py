@@ -155,13 +155,16 @@ def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerati
 def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
+        in_axes = "world" if joint.reaction_axes == "world" else "the child's"
+        about = "about +" if joint.reaction_axes == "world" else "about the child's +"
         for axis in _axes(assembly.tree):
-            text = in_words(joint, f"Force of the joint on its child, world {AXES[axis].upper()}")
+            letter = AXES[axis].upper()
+            text = in_words(joint, f"Force of the joint on its child, {in_axes} {letter}")
             variable = Variable(f"{name}.reaction_{AXES[axis]}", "N", text)
             recorder.output(variable, reaction.force[axis])
         for axis, part in enumerate(("moment_x", "moment", "moment_z")):
             if TURN + axis in assembly.tree.components:
-                text = f"Moment of the joint on its child at the joint, about +{AXES[axis].upper()}"
+                text = f"Moment of the joint on its child at the joint, {about}{AXES[axis].upper()}"
                 variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
                 recorder.output(variable, reaction.moment[axis])
 

@@ -123,7 +123,9 @@ def _parts(equations: Equations, *, reactions: bool) -> list[_Part]:
         result.append(powers)
     if reactions:
         kinds = "(x, z) and moment (y)" if planar else "and moment (x, y, z)"
-        carried = _Part(f"Force {kinds} of each joint on its child, at the joint")
+        turned = [n for n, j in equations.model.joints.items() if j.reaction_axes == "body"]
+        axes = f"; of {', '.join(turned)} in the axes of the child" if turned else ""
+        carried = _Part(f"Force {kinds} of each joint on its child, at the joint{axes}")
         for joint, wrench in equations.reactions.items():
             for c, entry in zip(equations.topology.components, wrench.flat(), strict=True):
                 letter, axis = "R" if c < TURN else "M", AXES[c % TURN]

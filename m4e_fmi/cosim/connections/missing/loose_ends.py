@@ -27,7 +27,7 @@ from m4e_fmi.cosim.connections.missing.matching_connectors import Pair, fits, fr
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
-IDLE = re.compile(r"(body|point|joint)\..+\.(force|moment|effort)(_[xyz])?(\[.*\])?")
+IDLE = re.compile(r"(body|point|joint)\..+\.(force|moment|effort)(_[xyz]|[123])?(\[.*\])?")
 SHOWN = 4
 """Inputs of one component that a warning names; `info` shows all."""
 
