@@ -10,7 +10,14 @@ from m4e_fmi.errors import InputError, is_file
 
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
-_OF_SUFFIX = {".fmu": FMU, ".ssp": _PACKAGE, ".nc": _RESULTS, ".parquet": _RESULTS}
+URDF_SUFFIX = ".urdf"
+_OF_SUFFIX = {
+    URDF_SUFFIX: MODEL,
+    ".fmu": FMU,
+    ".ssp": _PACKAGE,
+    ".nc": _RESULTS,
+    ".parquet": _RESULTS,
+}
 _REMEDIES = {
     MODEL: "`m4e-fmi info` shows it, `m4e-fmi simulate` simulates it, `m4e-fmi build` builds its "
     "FMU, which `m4e-fmi validate` checks; in a system file it is a component: {model: NAME}",

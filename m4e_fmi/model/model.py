@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -75,6 +75,11 @@ class Model:
         object.__setattr__(self, "_warnings", tuple(map(place, doubts(self))))
         problems = {name: place(finding) for name, finding in lacking(self)}
         object.__setattr__(self, "_lacking", problems)
+        return self
+
+    def with_warnings(self, warnings: Iterable[Problem]) -> Model:
+        """This model with these warnings, its own and those of the file that it was read from."""
+        object.__setattr__(self, "_warnings", tuple(warnings))
         return self
 
     def _problem(self, finding: Finding) -> Problem:

@@ -24,6 +24,7 @@ FMUS = Path(__file__).parents[2] / "fmus" / "m4e_fmus"
 STOP, STEP, EVERY = 20.0, 0.05, 10  # s, s, steps between rows of the series
 REST = {
     "linear_pto": (0.0, -3.0),
+    "joint_pid": (0.0, 0.0),
     "mooring": (-4.0, -2.0),
     "hydrodynamics": (0.0, -1.2),
     "sum": (1.0, 2.0),
@@ -35,6 +36,7 @@ REST = {
 TOLERANCE = 1e-6
 CONNECTORS = {
     "linear_pto": ["pto"],
+    "joint_pid": ["elbow"],
     "mooring": ["fairlead"],
     "hydrodynamics": ["float"],
     "sum": ["float", "barge"],
@@ -54,6 +56,8 @@ def motion(rest: tuple[float, float], t: np.ndarray) -> dict[str, np.ndarray]:
         "vz": 0.25 * wave_rate,
         "theta": 0.025 * wave,
         "omega": 0.025 * wave_rate,
+        "q": 0.025 * wave,
+        "u": 0.025 * wave_rate,
     }
 
 

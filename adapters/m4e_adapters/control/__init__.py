@@ -3,9 +3,10 @@
 Imports m4e_fmi's document, errors and program. One device is one module; start with `linear_pto`.
 """
 
+from m4e_adapters.control.joint_pid import JointPidConfig, joint_pid
 from m4e_adapters.control.linear_pto import LinearPtoConfig, linear_pto
 
-__all__ = ["LinearPtoConfig", "linear_pto", "requirements"]
+__all__ = ["JointPidConfig", "LinearPtoConfig", "joint_pid", "linear_pto", "requirements"]
 
 
 def requirements() -> list[tuple[str, bool, str]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import Field, StringConstraints, model_validator
@@ -14,16 +15,17 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Coordinate = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Place = tuple[Coordinate, Coordinate]
+Place = tuple[Coordinate, Coordinate] | tuple[Coordinate, Coordinate, Coordinate]
 
 
 class LinearPtoConfig(Section):
     """The keys of a component of `kind: linear_pto`, without `kind` and `start`.
 
-    point: the name of the body point; anchor: (x, z) [m] of the fixed end, world frame;
+    point: the name of the body point; anchor: (x, z) or in space (x, y, z) [m] of the fixed end,
+    world frame;
     damping [N·s/m]; stiffness [N/m]; pretension [N], positive pulls the point to the anchor.
     The length without spring force is rest_length [m], or the distance from the anchor to
-    point_at, the (x, z) [m] where the point is at rest.
+    point_at, where the point is at rest, given as the anchor is.
     """
 
     point: Name
@@ -35,13 +37,23 @@ class LinearPtoConfig(Section):
     point_at: Place | None = None
 
     @model_validator(mode="after")
+    def _same_dimensions(self) -> LinearPtoConfig:
+        if self.point_at is not None and len(self.point_at) != len(self.anchor):
+            counts = f"{len(self.anchor)} and {len(self.point_at)}"
+            raise rejected(
+                f"'anchor' and 'point_at' have {counts} coordinates",
+                "give both as [x, z], or both as [x, y, z]",
+            )
+        return self
+
+    @model_validator(mode="after")
     def _one_length(self) -> LinearPtoConfig:
         if (self.rest_length is None) == (self.point_at is None):
             raise rejected(
                 "the rest length must be given in one way",
                 "drop one of 'rest_length' and 'point_at'"
                 if self.point_at is not None
-                else "add 'rest_length: …' in m, or 'point_at: [x, z]' where the point is at rest",
+                else "add 'rest_length: …' in m, or 'point_at: […]' where the point is at rest",
             )
         if self.point_at == self.anchor:
             raise rejected(
@@ -55,7 +67,13 @@ class LinearPtoConfig(Section):
         """Where the point is before anything is connected: at rest, above the anchor if unsaid."""
         if self.point_at is not None:
             return self.point_at
-        return (self.anchor[0], self.anchor[1] + (self.rest_length or 0.0))
+        *level, height = self.anchor
+        return (*level, height + (self.rest_length or 0.0))  # type: ignore[return-value]
+
+    @property
+    def axes(self) -> str:
+        """The axes of its vectors."""
+        return "xz" if len(self.anchor) == 2 else "xyz"
 
     @property
     def length(self) -> float:
@@ -72,14 +90,14 @@ def linear_pto(config: LinearPtoConfig, *, name: str) -> Program:
     r = Recorder(name, f"linear power take-off at {config.point}")
     damping, stiffness, rest, pretension, anchor = _parameters(r, config)
     place, velocity = _motion(r, config)
-    arm = (place[0] - anchor[0], place[1] - anchor[1])
-    length = sqrt(arm[0] * arm[0] + arm[1] * arm[1])
-    along = (arm[0] / length, arm[1] / length)
-    rate = along[0] * velocity[0] + along[1] * velocity[1]
+    arm = [a - b for a, b in zip(place, anchor, strict=True)]
+    length = sqrt(_dot(arm, arm))
+    along = [part / length for part in arm]
+    rate = _dot(along, velocity)
     extension = length - rest
     tension = stiffness * extension + damping * rate + pretension
     power = damping * rate * rate
-    for axis, direction in zip("xz", along, strict=True):
+    for axis, direction in zip(config.axes, along, strict=True):
         text = f"force on the body at {config.point} along {axis}, world frame"
         r.output(Variable(f"{config.point}.force_{axis}", "N", text), -tension * direction)
     r.output(Variable("force", "N", "tension: positive pulls the point to the anchor"), tension)
@@ -91,9 +109,14 @@ def linear_pto(config: LinearPtoConfig, *, name: str) -> Program:
     return r.program()
 
 
+def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
+    first, *rest = (left * right for left, right in zip(a, b, strict=True))
+    return sum(rest, start=first)
+
+
 def _parameters(
     r: Recorder, config: LinearPtoConfig
-) -> tuple[Scalar, Scalar, Scalar, Scalar, tuple[Scalar, Scalar]]:
+) -> tuple[Scalar, Scalar, Scalar, Scalar, list[Scalar]]:
     damping, stiffness = (
         Variable(key, unit, key, start=getattr(config, key), tunable=True, minimum=0.0)
         for key, unit in (("damping", "N.s/m"), ("stiffness", "N/m"))
@@ -104,20 +127,18 @@ def _parameters(
     pretension = Variable("pretension", "N", text, start=config.pretension)
     anchor = [
         Variable(f"anchor.{axis}", "m", f"{axis} of the anchor, world frame", start=value)
-        for axis, value in zip("xz", config.anchor, strict=True)
+        for axis, value in zip(config.axes, config.anchor, strict=True)
     ]
     scalars = [r.parameter(v) for v in (damping, stiffness, rest, pretension, *anchor)]
-    return scalars[0], scalars[1], scalars[2], scalars[3], (scalars[4], scalars[5])
+    return scalars[0], scalars[1], scalars[2], scalars[3], scalars[4:]
 
 
-def _motion(
-    r: Recorder, config: LinearPtoConfig
-) -> tuple[tuple[Scalar, Scalar], tuple[Scalar, Scalar]]:
+def _motion(r: Recorder, config: LinearPtoConfig) -> tuple[list[Scalar], list[Scalar]]:
     point, places, velocities = config.point, [], []
-    for axis, start in zip("xz", config.place, strict=True):
+    for axis, start in zip(config.axes, config.place, strict=True):
         where = f"{point}.{axis}"
         text = f"{axis} of {point}, world frame"
         places.append(r.input(Variable(where, "m", text, start=start)))
         text = f"velocity of {point} along {axis}, world frame"
         velocities.append(r.input(Variable(f"{point}.v{axis}", "m/s", text)))
-    return (places[0], places[1]), (velocities[0], velocities[1])
+    return places, velocities

@@ -50,6 +50,22 @@ def test_a_stretched_spring_pulls_the_point_to_the_anchor():
     assert found["power"] == 0
 
 
+def test_in_space():
+    # from the anchor (1, 2, −50) the point is at 3·(1, 2, 2): length 9
+    pto = program(anchor=(1.0, 2.0, -50.0), rest_length=6.0, stiffness=100.0, damping=20.0)
+    assert order(pto) == ["p.x", "p.vx", "p.y", "p.vy", "p.z", "p.vz"]
+    found = outputs(pto, (4.0, 3.0, 8.0, 0.0, -44.0, -3.0))  # l̇ = (3 − 2·3)/3 = −1
+    force = -(100.0 * 3.0 + 20.0 * -1.0)
+    parts = [found[f"p.force_{axis}"] for axis in "xyz"]
+    assert parts == pytest.approx([force / 3, 2 * force / 3, 2 * force / 3])
+    assert found["power"] == pytest.approx(20.0)
+
+
+def test_anchor_and_point_have_the_same_dimensions():
+    with pytest.raises(ValueError, match="have 2 and 3 coordinates"):
+        program(rest_length=None, point_at=(1.0, 0.0, -45.0))
+
+
 def test_pretension_pulls_and_a_compressed_spring_pushes():
     found = outputs(program(pretension=10.0, rest_length=10.0), (7.0, 0.0, -42.0, 0.0))
     assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-6.0, -8.0))
