@@ -182,6 +182,12 @@ class Pairing:
             return []
         if a.keys() != b.keys():
             remedy = f"{left} has {_extent(a)}, {right} has {_extent(b)}"
+            if {len(a), len(b)} == {9, 36}:  # added mass of one body in the plane, and in space
+                pairs = zip((1, 3, 5), (1, 2, 3), strict=True)
+                row = [(f"[1,{c}]", f"[1,{p}]") for c, p in pairs]
+                row = row if len(a) == 36 else [(p, c) for c, p in row]
+                links = ", ".join(f"{left}{i} -> {right}{j}" for i, j in row)
+                remedy += f"; of a body in the plane and in space, connect one by one: {links}, …"
             self._reject(f"{left} and {right} differ in size", remedy)
             return []
         return [(a[index], b[index]) for index in a]
