@@ -110,13 +110,18 @@ class Balance:
 
     def slopes(self, point: OperatingPoint) -> Floats:
         """Derivatives of the rates by the unknowns, shape (n, n), in SI."""
-        slopes, size = self._slopes.at(point), len(self._plain)
-        columns = [slopes[:, :size]]
-        for number, attitude in enumerate(self._attitudes):
-            first = size + 4 * number
+        return self._slopes.at(point) @ self.spread(point)
+
+    def spread(self, point: OperatingPoint) -> Floats:
+        """Changes of the states `unknowns` by those of the unknowns, of small rotations last."""
+        size, count = len(self._plain), len(self._attitudes)
+        found = np.eye(size + 4 * count, size + 3 * count)
+        for k, attitude in enumerate(self._attitudes):
+            rows, columns = slice(size + 4 * k, size + 4 * k + 4), size + 3 * k
+            found[rows, size:] = 0.0
             T = tangent_of(point.states[list(attitude.quaternion)])
-            columns.append(slopes[:, first : first + 4] @ T)
-        return np.hstack(columns)
+            found[rows, columns : columns + 3] = T
+        return found
 
     def sizes(self, point: OperatingPoint) -> Floats:
         """Scales of the unknowns, shape (n,): 1 rad; 1 + the largest unknown of the same unit."""

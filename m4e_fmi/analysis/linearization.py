@@ -149,7 +149,7 @@ class Linearizer:
         passed = {*positions, *velocities, *quaternions}
         rest = [k for k in range(len(known)) if k not in passed]
         self._pairs = len(positions)
-        order = [*positions, *quaternions, *velocities, *rest]
+        self._order = order = [*positions, *quaternions, *velocities, *rest]
         rotations = [v for a in self._attitudes for v in a.rotations]
         self.states = (
             *(known[k] for k in positions), *rotations, *(known[k] for k in (*velocities, *rest))
@@ -175,7 +175,7 @@ class Linearizer:
         """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
-        n = len(self.program.states)
+        n = len(self._order)
         values, slopes = self._values.at(point), self._slopes.at(point)
         T, back, turning = self._tangent(point, values[:n])
         A, B = back @ (slopes[:n, :n] @ T - turning), back @ slopes[:n, n:]
@@ -199,35 +199,64 @@ class Linearizer:
 
         RunError if a quaternion is none.
         """
-        n, first = len(self.program.states), self._pairs
-        T, back, rate = np.eye(n), np.eye(n), np.zeros((n, n))
-        for number, attitude in enumerate(self._attitudes):
-            e = point.states[list(attitude.quaternion)]
+        T, back = np.eye(len(self._order)), np.eye(len(self._order))
+        rate = np.zeros(T.shape)
+        for rows, columns, e in self._quaternions(point.states[self._order]):
             length = float(np.linalg.norm(e))
             if not length > 0:
-                message = f"the quaternion of {attitude.owner} is zero"
+                owner = self.program.states[self._order[rows.start]].name.rpartition(".")[0]
+                message = f"the quaternion of {owner} is zero"
                 raise RunError(message, "give its four numbers, or roll, pitch and yaw")
-            rows = slice(first + 4 * number, first + 4 * number + 4)
-            columns = slice(first + 4 * number, first + 4 * number + 3)
             T[rows, rows], back[rows, rows] = 0.0, 0.0
             T[rows, columns] = tangent_of(e)
             back[columns, rows] = 4 / length**2 * tangent_of(e).T
             rate[rows, columns] = tangent_of(rates[rows])
-        spare = [first + 4 * number + 3 for number in range(len(self._attitudes))]
-        kept = [k for k in range(n) if k not in spare]
+        kept = self._kept
         return T[:, kept], back[kept], rate[:, kept]
+
+    def _quaternions(self, states: Floats) -> list[tuple[slice, slice, Floats]]:
+        """Of each quaternion in `states` (n,) in their order here: rows, columns of θ, value."""
+        firsts = [self._pairs + 4 * number for number in range(len(self._attitudes))]
+        return [(slice(k, k + 4), slice(k, k + 3), states[k : k + 4]) for k in firsts]
+
+    @cached_property
+    def _kept(self) -> list[int]:
+        """Columns that are left where three rotations take the place of four numbers."""
+        spare = [self._pairs + 4 * number + 3 for number in range(len(self._attitudes))]
+        return [k for k in range(len(self._order)) if k not in spare]
 
     def change(self, point: OperatingPoint, direction: Mapping[str, float]) -> Floats:
         """Derivative of A along a change of parameters, inputs, states, shape (n, n), in SI.
 
-        Exact second derivatives. Variables that `direction` does not name do not change.
+        Exact second derivatives. Variables that `direction` does not name do not change; of a
+        quaternion these are its four numbers.
         """
+        n = len(self._order)
+        slopes = self._slopes.at(point)[:n, :n]
+        rates, slopes_change = self._changed(point, direction)
+        names = [self.program.states[k].name for k in self._order]
+        moved = np.array([direction.get(name, 0.0) for name in names])
+        T, back, _ = self._tangent(point, np.zeros(n))
+        T_change, turning_change, back_change = (np.zeros((n, n)) for _ in range(3))
+        for rows, columns, e in self._quaternions(point.states[self._order]):
+            square, step = float(e @ e), moved[rows]
+            T_change[rows, columns] = tangent_of(step)
+            turning_change[rows, columns] = tangent_of(rates[rows])
+            shrunk = 8 * float(e @ step) / square**2
+            back_change[columns, rows] = 4 / square * tangent_of(step).T - shrunk * tangent_of(e).T
+        kept = self._kept
+        result = back @ (slopes_change @ T + (slopes @ T_change - turning_change)[:, kept])
         if self._attitudes:
-            message = (
-                f"{self.program.name}: a model with free attitudes has no such derivatives yet"
-            )
-            raise RunError(message, "linearize at two values and take the difference")
-        along, n = tuple(direction), len(self.states)
+            values = self._values.at(point)[:n]
+            _, _, turning = self._tangent(point, values)
+            result += back_change[kept] @ (slopes @ T - turning)
+        return result
+
+    def _changed(
+        self, point: OperatingPoint, direction: Mapping[str, float]
+    ) -> tuple[Floats, Floats]:
+        """Changes of the rates (n,) and of their slopes (n, n) along a direction, in order here."""
+        along, n = tuple(direction), len(self._order)
         slopes = self._slopes.derivatives
         places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
         kept = {k: place for k, place in places if max(place) < n}
@@ -235,14 +264,12 @@ class Linearizer:
             outputs = tuple(slopes.program.outputs[k] for k in kept)
             results = tuple(slopes.program.results[k] for k in kept)
             change = tangent(replace(slopes.program, outputs=outputs, results=results), along)
-            # before the entries of A come the rates
-            change = replace(change, outputs=change.outputs[n:], results=change.results[n:])
             self._changes[along] = Evaluation(change)
+        changes = self._changes[along].at(point, *direction.values())
         result = np.zeros((n, n))
-        entries = self._changes[along].at(point, *direction.values())
-        for place, entry in zip(kept.values(), entries, strict=True):
+        for place, entry in zip(kept.values(), changes[n:], strict=True):
             result[place] = entry
-        return result
+        return changes[:n][self._order], result
 
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:

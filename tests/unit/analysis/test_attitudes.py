@@ -7,9 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from m4e_fmi.analysis import equilibrium, linearize, modes
+from m4e_fmi.analysis import (
+    eigenvalue_sensitivity,
+    equilibrium,
+    linearize,
+    modes,
+    sensitivity,
+)
+from m4e_fmi.analysis.linearization import Linearizer
 from m4e_fmi.errors import RunError
-from m4e_fmi.model import Body, Bushing, Joint, Model, Point, TorsionSpring
+from m4e_fmi.model import Body, BodyForce, Bushing, Joint, Model, Parameter, Point, TorsionSpring
 from m4e_fmi.simulate import simulate
 
 MASS, ARM, GRAVITY = 2.0, 1.5, 9.81
@@ -102,3 +109,77 @@ def test_a_quaternion_that_is_none_is_refused() -> None:
     zero = dict.fromkeys((f"joint.hook.e{k}" for k in range(4)), 0.0)
     with pytest.raises(RunError, match=r"the quaternion of joint\.hook is zero|nan"):
         linearize(pendulum(), at=zero)
+
+
+def held() -> Model:
+    """A body that floats, held by springs at two points and pushed; parameters k and pull."""
+    return Model(
+        "held",
+        {"hull": Body(2.0, (0.3, 0.5, 0.4, 0.02, -0.03, 0.01)), "ball": Body(1.0, (0.2, 0.2, 0.3))},
+        {
+            "free": Joint("floating", "hull", initial={"phi": 0.2, "psi": -0.4, "omega_z": 0.3}),
+            "hook": Joint("spherical", "ball", "hull", (0.1, 0, -0.2), (0, 0.1, -0.6)),
+        },
+        {
+            "bow": Point("hull", (0.6, 0.1, 0.1)), "stern": Point("hull", (-0.5, 0, 0.2)),
+            "ahead": Point("ground", (1.5, 0.3, 1.0)), "behind": Point("ground", (-1.2, 0, 1.2)),
+        },
+        {
+            "first": Bushing(("bow", "ahead"), "k", 4.0),
+            "second": Bushing(("stern", "behind"), 60.0),
+            "coil": TorsionSpring(("hull", "ball"), 0.7),
+            "wind": BodyForce("hull", (0, "pull", 0), (0.2, 0, "0.3*pull")),
+        },
+        {"k": Parameter(50.0, "N/m"), "pull": Parameter(3.0, "N")},
+        dimensions=3,
+        gravity=GRAVITY,
+    )  # fmt: skip
+
+
+@pytest.mark.verifies(
+    "derivatives of linear equations with free attitudes by parameters and states",
+    independent="central differences", tolerance="1e-6",
+)  # fmt: skip
+@pytest.mark.parametrize(
+    "name", ["k", "pull", "body.hull.e1", "body.hull.e3", "body.hull.omega_z", "joint.hook.e2"]
+)
+def test_the_linear_equations_change_as_differences_do(name: str) -> None:
+    linearizer, step = Linearizer(held()), 1e-5
+    start = {v.name: v.start for v in (*linearizer.program.states, *linearizer.program.parameters)}
+    start |= {"joint.hook.e0": 0.9, "joint.hook.e1": 0.3, "joint.hook.omega": 0.7}
+    point = linearizer.at(start).point
+    found = linearizer.change(point, {name: 1.0})
+    ahead, behind = (linearizer.at({**start, name: start[name] + h}).A for h in (step, -step))
+    difference = (ahead - behind) / (2 * step)
+    assert np.abs(difference).max() > 0.1
+    np.testing.assert_allclose(found, difference, atol=1e-6 * np.abs(difference).max())
+
+
+@pytest.mark.verifies(
+    "equilibria and eigenvalues with free attitudes by parameters",
+    independent="central differences of equilibria", tolerance="1e-5",
+)  # fmt: skip
+def test_a_moving_equilibrium() -> None:
+    model, step = held(), 1e-4
+    rest = equilibrium(model)
+    of, by = ["body.hull.e1", "body.ball.z", "body.hull.psi"], ["k", "pull"]
+    exact = sensitivity(model, of=of, by=by, at=rest, moving=True)
+    eigen = eigenvalue_sensitivity(model, by=by, at=rest, moving=True)
+    for j, name in enumerate(by):
+        value = model.parameters[name].value
+        assert isinstance(value, float)
+        points = [equilibrium(model, at={**rest.values, name: value + h}) for h in (step, -step)]
+        ends = [modes(linearize(model, at=point)).eigenvalues for point in points]
+        difference = (ends[0] - ends[1]) / (2 * step)
+        np.testing.assert_allclose(
+            eigen.values[:, j], difference, atol=1e-5 * np.abs(difference).max()
+        )
+        results = [np.array([_read(model, point, n) for n in of]) for point in points]
+        slope = (results[0] - results[1]) / (2 * step)
+        np.testing.assert_allclose(exact.values[:, j], slope, atol=1e-5 * np.abs(slope).max())
+
+
+def _read(model: Model, point: object, name: str) -> float:
+    """A state or an output at a point."""
+    linear = linearize(model, at=point, outputs=[name])  # type: ignore[arg-type]
+    return float(linear.values[0])
