@@ -113,7 +113,9 @@ class Balance:
         return self._slopes.at(point) @ self.spread(point)
 
     def spread(self, point: OperatingPoint) -> Floats:
-        """Changes of the states `unknowns` by those of the unknowns, of small rotations last."""
+        """Changes of the states `unknowns`, in SI, by steps (n,): shape (states, n).
+
+        The last steps are small rotations [rad]."""
         size, count = len(self._plain), len(self._attitudes)
         found = np.eye(size + 4 * count, size + 3 * count)
         for k, attitude in enumerate(self._attitudes):
