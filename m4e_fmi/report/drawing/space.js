@@ -72,6 +72,16 @@ function drawAxes() {
   });
 }
 
+// the colour of a face: pale if seen from ahead, darker aslant
+function shaded(colour, points) {
+  const [a, b] = (points.length > 3 ? [[0, 2], [1, points.length - 1]] : [[0, 2], [0, 1]])
+    .map(([from, to]) => points[to].map((part, k) => part - points[from][k]));
+  const normal = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const facing = Math.abs(normal[2]) / (Math.hypot(...normal) || 1);
+  const share = 0.28 + 0.37 * (1 - facing);
+  return `rgb(${[1, 3, 5].map(k => Math.round(255 - share * (255 - parseInt(colour.slice(k, k + 2), 16))))})`;
+}
+
 let shown = 1;
 
 function paint(at) {
@@ -83,8 +93,8 @@ function paint(at) {
   if (trails.checked) drawTrails();
   const parts = [];
   data.bodies.forEach((body, b) => {
-    const corners = body.box.map(point => flat(place([b, ...point], at)));
-    for (const face of data.faces) parts.push({ points: face.map(k => corners[k]), body, width: 1.1, closed: true });
+    const corners = body.vertices.map(point => flat(place([b, ...point], at)));
+    for (const face of body.faces) parts.push({ points: face.map(k => corners[k]), body, width: body.edged ? 0.8 : 0.5, closed: true });
     const middle = flat(at[b].slice(0, 3));
     for (const end of body.sticks) parts.push({ points: [middle, flat(place([b, ...end], at))], body, width: 2.4 });
   });
@@ -103,8 +113,9 @@ function paint(at) {
       pen.stroke();
       continue;
     }
-    pen.globalAlpha = part.closed ? 0.85 : 1;
-    lines(part.points, part.body.colour, part.width, part.closed, part.body.pale);
+    const shade = part.closed && shaded(part.body.colour, part.points);
+    pen.globalAlpha = part.closed && part.body.edged ? 0.85 : 1;
+    lines(part.points, part.closed && !part.body.edged ? shade : part.body.colour, part.width, part.closed, shade);
     pen.globalAlpha = 1;
   }
   drawAxes();
