@@ -3,7 +3,9 @@
 `shape` has the elements and their checks, `mesh_files` reads triangles.
 """
 
+from m4e_fmi.model.shapes.mesh_files import reduced
 from m4e_fmi.model.shapes.shape import (
+    MOST_TRIANGLES,
     Box,
     Cylinder,
     Mesh,
@@ -15,12 +17,14 @@ from m4e_fmi.model.shapes.shape import (
 )
 
 __all__ = [
+    "MOST_TRIANGLES",
     "Box",
     "Cylinder",
     "Mesh",
     "Shape",
     "Sphere",
     "axis_without_direction",
+    "reduced",
     "shape_findings",
     "shape_quantities",
 ]

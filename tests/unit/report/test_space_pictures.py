@@ -144,6 +144,21 @@ class TestSpace:
         assert sorted(map(len, drawn)) == [3, 3]
         assert draw_model(wing, tmp_path / "w.png").stat().st_size > 2000
 
+    def test_meshes_share_the_triangles_of_a_picture(self, tmp_path: Path) -> None:
+        (tmp_path / "m.obj").write_text(
+            "".join(f"v {k % 64} {k // 64} 0\n" for k in range(64 * 64))
+            + "".join(f"f {k} {k + 1} {k + 65} {k + 64}\n" for k in range(1, 63 * 64) if k % 64),
+            encoding="ascii",
+        )
+        mesh = Mesh(tmp_path / "m.obj")
+        assert 1000 < len(mesh.triangles) <= 5000  # of 7,938
+        bodies = {f"b{k}": Body(1, (1, 1, 1), shape=mesh) for k in range(5)}
+        joints = {f"j{k}": Joint("floating", f"b{k}") for k in range(5)}
+        counts = [
+            len(hull.faces) for hull in solids(Model("m", bodies, joints, dimensions=3)).hulls
+        ]
+        assert 200 < min(counts) == max(counts) <= 1000
+
     def test_page(self, tmp_path: Path, gyroscope: Model) -> None:
         """The page draws each side of each box where the simulation has it, seen from the eye."""
         simulation = simulate(gyroscope, stop_time=2.0, output_interval=0.02)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from m4e_fmi.model import Body, Box, Cylinder, Mesh, Sphere
 from m4e_fmi.model.elements import inertia_of, quantity, vector
 from m4e_fmi.model.expression import Values
-from m4e_fmi.model.shapes import Shape
+from m4e_fmi.model.shapes import Shape, reduced
 
 Floats = NDArray[np.float64]
 
@@ -44,8 +44,8 @@ class Hull:
         )
 
 
-def shape_hull(shape: Shape, values: Values) -> Hull:
-    """The surface of a shape, with these values of the parameters."""
+def shape_hull(shape: Shape, values: Values, most: int) -> Hull:
+    """The surface of a shape, with these values of the parameters; a mesh of `most` triangles."""
 
     def number(name: str) -> float:
         return float(quantity(shape, name).evaluate(values))
@@ -66,7 +66,8 @@ def shape_hull(shape: Shape, values: Values) -> Hull:
             radius = number("radius")
             return Hull(place("center") + _turned(rows, radius, radius), _rings(DOWN + 1))
         case Mesh():
-            corners, index = np.unique(shape.triangles.reshape(-1, 3), axis=0, return_inverse=True)
+            points = reduced(shape.triangles, most).reshape(-1, 3)
+            corners, index = np.unique(points, axis=0, return_inverse=True)
             faces = tuple(map(tuple, index.reshape(-1, 3).tolist()))
             return Hull(place("mesh_origin") + corners, faces, edged=False)
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.model import Model
+from m4e_fmi.model import Mesh, Model
 from m4e_fmi.model.elements import parameter_values, vector
 from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
+from m4e_fmi.model.shapes import MOST_TRIANGLES
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.scene import start_values
@@ -117,7 +118,11 @@ def solids(model: Model) -> Solids:
         if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
     )
     bodies = [model.bodies[link.body] for link in tree.links]
-    given = [shape_hull(b.shape, values) if b.shape else inertia_box(b, values) for b in bodies]
+    most = MOST_TRIANGLES // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
+    given = [
+        shape_hull(body.shape, values, most) if body.shape else inertia_box(body, values)
+        for body in bodies
+    ]
     size = _size(given, sticks, points)
     hulls = (
         hull if body.shape else fitted(hull, size) for body, hull in zip(bodies, given, strict=True)
