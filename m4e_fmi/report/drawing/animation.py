@@ -140,7 +140,8 @@ def _space_data(shown: Solids, times: np.ndarray, poses: Poses) -> dict[str, obj
             for k, name in enumerate(shown.bodies)
         ],
         "ropes": [[end(spot) for spot in rope.ends] for rope in shown.ropes],
-        "hinges": [end(hinge.spot) for hinge in shown.hinges],
+        "hinges": [[*end(hinge.spot), hinge.symbol == "square"] for hinge in shown.hinges],
+        "lines": [[*map(end, ends), turns] for ends, turns in shown.lines],
         "poses": packed, "offsets": offsets, "scales": scales,
     }  # fmt: skip
 

@@ -114,29 +114,39 @@ function paint(at) {
     for (const end of body.sticks) parts.push({ points: [middle, flat(place([b, ...end], at))], body, width: 2.4 });
   });
   for (const rope of data.ropes) parts.push({ points: rope.map(end => flat(place(end, at))), body: { colour: "#b5452c" }, width: 1.4 });
-  for (const hinge of data.hinges) parts.push({ points: [flat(place(hinge, at))], hinge: true });
   for (const part of parts) {
     part.depth = 0;
     for (const point of part.points) part.depth += point[2] / part.points.length;
   }
-  parts.sort((a, b) => Number(a.hinge || 0) - Number(b.hinge || 0) || b.depth - a.depth);
+  parts.sort((a, b) => b.depth - a.depth);
   for (const part of parts) {
-    if (part.hinge) {
-      pen.beginPath();
-      pen.arc(...part.points[0].slice(0, 2), 4 / scale, 0, 2 * Math.PI);
-      pen.fillStyle = "#fff";
-      pen.fill();
-      pen.strokeStyle = "#22303c";
-      pen.lineWidth = 1.3 / scale;
-      pen.stroke();
-      continue;
-    }
     const shade = part.closed && shaded(part.body.shades, part.points);
     pen.globalAlpha = part.closed && part.body.edged ? 0.85 : 1;
     lines(part.points, part.closed && !part.body.edged ? shade : part.body.colour, part.width, part.closed, shade);
     pen.globalAlpha = 1;
   }
+  drawJoints(at);
   drawAxes();
+}
+
+// never covered: dash-dotted lines about which they turn, lines along which they slide
+function drawJoints(at) {
+  for (const [start, end, turns] of data.lines) {
+    pen.setLineDash(turns ? [7, 3, 2, 3].map(part => part / scale) : []);
+    lines([start, end].map(spot => flat(place(spot, at))), "#22303c", 1);
+  }
+  pen.setLineDash([]);
+  for (const [body, x, y, z, square] of data.hinges) {
+    const [a, b] = flat(place([body, x, y, z], at)), size = 4 / scale;
+    pen.beginPath();
+    if (square) pen.rect(a - size, b - size, 2 * size, 2 * size);
+    else pen.arc(a, b, size, 0, 2 * Math.PI);
+    pen.fillStyle = "#fff";
+    pen.fill();
+    pen.strokeStyle = "#22303c";
+    pen.lineWidth = 1.3 / scale;
+    pen.stroke();
+  }
 }
 
 function heightOver(width) {

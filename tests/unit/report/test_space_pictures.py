@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -143,6 +144,45 @@ class TestSpace:
         drawn = told(page, 0.0)["polygons"]
         assert sorted(map(len, drawn)) == [3, 3]
         assert draw_model(wing, tmp_path / "w.png").stat().st_size > 2000
+
+    @pytest.mark.parametrize(
+        ("joint", "axes", "at"),
+        [
+            # by hand: the second axis of a universal joint is turned about the first
+            (Joint("revolute", "b", axis=(0, 3, 4), initial={"q": 0.7}),
+             [(0, 0.6, 0.8)], (1, 2, 3)),
+            (
+                Joint("universal", "b", axis=(1, 0, 0), second_axis=(0, 1, 0),
+                      initial={"q1": 0.4, "q2": 0.9}),
+                [(1, 0, 0), (0, math.cos(0.4), math.sin(0.4))], (1, 2, 3),
+            ),
+            (Joint("prismatic", "b", direction=(0, 2, 0), initial={"q": 0.5}),
+             [(0, 1, 0)], (1, 2.5, 3)),
+            (Joint("cylindrical", "b", axis=(0, 0, 1), initial={"q1": 0.5, "q2": 1}),
+             [(0, 0, 1)], (1, 2, 3.5)),
+            (Joint("planar", "b", axis=(0, 0, 1), direction=(1, 0, 0),
+                   initial={"q1": 0.5, "q2": 0.2, "q3": 1}),
+             [(1, 0, 0), (0, 0, 1)], (1.5, 2.2, 3)),
+            (Joint("spherical", "b", initial={"phi": 1}), [], (1, 2, 3)),
+        ],
+    )  # fmt: skip
+    def test_axes_of_joints(
+        self, joint: Joint, axes: list[tuple[float, ...]], at: tuple[float, ...]
+    ) -> None:
+        """In the start pose, in world axes, and the place of the joint in the child."""
+        placed = replace(joint, parent_to_joint=(1, 2, 3), joint_to_child=(0.5, 0, 0.1))
+        model = Model("m", {"b": Body(1, (1, 1, 1))}, {"j": placed}, dimensions=3)
+        shown, poses = solids(model), start_poses(model, model_program(model))
+        (hinge,) = shown.hinges
+        np.testing.assert_allclose(poses.of(hinge.spot), at, atol=1e-12)
+        np.testing.assert_allclose(poses.of(hinge.base), (1, 2, 3))
+        found = []
+        for axis in hinge.axes:
+            start, end = (poses.of(spot) for spot in axis.ends(0.5))
+            found.append(end - start)
+        np.testing.assert_allclose(
+            np.reshape(found, (-1, 3)), np.reshape(axes, (-1, 3)), atol=1e-12
+        )
 
     def test_meshes_share_the_triangles_of_a_picture(self, tmp_path: Path) -> None:
         (tmp_path / "m.obj").write_text(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import Labels, shortened
+from m4e_fmi.report.drawing.space.hinges import GROUND
 from m4e_fmi.report.drawing.space.solids import Floats, Poses, Solids
 from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, INK, PAPER
 
@@ -171,8 +172,16 @@ def _paint(axis: Axes, shown: Solids, poses: Poses, frame: int, view: View) -> N
             zorder=5,
         )
     )
-    hinges = np.array([poses.of(hinge.spot, frame) for hinge in shown.hinges]).reshape(-1, 3)
-    axis.plot(*view.flat(hinges).T, "o", ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=6)
+    for ends, turns in shown.lines:
+        line = view.flat(np.array([poses.of(end, frame) for end in ends]))
+        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6)
+    for hinge in shown.hinges:
+        at = view.flat(poses.of(hinge.spot, frame))
+        marker = "s" if hinge.symbol == "square" else "o"
+        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7)
+    fixed = [spot for rope in shown.ropes for spot in rope.ends if spot.body == GROUND]
+    for spot in fixed:
+        axis.plot(*view.flat(np.array(spot.at)), "^", ms=5, mfc=GREY, mec=GREY, zorder=7)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,28 +16,14 @@ from m4e_fmi.model.shapes import MOST_TRIANGLES
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.scene import start_values
+from m4e_fmi.report.drawing.space.hinges import GROUND, Hinge, Spot, Triple, hinge_of
 from m4e_fmi.report.drawing.space.hulls import Hull, fitted, inertia_box, shape_hull
 from m4e_fmi.simulate import Simulation
 
 Floats = NDArray[np.float64]
 
-GROUND = -1
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A point of a body, in body axes from its centre of gravity [m]; of the ground if −1."""
-
-    body: int
-    at: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Hinge:
-    """A joint: its point of the child, and its symbol."""
-
-    spot: Spot
-    symbol: str
+AXIS = 0.22
+"""Half the length of an axis, relative to the size of the scene."""
 
 
 @dataclass(frozen=True)
@@ -54,17 +39,28 @@ class Solids:
     """A model in space to be drawn; bodies in the order of their numbers.
 
     `hulls` are their shapes, or boxes with their moments of inertia, `sticks` the points of each
-    body to which lines lead from its centre of gravity, all in body axes [m].
+    body to which lines lead from its centre of gravity, all in body axes [m]. Axes of joints are
+    drawn to `reach` [m] on both sides.
     """
 
     title: str
     description: str
     bodies: tuple[str, ...]
     hulls: tuple[Hull, ...]
-    sticks: tuple[tuple[tuple[float, float, float], ...], ...]
+    sticks: tuple[tuple[Triple, ...], ...]
     hinges: tuple[Hinge, ...]
     ropes: tuple[Rope, ...]
     points: Mapping[str, Spot]
+    reach: float
+
+    @property
+    def lines(self) -> Iterator[tuple[tuple[Spot, Spot], bool]]:
+        """Axes of joints, and from parent to child where these slide; True for what turns."""
+        for hinge in self.hinges:
+            if any(axis.slides for axis in hinge.axes) or hinge.symbol == "sleeve":
+                yield (hinge.base, hinge.spot), False
+            for axis in hinge.axes:
+                yield axis.ends(self.reach), not axis.slides
 
 
 @dataclass(frozen=True)
@@ -90,21 +86,20 @@ def solids(model: Model) -> Solids:
     """`model` in numbers; quantities that depend on parameters have the values of the model."""
     tree, values = topology(model), parameter_values(model.parameters)
 
-    def numbers(owner: Any, field: str) -> tuple[float, float, float]:
+    def numbers(owner: object, field: str) -> Triple:
         given = [float(part.evaluate(values)) for part in vector(owner, field)]
         return (given[0], given[1], given[2]) if len(given) == 3 else (0.0, 0.0, 0.0)
 
-    sticks: list[list[tuple[float, float, float]]] = [[] for _ in tree.links]
-    hinges = []
+    sticks: list[list[Triple]] = [[] for _ in tree.links]
+    hinges: list[Hinge] = []
     for k, link in enumerate(tree.links):
         if link.joint_type.is_free:
             continue
-        to_child = numbers(link.joint, "joint_to_child")
-        back = (-to_child[0], -to_child[1], -to_child[2])
-        sticks[k].append(back)
-        if link.parent >= 0:
-            sticks[link.parent].append(numbers(link.joint, "parent_to_joint"))
-        hinges.append(Hinge(Spot(k, back), link.joint_type.symbol))
+        hinge = hinge_of(link, k, numbers)
+        for end in (hinge.spot, hinge.base):
+            if end.body != GROUND:
+                sticks[end.body].append(end.at)
+        hinges.append(hinge)
     points = {
         name: Spot(tree.index(point.body), numbers(point, "at"))
         for name, point in model.points.items()
@@ -136,12 +131,13 @@ def solids(model: Model) -> Solids:
         hinges=tuple(hinges),
         ropes=ropes,
         points=points,
+        reach=AXIS * size,
     )
 
 
 def _size(
     hulls: Sequence[Hull],
-    sticks: list[list[tuple[float, float, float]]],
+    sticks: list[list[Triple]],
     points: Mapping[str, Spot],
 ) -> float:
     """A length of the scene [m]: that of its longest arm, or its largest body."""
