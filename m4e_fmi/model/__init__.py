@@ -24,6 +24,7 @@ from m4e_fmi.model.loads import (
 )
 from m4e_fmi.model.m4e import model_from_lists, normalize_prismatic
 from m4e_fmi.model.model import Model
+from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Sphere
 from m4e_fmi.model.table import Table
 
 __all__ = [
@@ -31,16 +32,20 @@ __all__ = [
     "Body",
     "BodyDrag",
     "BodyForce",
+    "Box",
     "Bushing",
+    "Cylinder",
     "Joint",
     "JointEffort",
     "JointFriction",
     "JointStop",
+    "Mesh",
     "Model",
     "Parameter",
     "Point",
     "PointDrag",
     "PointForce",
+    "Sphere",
     "Table",
     "TensionDamper",
     "TensionSpring",

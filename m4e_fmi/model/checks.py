@@ -35,6 +35,7 @@ from m4e_fmi.model.findings import (
 from m4e_fmi.model.joint_checks import AXES_OF_JOINTS, PARALLEL, axis_findings, joint_findings
 from m4e_fmi.model.load_checks import LoadChecks
 from m4e_fmi.model.quantity import as_expression
+from m4e_fmi.model.shapes import axis_without_direction, shape_findings, shape_quantities
 from m4e_fmi.model.table import Table, TableError
 from m4e_fmi.program.program import TIME as PROGRAM_TIME
 from m4e_fmi.units import near_unit, parse_unit
@@ -109,6 +110,7 @@ def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
     for name, body in model.bodies.items():
         leaving_out = ("mass",) if body.is_neutral else ()
         yield from quantities(("bodies", name), body, known, leaving_out=leaving_out)
+        yield from shape_findings(("bodies", name), body, known)
     for name, joint in model.joints.items():
         yield from joint_findings(("joints", name), joint, names, known)
     for name, point in model.points.items():
@@ -244,6 +246,7 @@ def _value_findings(
     for name, joint in model.joints.items():
         yield from axis_findings(("joints", name), joint, computed)
     for name, body in model.bodies.items():
+        yield from axis_without_direction(("bodies", name), body, computed)
         at = ("bodies", name, "inertia")
         count = len(body.inertia) if isinstance(body.inertia, tuple | list) else 0
         entries = [computed[*at, k] for k in range(count) if (*at, k) in computed]
@@ -341,6 +344,8 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
                     yield (group, name, field, index), value
             for key, value in getattr(element, "initial", {}).items():
                 yield (group, name, "initial", key), value
+            if shape := getattr(element, "shape", None):
+                yield from shape_quantities((group, name), shape)
 
 
 def _bounded(element: object) -> tuple[str, ...]:
@@ -348,5 +353,8 @@ def _bounded(element: object) -> tuple[str, ...]:
 
 
 def _element(model: Elements, at: Location) -> object:
-    """The element to which the quantity at `at` belongs; None for gravity."""
-    return getattr(model, str(at[0]))[at[1]] if len(at) > 1 else None
+    """The element, or shape, to which the quantity at `at` belongs; None for gravity."""
+    if len(at) == 1:
+        return None
+    element = getattr(model, str(at[0]))[at[1]]
+    return element.shape if "shape" in at[2:3] else element

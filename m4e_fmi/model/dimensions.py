@@ -149,6 +149,9 @@ def expected_unit(model: Elements, at: Location) -> str:
         return "m/s2"
     group, name, field = at[:3]
     element = getattr(model, str(group))[name]
+    if field == "shape":
+        element = element.shape
+        field = str(at[-1] if isinstance(at[-1], str) else at[-2])
     if field == "initial":
         joint_type = JOINT_TYPES[model.dimensions].get(element.type)
         return joint_type.start_units.get(str(at[3]), "") if joint_type else ""

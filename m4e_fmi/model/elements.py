@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import sympy
 
     from m4e_fmi.model.model import Model
+    from m4e_fmi.model.shapes import Shape
 
 GROUND = "ground"
 NEUTRAL = "neutral"
@@ -86,13 +87,15 @@ class Body:
     The mass "neutral" is that of the displaced water: a parameter ``body.<name>.neutral_mass``
     without a value, which a hydrodynamics component of a system sets.
     With `added_mass` the model gets an added-mass matrix for this body, to be set from outside
-    (hydrodynamics); it acts on the world-frame acceleration of the centre of gravity.
+    (hydrodynamics); it acts on the world-frame acceleration of the centre of gravity. In space a
+    body may have a `shape`, in which it is drawn.
     """
 
     mass: Quantity
     inertia: Inertia
     description: str = ""
     added_mass: bool = False
+    shape: Shape | None = None
 
     scalars: ClassVar = {"mass": "kg", "inertia": "kg.m2"}
     positive: ClassVar = ("mass", "inertia")

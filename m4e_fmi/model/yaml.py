@@ -34,11 +34,16 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.joint_checks import joint_type_elsewhere
-from m4e_fmi.model.loads import LOAD_TYPES, Load
+from m4e_fmi.model.loads import LOAD_TYPES
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
+from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from m4e_fmi.model.table import Table
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 DIMENSIONS = (2, 3)
+SHAPES = {"box": Box, "cylinder": Cylinder, "sphere": Sphere}
 
 
 def _number_or_text(value: object) -> float | str:
@@ -90,6 +95,25 @@ Numbers = Quantity | tuple[Quantity, ...]
 UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
+_FIELD_TYPES: dict[str, object] = {
+    "Quantity": Quantity,
+    "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
+    "QuantityOrVector": Numbers,
+    "Vector": Vector,
+    "Axes": Axes,
+    "str": str,
+    "tuple[str, str]": tuple[str, str],
+}
+
+
+def _section(kind: type[DataclassInstance], **given: Any) -> type[Section]:
+    """The section of a file that gives the fields of an element, and those `given`."""
+    for field in fields(kind):
+        default = ... if field.default is MISSING else field.default
+        given[field.name] = (_FIELD_TYPES[str(field.type)], default)
+    return create_model(f"{kind.__name__}Section", __base__=Section, **given)
+
+
 class ParameterSection(Section):
     """A parameter: value with unit."""
 
@@ -99,6 +123,37 @@ class ParameterSection(Section):
     tunable: bool = False
 
 
+def _one_shape(value: object) -> object:
+    """The section of a shape as it is, unless it has no shape, or more than one."""
+    if not isinstance(value, dict):
+        return value
+    given = [key for key in (*SHAPES, "mesh") if value.get(key) is not None]
+    if len(given) != 1:
+        raise rejected(
+            f"a body has one shape, got {' and '.join(given) or 'none'}",
+            "write one of box: {length, width, height}, cylinder: {radius, height}, "
+            "sphere: {radius}, mesh: FILE",
+        )
+    if "mesh_origin" in value and given != ["mesh"]:
+        raise rejected("'mesh_origin' is for mesh files", f"give the {given[0]} a center")
+    return value
+
+
+if TYPE_CHECKING:
+    ShapeSection = Section
+else:
+    ShapeSection = Annotated[
+        create_model(
+            "ShapeSection",
+            __base__=Section,
+            **{name: (_section(kind) | None, None) for name, kind in SHAPES.items()},
+            mesh=(str | None, None),
+            mesh_origin=(Vector, (0.0, 0.0, 0.0)),
+        ),
+        BeforeValidator(_one_shape),
+    ]
+
+
 class BodySection(Section):
     """A body: mass and moment of inertia about its centre of gravity."""
 
@@ -106,6 +161,7 @@ class BodySection(Section):
     inertia: Numbers
     description: str = ""
     added_mass: bool = False
+    shape: ShapeSection | None = None
 
 
 class JointSection(Section):
@@ -144,31 +200,11 @@ class TableSection(Section):
     description: str = ""
 
 
-_FIELD_TYPES: dict[str, object] = {
-    "Quantity": Quantity,
-    "Quantity | None": Annotated[float | str | None, BeforeValidator(_number_text_or_nothing)],
-    "QuantityOrVector": Numbers,
-    "Vector": Vector,
-    "Axes": Axes,
-    "str": str,
-    "tuple[str, str]": tuple[str, str],
-}
-
-
-def _section(kind: type[Load]) -> type[Section]:
-    """The section of a file that gives the fields of a load."""
-    given: dict[str, Any] = {"type": (Literal[kind.type], ...)}
-    for field in fields(kind):
-        default = ... if field.default is MISSING else field.default
-        given[field.name] = (_FIELD_TYPES[str(field.type)], default)
-    return create_model(f"{kind.__name__}Section", __base__=Section, **given)
-
-
 if TYPE_CHECKING:
     LoadSection = Section
 else:
-    sections = reduce(operator.or_, map(_section, LOAD_TYPES.values()))
-    LoadSection = Annotated[sections, Field(discriminator="type")]
+    sections = (_section(kind, type=(Literal[name], ...)) for name, kind in LOAD_TYPES.items())
+    LoadSection = Annotated[reduce(operator.or_, sections), Field(discriminator="type")]
 
 
 class ModelSection(Section):
@@ -195,9 +231,10 @@ def model_of(document: Document) -> Model:
     if document.data.get("dimensions", 2) not in DIMENSIONS:  # all else depends on them
         raise InputError([p for p in problems if "dimensions" in p.message])
     if section is not None:
-        groups = _elements(section)
-        tables, unread = _tables(section, document.path.parent)
-        groups["tables"] = tables
+        shapes, unread = _shapes(section, document.path.parent)
+        groups = _elements(section, shapes)
+        groups["tables"], unread_tables = _tables(section, document.path.parent)
+        unread += unread_tables
         problems += [document.problem(f.location, f.message, f.remedy) for f in unread]
         namespace = SimpleNamespace(
             gravity=section.gravity, dimensions=section.dimensions, **groups
@@ -227,9 +264,16 @@ def _is_whole(document: Document, groups: Mapping[str, Collection[str]], group: 
     return isinstance(written, dict) and set(map(str, written)) == set(groups[group])
 
 
-def _elements(section: ModelSection) -> dict[str, Any]:
-    def made(kind: Callable[..., object], members: Mapping[str, Section]) -> dict[str, object]:
-        return {name: kind(**dict(member)) for name, member in members.items()}
+def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, Any]:
+    def made(
+        kind: Callable[..., object],
+        members: Mapping[str, Section],
+        **instead: Mapping[str, object],
+    ) -> dict[str, object]:
+        return {
+            name: kind(**{**dict(member), **{key: of.get(name) for key, of in instead.items()}})
+            for name, member in members.items()
+        }
 
     loads = {}
     for name, member in section.loads.items():
@@ -237,11 +281,29 @@ def _elements(section: ModelSection) -> dict[str, Any]:
         loads[name] = LOAD_TYPES[given.pop("type")](**given)
     return {
         "parameters": made(Parameter, section.parameters),
-        "bodies": made(Body, section.bodies),
+        "bodies": made(Body, section.bodies, shape=shapes),
         "joints": made(Joint, section.joints),
         "points": made(Point, section.points),
         "loads": loads,
     }
+
+
+def _shapes(section: ModelSection, folder: Path) -> tuple[dict[str, Shape], list[Finding]]:
+    """The shapes of bodies, their files from `folder`, and what is wrong with those files."""
+    shapes: dict[str, Shape] = {}
+    found: list[Finding] = []
+    for name, body in section.bodies.items():
+        given = {key: value for key, value in body.shape or () if value is not None}
+        for key in SHAPES.keys() & given.keys():
+            make: Callable[..., Shape] = SHAPES[key]
+            shapes[name] = make(**dict(given[key]))
+        if "mesh" in given:
+            at = ("bodies", name, "shape", "mesh")
+            try:
+                shapes[name] = Mesh(folder / given["mesh"], given["mesh_origin"])
+            except InputError as error:
+                found += (Finding(at, p.message, p.remedy) for p in error.problems)
+    return shapes, found
 
 
 def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list[Finding]]:

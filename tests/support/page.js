@@ -7,7 +7,7 @@ const script = text.match(/<script>([\s\S]*)<\/script>/)[1];
 const notes = [];
 let path = [], frames = [];
 const pen = {
-  setTransform() {}, stroke() {}, save() {}, restore() {}, translate() {}, scale() {}, fillText() {}, clearRect() { notes.length = 0; },
+  setTransform() {}, setLineDash() {}, rect(x, z) { path = [[x, z]]; }, stroke() {}, save() {}, restore() {}, translate() {}, scale() {}, fillText() {}, clearRect() { notes.length = 0; },
   beginPath() { path = []; }, moveTo(x, z) { path.push([x, z]); }, lineTo(x, z) { path.push([x, z]); },
   closePath() {}, arc(x, z) { path = [[x, z]]; }, fill() { notes.push(path); },
 };

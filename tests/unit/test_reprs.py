@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,10 @@ def of_models() -> Iterator[Any]:
     yield from (large, multibody.Equations(large), multibody.topology(large))
     yield from (load for seed in range(8) for load in random_tree(seed, size=6).loads.values())
     yield model.Table(range(5000), range(5000))  # type: ignore[arg-type]
+    yield from (model.Box(1, 1, 1), model.Cylinder(1, 1), model.Sphere(1))
+    with TemporaryDirectory() as folder:
+        (mesh := Path(folder, "a.obj")).write_text("v 0 0 0\nf 1 1 1\n" * 9, encoding="ascii")
+        yield model.Mesh(mesh)
     small = load_model(SPIDERFLOAT)
     made = multibody.model_program(large)
     yield from (

@@ -30,7 +30,6 @@ from m4e_fmi.report.drawing.parts import (
 )
 from m4e_fmi.report.drawing.space.pictures import colour, extent, space_frames
 from m4e_fmi.report.drawing.space.solids import (
-    FACES,
     Poses,
     Solids,
     Spot,
@@ -134,13 +133,15 @@ def _space_data(shown: Solids, times: np.ndarray, poses: Poses) -> dict[str, obj
         "speed": max(1.0, round(float(times[-1] - times[0]) / LONGEST)),
         "bodies": [
             {"name": f"{k + 1} {name}", "colour": colour(k),
-             "box": [_short(corner) for corner in shown.boxes[k]],
+             "vertices": [_short(corner) for corner in shown.hulls[k].vertices],
+             "faces": [list(face) for face in shown.hulls[k].faces],
+             "edged": shown.hulls[k].edged,
              "sticks": [_short(point) for point in shown.sticks[k]]}
             for k, name in enumerate(shown.bodies)
         ],
-        "faces": [list(face) for face in FACES],
         "ropes": [[end(spot) for spot in rope.ends] for rope in shown.ropes],
-        "hinges": [end(hinge.spot) for hinge in shown.hinges],
+        "hinges": [[*end(hinge.spot), hinge.symbol == "square"] for hinge in shown.hinges],
+        "lines": [[*map(end, ends), turns] for ends, turns in shown.lines],
         "poses": packed, "offsets": offsets, "scales": scales,
     }  # fmt: skip
 

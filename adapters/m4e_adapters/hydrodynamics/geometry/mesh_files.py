@@ -12,24 +12,18 @@ from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_MESH
+from m4e_fmi.model.shapes.mesh_files import MeshFileError, stl_triangles
 
 FORMATS = (
     "formats: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS), stl; all of a mesh must be in one "
     "file"
 )
-_HEADER, _FACET = 84, np.dtype([("numbers", "<f4", 12), ("attribute", "<u2")])
-
-
 _GDF_HEADER = 4
 """Lines of a WAMIT file before its numbers; the last of them begins with the number of panels."""
 _NUMBERS = 12
 """Of each panel."""
 _UNKNOWN_FORMAT = "Unrecognized or unsupported mesh format"
 """How Capytaine begins, before it lists what other programs' formats there are."""
-
-
-class MeshFileError(ValueError):
-    """A mesh file cannot be read; the text tells why."""
 
 
 def read_mesh(path: Path) -> Panels:
@@ -92,21 +86,7 @@ def _by_capytaine(path: Path, content: bytes) -> Panels:
 
 
 def stl_panels(content: bytes) -> Panels:
-    """The triangles of an STL file, binary or ASCII; the order of their corners is kept.
-
-    A binary file is known by its length, 84 + 50 n bytes: many begin with "solid", too.
-    """
-    count = int.from_bytes(content[80:_HEADER], "little")
-    if len(content) >= _HEADER and len(content) == _HEADER + count * _FACET.itemsize:
-        facets = np.frombuffer(content, _FACET, offset=_HEADER)["numbers"]
-        corners = facets.reshape(-1, 4, 3)[:, 1:]  # the first is the normal
-    else:
-        words = content.decode("ascii").split()
-        if words[:1] != ["solid"]:
-            raise MeshFileError("neither an ASCII nor a whole binary STL file")
-        at = [k for k, word in enumerate(words) if word == "vertex"]
-        corners = np.array([words[k + 1 : k + 4] for k in at], dtype=float).reshape(-1, 3, 3)
-    if not np.all(np.isfinite(corners)):
-        raise MeshFileError("coordinates that are not finite")
-    index = np.arange(corners.size // 3).reshape(-1, 3)
-    return Panels(corners.reshape(-1, 3).astype(float), index[:, [0, 1, 2, 2]]).merged()
+    """The triangles of an STL file, binary or ASCII; the order of their corners is kept."""
+    corners = stl_triangles(content).reshape(-1, 3)
+    index = np.arange(len(corners)).reshape(-1, 3)
+    return Panels(corners, index[:, [0, 1, 2, 2]]).merged()

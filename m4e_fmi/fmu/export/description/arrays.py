@@ -1,8 +1,9 @@
 """The arrays of FMI 3.0: which scalars of a description are the elements of one variable.
 
 Vectors are the components of one quantity of a body, point or joint: `body.buoy.x` and
-`body.buoy.z` are `body.buoy.position`. What has indices is an array of its own: `added_mass[1,1]`,
-`added_mass[1,2]`, ... are the matrix `added_mass`, row by row.
+`body.buoy.z` are `body.buoy.position`, `body.buoy.e0` to `e3` are `body.buoy.quaternion`. What has
+indices is an array of its own: `added_mass[1,1]`, `added_mass[1,2]`, ... are the matrix
+`added_mass`, row by row.
 """
 
 from __future__ import annotations
@@ -14,10 +15,21 @@ from itertools import product
 from math import prod
 
 from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription
+from m4e_fmi.joints import ATTITUDE, QUATERNION, TURNING
 from m4e_fmi.program import TIME
 
 _MOTION = {"": "position", "v": "velocity", "a": "acceleration"}
 """Text before the axis in the last part of a name → the vector's name."""
+
+IN_SPACE: Mapping[str, tuple[str, ...]] = {
+    "quaternion": QUATERNION,
+    "attitude": ATTITUDE,
+    "angular_velocity": TURNING,
+    "angular_acceleration": ("alpha_x", "alpha", "alpha_z"),
+    "moment": ("moment_x", "moment", "moment_z"),
+    "reaction_moment": ("reaction_moment_x", "reaction_moment", "reaction_moment_z"),
+}
+"""Name of a vector that exists in space only → last parts of the names of all its components."""
 
 LIMITS = ("minimum", "maximum", "nominal")
 
@@ -93,7 +105,7 @@ def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
     found = {
         name: Grouped(name, shape, tuple(variables[m] for m in members))
         for name, (shape, members) in _candidates(list(variables)).items()
-        if name not in variables
+        if name not in variables or name in members
     }
     found = {name: group for name, group in found.items() if _uniform(group)}
     while unfit := _unfit(found, description.variables):
@@ -109,31 +121,41 @@ def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
 
 def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[str]]]:
     """Name of an array → its shape and elements, for all that are complete."""
-    vectors: dict[str, dict[str, str]] = {}
-    indexed: dict[str, dict[tuple[int, ...], str]] = {}
+    found: dict[str, dict[tuple[int, ...], str]] = {}
+    families: dict[tuple[str, str], dict[str, str]] = {}
     for name in names:
         rate = re.fullmatch(r"der\((.+)\)", name)
-        inner = rate[1] if rate else name
-        prefix, _, last = inner.rpartition(".")
-        index = re.fullmatch(r"(.+)\[([0-9]+(?:,[0-9]+)*)\]", inner)
-        if index:
-            array = f"der({index[1]})" if rate else index[1]
-            indexed.setdefault(array, {})[tuple(map(int, index[2].split(",")))] = name
-        elif prefix and (component := _component(last)):
-            vector, axis = component
-            array = f"{prefix}.{vector}"
-            vectors.setdefault(f"der({array})" if rate else array, {})[axis] = name
-    arrays: dict[str, tuple[tuple[int, ...], list[str]]] = {
-        name: ((len(parts),), [parts[axis] for axis in sorted(parts)])
-        for name, parts in vectors.items()
-        if len(parts) > 1
-    }
-    for name, parts in indexed.items():
+        before, inner, after = ("der(", rate[1], ")") if rate else ("", name, "")
+        if index := re.fullmatch(r"(.+)\[([0-9]+(?:,[0-9]+)*)\]", inner):
+            place = tuple(map(int, index[2].split(",")))
+            found.setdefault(f"{before}{index[1]}{after}", {})[place] = name
+        elif (split := inner.rpartition("."))[0]:
+            families.setdefault((f"{before}{split[0]}.", after), {})[split[2]] = name
+    arrays: dict[str, tuple[tuple[int, ...], list[str]]] = {}
+    for (before, after), members in families.items():
+        for vector, parts in _vectors(members).items():
+            arrays[f"{before}{vector}{after}"] = (len(parts),), [members[part] for part in parts]
+    for name, parts in found.items():
         shape = tuple(map(max, zip(*parts, strict=True))) if len(set(map(len, parts))) == 1 else ()
         from_one = all(min(place, default=0) > 0 for place in parts)
         if from_one and len(parts) == prod(shape) > 1:
             arrays[name] = shape, [parts[place] for place in sorted(parts)]
     return arrays
+
+
+def _vectors(parts: Collection[str]) -> dict[str, tuple[str, ...]]:
+    """Name of each vector among the last parts of names that begin alike → its components."""
+    found = {name: whole for name, whole in IN_SPACE.items() if set(whole) <= set(parts)}
+    taken = {part for whole in found.values() for part in whole}
+    by_axis: dict[str, list[tuple[str, str]]] = {}
+    for part in (part for part in parts if part not in taken):
+        if component := _component(part):
+            vector, axis = component
+            by_axis.setdefault(vector, []).append((axis, part))
+    for vector, components in by_axis.items():
+        if len(components) > 1 and vector not in found:
+            found[vector] = tuple(part for _, part in sorted(components))
+    return found
 
 
 def _component(last: str) -> tuple[str, str] | None:

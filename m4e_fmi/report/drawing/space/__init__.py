@@ -1,4 +1,5 @@
-"""Models in space as pictures: boxes with the bodies' inertias, sticks to their joints and points.
+"""Models in space as pictures: bodies in their shapes, or as boxes, with sticks to their joints.
 
-`solids` has a model in numbers, `views` projects it, `pictures` draws it.
+`hulls` has the surface of each body, `hinges` the joints, `solids` a model in numbers, which
+`pictures` projects and draws.
 """

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.drawing.labels import Labels, shortened
-from m4e_fmi.report.drawing.space.solids import FACES, Floats, Poses, Solids
-from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, INK, PAPER, pale
+from m4e_fmi.report.drawing.space.hinges import GROUND
+from m4e_fmi.report.drawing.space.solids import Floats, Poses, Solids
+from m4e_fmi.report.drawing.style import BODY_COLOURS, FORCE, GREY, INK, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 TURN, RISE = np.radians(-60.0), np.radians(22.0)
 """Where the eye is: about Z from +X, and above the X–Y plane."""
+PALEST, DARKEST = 0.28, 0.65
+"""Share of a body's colour, the rest being white, in faces seen from ahead and from the side."""
+NONE = np.zeros(4)  # no colour
 MOST_NAMES = 24  # bodies that are named
 
 
@@ -43,9 +47,12 @@ class View:
         """On the paper, (…, 2) [m], what are `points` (…, 3) [m] in the world."""
         return np.stack([points @ self.right, points @ self.up], axis=-1)
 
-    def depth(self, points: Floats) -> float:
-        """How far away `points` (…, 3) [m] are, on average [m]."""
-        return float(np.mean(points @ self.ahead))
+    def facing(self, sides: Floats) -> Floats:
+        """Cosines (F,) [1] between the line of sight and the normals of `sides` (F, k, 3) [m]."""
+        last = -1 if sides.shape[1] > 3 else 0
+        normals = np.cross(sides[:, 2] - sides[:, 0], sides[:, last] - sides[:, 1])
+        sizes = np.linalg.norm(normals, axis=1)
+        return np.abs(normals @ self.ahead) / np.where(sizes > 0, sizes, 1.0)
 
 
 def colour(body: int) -> str:
@@ -53,13 +60,19 @@ def colour(body: int) -> str:
     return BODY_COLOURS[body % len(BODY_COLOURS)]
 
 
+def shaded(hue: Floats, facing: Floats) -> Floats:
+    """Colours (F, 4) [1] of faces of `hue` (4,) [1]; darker where `facing` (F,) [1] is small."""
+    shares = PALEST + (DARKEST - PALEST) * (1.0 - facing)
+    return 1.0 - shares[:, None] * (1.0 - hue)
+
+
 def extent(shown: Solids, poses: Poses) -> tuple[Floats, Floats]:
     """Lower and upper corner, (3,) each [m], of all that is ever seen."""
     ground = [np.zeros((1, 3)), *(np.array([s.at]) for s in shown.points.values() if s.body < 0)]
     seen = [np.concatenate(ground)]
     for frame in range(0, len(poses.places), max(1, len(poses.places) // 200)):
-        for body, box in enumerate(shown.boxes):
-            corners = np.vstack([box, *(np.array([end]) for end in shown.sticks[body])])
+        for body, hull in enumerate(shown.hulls):
+            corners = np.vstack([hull.vertices, *(np.array([end]) for end in shown.sticks[body])])
             seen.append(poses.all_of(body, corners, frame))
     everything = np.concatenate(seen)
     return everything.min(axis=0), everything.max(axis=0)
@@ -84,7 +97,7 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
         for body, name in list(enumerate(shown.bodies))[:MOST_NAMES]:
             at = view.flat(poses.places[0, body])
             labels.add(f"{body + 1} {name}", at, colour(body), bold=True)
-            labels.avoid(view.flat(poses.all_of(body, shown.boxes[body])))
+            labels.avoid(view.flat(poses.all_of(body, shown.hulls[body].vertices)))
         labels.place()
     return figure
 
@@ -129,36 +142,56 @@ def _prepare(axis: Axes, low: Floats, high: Floats) -> None:
 
 def _paint(axis: Axes, shown: Solids, poses: Poses, frame: int, view: View) -> None:
     """All bodies, joints and loads, the farthest first."""
-    from matplotlib.patches import Polygon
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgba
 
-    parts: list[tuple[float, str, Floats, str]] = []
-    for body, box in enumerate(shown.boxes):
-        corners = poses.all_of(body, box, frame)
-        for face in FACES:
-            side = corners[list(face)]
-            parts.append((view.depth(side), "face", side, colour(body)))
+    parts: list[_Part] = []
+    for body, hull in enumerate(shown.hulls):
+        hue = np.array(to_rgba(colour(body)))
+        corners = poses.all_of(body, hull.vertices, frame)
+        for faces in hull.alike:
+            sides = corners[faces]
+            shades = shaded(hue, view.facing(sides))
+            shades[:, 3] = 0.85 if hull.edged else 1.0
+            edges = np.broadcast_to(hue, shades.shape) if hull.edged else shades
+            width = 0.6 if hull.edged else 0.3
+            parts += [_Part(*of, width) for of in zip(sides, shades, edges, strict=True)]
         for end in shown.sticks[body]:
-            line = np.array(
-                [poses.places[frame, body], poses.all_of(body, np.array([end]), frame)[0]]
-            )
-            parts.append((view.depth(line), "stick", line, colour(body)))
+            tip = poses.all_of(body, np.array([end]), frame)[0]
+            parts.append(_Part(np.array([poses.places[frame, body], tip]), NONE, hue, 2.2))
     for rope in shown.ropes:
         line = np.array([poses.of(spot, frame) for spot in rope.ends])
-        parts.append((view.depth(line), "rope", line, FORCE))
+        parts.append(_Part(line, NONE, np.array(to_rgba(FORCE)), 1.2))
+    parts.sort(key=lambda part: -float((part.points @ view.ahead).mean()))
+    axis.add_collection(
+        PolyCollection(
+            [view.flat(part.points) for part in parts],
+            facecolors=np.array([part.face for part in parts]),
+            edgecolors=np.array([part.edge for part in parts]),
+            linewidths=[part.width for part in parts],
+            zorder=5,
+        )
+    )
+    for ends, turns in shown.lines:
+        line = view.flat(np.array([poses.of(end, frame) for end in ends]))
+        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6)
     for hinge in shown.hinges:
-        at = poses.of(hinge.spot, frame)[None]
-        parts.append((-np.inf, "hinge", at, INK))  # never covered
-    for k, (_, kind, points, hue) in enumerate(sorted(parts, key=lambda part: -part[0])):
-        order = 5 + 5 * k / len(parts)  # below the names
-        flat = view.flat(points)
-        if kind == "face":
-            axis.add_patch(Polygon(flat, facecolor=pale(hue), edgecolor=hue, lw=0.8, alpha=0.85,
-                                   zorder=order))  # fmt: skip
-        elif kind == "hinge":
-            axis.plot(*flat.T, "o", ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=order)
-        else:
-            axis.plot(*flat.T, color=hue, lw=2.2 if kind == "stick" else 1.2,
-                      zorder=order)  # fmt: skip
+        at = view.flat(poses.of(hinge.spot, frame))
+        marker = "s" if hinge.symbol == "square" else "o"
+        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7)
+    fixed = [spot for rope in shown.ropes for spot in rope.ends if spot.body == GROUND]
+    for spot in fixed:
+        axis.plot(*view.flat(np.array(spot.at)), "^", ms=5, mfc=GREY, mec=GREY, zorder=7)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A polygon, or a line, of `points` (n, 3) [m]; colours (4,) of its face and its edges."""
+
+    points: Floats
+    face: Floats
+    edge: Floats
+    width: float
 
 
 def _axes(axis: Axes, view: View, low: Floats, high: Floats) -> None:

@@ -2,47 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.model import Model
-from m4e_fmi.model.elements import inertia_of, parameter_values, quantity, vector
-from m4e_fmi.model.expression import Values
+from m4e_fmi.model import Mesh, Model
+from m4e_fmi.model.elements import parameter_values, vector
 from m4e_fmi.model.loads import Bushing, TensionDamper, TensionSpring, TensionStop
+from m4e_fmi.model.shapes import MOST_TRIANGLES
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.scene import start_values
+from m4e_fmi.report.drawing.space.hinges import GROUND, Hinge, Spot, Triple, hinge_of
+from m4e_fmi.report.drawing.space.hulls import Hull, fitted, inertia_box, shape_hull
 from m4e_fmi.simulate import Simulation
 
 Floats = NDArray[np.float64]
 
-GROUND = -1
-CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
-"""Corners of each side of a box, in order."""
-THINNEST, WIDEST = 0.015, 0.6
-"""Half sides of a box, relative to the size of the scene."""
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A point of a body, in body axes from its centre of gravity [m]; of the ground if −1."""
-
-    body: int
-    at: tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Hinge:
-    """A joint: its point of the child, and its symbol."""
-
-    spot: Spot
-    symbol: str
+AXIS = 0.22
+"""Half the length of an axis, relative to the size of the scene."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +38,29 @@ class Rope:
 class Solids:
     """A model in space to be drawn; bodies in the order of their numbers.
 
-    `boxes` (N, 8, 3) are the corners of boxes with the bodies' moments of inertia, `sticks` the
-    points of each body to which lines lead from its centre of gravity, all in body axes [m].
+    `hulls` are their shapes, or boxes with their moments of inertia, `sticks` the points of each
+    body to which lines lead from its centre of gravity, all in body axes [m]. Axes of joints are
+    drawn to `reach` [m] on both sides.
     """
 
     title: str
     description: str
     bodies: tuple[str, ...]
-    boxes: Floats
-    sticks: tuple[tuple[tuple[float, float, float], ...], ...]
+    hulls: tuple[Hull, ...]
+    sticks: tuple[tuple[Triple, ...], ...]
     hinges: tuple[Hinge, ...]
     ropes: tuple[Rope, ...]
     points: Mapping[str, Spot]
+    reach: float
+
+    @property
+    def lines(self) -> Iterator[tuple[tuple[Spot, Spot], bool]]:
+        """Axes of joints, and from parent to child where these slide; True for what turns."""
+        for hinge in self.hinges:
+            if any(axis.slides for axis in hinge.axes) or hinge.symbol == "sleeve":
+                yield (hinge.base, hinge.spot), False
+            for axis in hinge.axes:
+                yield axis.ends(self.reach), not axis.slides
 
 
 @dataclass(frozen=True)
@@ -94,21 +86,20 @@ def solids(model: Model) -> Solids:
     """`model` in numbers; quantities that depend on parameters have the values of the model."""
     tree, values = topology(model), parameter_values(model.parameters)
 
-    def numbers(owner: Any, field: str) -> tuple[float, float, float]:
+    def numbers(owner: object, field: str) -> Triple:
         given = [float(part.evaluate(values)) for part in vector(owner, field)]
         return (given[0], given[1], given[2]) if len(given) == 3 else (0.0, 0.0, 0.0)
 
-    sticks: list[list[tuple[float, float, float]]] = [[] for _ in tree.links]
-    hinges = []
+    sticks: list[list[Triple]] = [[] for _ in tree.links]
+    hinges: list[Hinge] = []
     for k, link in enumerate(tree.links):
         if link.joint_type.is_free:
             continue
-        to_child = numbers(link.joint, "joint_to_child")
-        back = (-to_child[0], -to_child[1], -to_child[2])
-        sticks[k].append(back)
-        if link.parent >= 0:
-            sticks[link.parent].append(numbers(link.joint, "parent_to_joint"))
-        hinges.append(Hinge(Spot(k, back), link.joint_type.symbol))
+        hinge = hinge_of(link, k, numbers)
+        for end in (hinge.spot, hinge.base):
+            if end.body != GROUND:
+                sticks[end.body].append(end.at)
+        hinges.append(hinge)
     points = {
         name: Spot(tree.index(point.body), numbers(point, "at"))
         for name, point in model.points.items()
@@ -121,57 +112,39 @@ def solids(model: Model) -> Solids:
         for load in model.loads.values()
         if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
     )
-    boxes = np.array([_box(model, link.body, values) for link in tree.links])
-    size = _size(boxes, sticks, points)
-    limits = THINNEST * size, WIDEST * size
+    bodies = [model.bodies[link.body] for link in tree.links]
+    most = MOST_TRIANGLES // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
+    given = [
+        shape_hull(body.shape, values, most) if body.shape else inertia_box(body, values)
+        for body in bodies
+    ]
+    size = _size(given, sticks, points)
+    hulls = (
+        hull if body.shape else fitted(hull, size) for body, hull in zip(bodies, given, strict=True)
+    )
     return Solids(
         title=model.name,
         description=" ".join(model.description.split()),
         bodies=tuple(link.body for link in tree.links),
-        boxes=np.array([_fitted(box, *limits) for box in boxes]),
+        hulls=tuple(hulls),
         sticks=tuple(tuple(dict.fromkeys(ends)) for ends in sticks),
         hinges=tuple(hinges),
         ropes=ropes,
         points=points,
+        reach=AXIS * size,
     )
 
 
-def _box(model: Model, name: str, values: Values) -> Floats:
-    """Corners (8, 3) of the uniform box with the mass and inertia of a body, about its CG.
-
-    Of a mass that is not known yet the proportions are right.
-    """
-    body = model.bodies[name]
-    mass = 1.0 if body.is_neutral else float(quantity(body, "mass").evaluate(values))
-    given = [float(part.evaluate(values)) for part in inertia_of(body)]
-    xx, yy, zz, xy, yz, zx = [*given, 0.0, 0.0, 0.0][:6]
-    moments, axes = np.linalg.eigh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
-    squares = np.maximum(0.0, 1.5 * (moments.sum() - 2 * moments) / mass)
-    return CORNERS * np.sqrt(squares) @ axes.T
-
-
-def _fitted(box: Floats, thinnest: float, widest: float) -> Floats:
-    """A box of these proportions, made smaller if a half side is too long; thin sides are seen."""
-    sides = np.array([box[4] - box[0], box[2] - box[0], box[1] - box[0]]) / 2
-    lengths = np.linalg.norm(sides, axis=1)
-    smaller = min(1.0, widest / max(lengths.max(), 1e-300))
-    spare = np.linalg.qr(np.vstack([sides, np.eye(3)]).T)[0].T
-    units = [
-        side / length if length > 0 else spare[k]
-        for k, (side, length) in enumerate(zip(sides, lengths, strict=True))
-    ]
-    fitted = np.maximum(smaller * lengths, thinnest)[:, None] * np.array(units)
-    return CORNERS @ fitted
-
-
 def _size(
-    boxes: Floats, sticks: list[list[tuple[float, float, float]]], points: Mapping[str, Spot]
+    hulls: Sequence[Hull],
+    sticks: list[list[Triple]],
+    points: Mapping[str, Spot],
 ) -> float:
-    """A length of the scene [m]: that of its longest arm, or box."""
+    """A length of the scene [m]: that of its longest arm, or its largest body."""
     arms = [np.linalg.norm(end) for ends in sticks for end in ends]
     ground = [np.linalg.norm(spot.at) for spot in points.values() if spot.body == GROUND]
     longest = max((*arms, *ground), default=0.0)
-    return float(longest) or float(np.abs(boxes).max()) or 1.0
+    return float(longest) or max(float(np.abs(hull.vertices).max()) for hull in hulls) or 1.0
 
 
 def start_poses(model: Model, program: Program) -> Poses:

@@ -50,6 +50,29 @@ def test_forces_of_any_name() -> None:
     ]
 
 
+def test_in_space() -> None:
+    """A component about Y has no axis in its name; the array may have that name."""
+    e = [output(f"b.e{k}") for k in (1, 0, 3, 2)]
+    turns = [output(f"b.{part}") for part in ("omega", "omega_x", "omega_z")]
+    moments = [output(f"j.reaction_moment{axis}") for axis in ("", "_z", "_x")]
+    found = arrays(*e, *turns, *moments)
+    assert list(found) == ["time", "b.quaternion", "b.angular_velocity", "j.reaction_moment"]
+    assert [v.name for v in found["b.quaternion"].members] == ["b.e0", "b.e1", "b.e2", "b.e3"]
+    axes = [v.name.removeprefix("j.reaction_moment") for v in found["j.reaction_moment"].members]
+    assert axes == ["_x", "", "_z"]
+    rates = [output(f"der(b.e{k})", derivative_of=f"b.e{k}") for k in range(4)]
+    assert names(*e, *rates) == ["time", "b.quaternion", "der(b.quaternion)"]
+
+
+def test_parts_of_what_exists_in_space_stay_apart() -> None:
+    assert names(*map(output, ("b.e1", "b.e2", "b.phi", "b.theta"))) == [
+        *("time", "b.e1", "b.e2", "b.phi", "b.theta")
+    ]
+    assert names(output("b.omega_x"), output("b.omega"), output("b.omega_z", unit="deg")) == [
+        *("time", "b.omega_x", "b.omega", "b.omega_z")
+    ]
+
+
 def test_indices() -> None:
     matrix = [output(f"a.m[{i},{j}]", unit=f"m{i + j}") for j in (1, 2, 3) for i in (1, 2)]
     found = arrays(*matrix, output("v[2]"), output("v[1]"), output("w[1]"))

@@ -1,0 +1,138 @@
+"""Box, cylinder, sphere and mesh: the form in which a body is drawn.
+
+All lengths in m, places from the body's centre of gravity in body axes, in the pose q = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
+
+from m4e_fmi.errors import InputError, is_file, missing_file
+from m4e_fmi.files.document import Location
+from m4e_fmi.model.findings import Finding, Known, quantities
+from m4e_fmi.model.shapes.mesh_files import MeshFileError, Triangles, read_triangles, reduced
+
+if TYPE_CHECKING:
+    from m4e_fmi.model.elements import Body, Quantity, Vector
+
+MOST_TRIANGLES = 5000
+"""Of all meshes of a model together. A browser without a graphics card paints these in 25 ms."""
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box: `length` [m] along X, `width` along Y, `height` along Z, its middle at `center`."""
+
+    length: Quantity
+    width: Quantity
+    height: Quantity
+    center: Vector = ORIGIN
+
+    scalars: ClassVar = {"length": "m", "width": "m", "height": "m"}
+    vectors: ClassVar = {"center": "m"}
+    positive: ClassVar = ("length", "width", "height")
+    keys: ClassVar = ("box",)
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder of `radius` [m] and `height` [m] along `axis`, its middle at `center` [m].
+
+    The length of the axis does not matter.
+    """
+
+    radius: Quantity
+    height: Quantity
+    axis: Vector = (0.0, 0.0, 1.0)
+    center: Vector = ORIGIN
+
+    scalars: ClassVar = {"radius": "m", "height": "m"}
+    vectors: ClassVar = {"axis": "", "center": "m"}
+    positive: ClassVar = ("radius", "height")
+    keys: ClassVar = ("cylinder",)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere of `radius` [m] about `center` [m]."""
+
+    radius: Quantity
+    center: Vector = ORIGIN
+
+    scalars: ClassVar = {"radius": "m"}
+    vectors: ClassVar = {"center": "m"}
+    positive: ClassVar = ("radius",)
+    keys: ClassVar = ("sphere",)
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The surface in an STL or OBJ `file`, in m; its origin lies at `mesh_origin` [m].
+
+    `triangles` (T, 3, 3) [m] are those of the file, at most MOST_TRIANGLES: a finer mesh is made
+    coarser. InputError if the file cannot be read.
+    """
+
+    file: str | Path
+    mesh_origin: Vector = ORIGIN
+    triangles: Triangles = field(init=False, repr=False, compare=False)
+
+    scalars: ClassVar = {}
+    vectors: ClassVar = {"mesh_origin": "m"}
+    positive: ClassVar = ()
+    keys: ClassVar = ()
+
+    def __post_init__(self) -> None:
+        path = Path(self.file)
+        if not is_file(path):
+            raise InputError.single(*missing_file(path, "mesh file"))
+        try:
+            triangles = reduced(read_triangles(path), MOST_TRIANGLES)
+        except (MeshFileError, OSError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            message = f"mesh file {path.name} cannot be read: {reason}"
+            raise InputError.single(message, "give an STL or OBJ file with triangles") from None
+        triangles.setflags(write=False)
+        object.__setattr__(self, "triangles", triangles)
+
+
+Shape: TypeAlias = "Box | Cylinder | Sphere | Mesh"
+
+
+def shape_findings(at: Location, body: Body, known: Known) -> Iterator[Finding]:
+    """Problems of the numbers and expressions of a body's shape, which planar bodies have not."""
+    if body.shape is None:
+        return
+    if known.dimensions == 2:
+        message = "shape: bodies of a planar model are drawn by their joints and points"
+        yield Finding((*at, "shape"), message, "remove it, or add 'dimensions: 3'")
+        return
+    yield from quantities(shape_place(at, body.shape), body.shape, known)
+
+
+def shape_place(at: Location, shape: Shape) -> Location:
+    """Where in a model the quantities of the shape of the body at `at` are."""
+    return (*at, "shape", *shape.keys)
+
+
+def shape_quantities(at: Location, shape: Shape) -> Iterator[tuple[Location, Quantity]]:
+    """Every number or expression of the shape of the body at `at`, and where it stands."""
+    place = shape_place(at, shape)
+    for name in shape.scalars:
+        yield (*place, name), getattr(shape, name)
+    for name in shape.vectors:
+        yield from (((*place, name, k), part) for k, part in enumerate(getattr(shape, name)))
+
+
+def axis_without_direction(
+    at: Location, body: Body, computed: Mapping[Location, float]
+) -> Iterator[Finding]:
+    """A finding if all parts of the axis of a cylinder are 0."""
+    if isinstance(body.shape, Cylinder):
+        place = (*shape_place(at, body.shape), "axis")
+        if all(computed.get((*place, k)) == 0.0 for k in range(3)):
+            yield Finding(place, "the axis has no length", "give a vector such as [0, 0, 1]")

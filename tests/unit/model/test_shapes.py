@@ -1,0 +1,179 @@
+"""Shapes of bodies in space: reading, refusals, mesh files."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.model import Body, Box, Cylinder, Joint, Mesh, Model, Sphere, load_model
+from m4e_fmi.model.shapes.mesh_files import MeshFileError, obj_triangles, read_triangles, reduced
+
+TETRAHEDRON = """\
+# four corners
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1/1 2/2 4/3
+f -3 -2 -1
+f 1//1 4//2 3//3
+"""
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+
+
+def model(folder: Path, shape: str, *, dimensions: int = 3) -> Path:
+    inertia = "[1, 1, 1]" if dimensions == 3 else "1"
+    path = folder / "m.model.yaml"
+    path.write_text(
+        f"name: m\ndimensions: {dimensions}\n"
+        "parameters: {r: {value: 20, unit: cm}, m: {value: 2, unit: kg}}\n"
+        "bodies:\n"
+        f"  b: {{mass: m, inertia: {inertia}, shape: {shape}}}\n"
+        "joints: {j: {type: floating, child: b}}\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def binary_stl(triangles: np.ndarray) -> bytes:
+    rows = (struct.pack("<12fH", 0, 0, 0, *t.reshape(-1), 0) for t in triangles)
+    return b"\0" * 80 + struct.pack("<I", len(triangles)) + b"".join(rows)
+
+
+def ball(rows: int) -> np.ndarray:
+    """A sphere of radius 1 m by 2·rows² triangles or so."""
+    down, around = np.linspace(0, np.pi, rows + 1), np.linspace(0, 2 * np.pi, 2 * rows + 1)
+    at = np.stack(
+        [
+            np.outer(np.sin(down), np.cos(around)),
+            np.outer(np.sin(down), np.sin(around)),
+            np.outer(np.cos(down), np.ones_like(around)),
+        ],
+        axis=-1,
+    )
+    a, b, c, d = at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]
+    halves = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)])
+    return halves.reshape(-1, 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{box: {length: 2, width: r, height: 1}}", Box(2, "r", 1)),
+        ("{sphere: {radius: r/2, center: [r, 0, 1]}}", Sphere("r/2", ("r", 0, 1))),
+        ("{cylinder: {radius: r, height: 3, axis: [1, 0, 0]}}", Cylinder("r", 3, (1, 0, 0))),
+    ],
+)
+def test_from_a_file(tmp_path: Path, text: str, expected: object) -> None:
+    assert load_model(model(tmp_path, text)).bodies["b"].shape == expected
+
+
+def test_a_mesh_is_next_to_its_model(tmp_path: Path) -> None:
+    (tmp_path / "t.obj").write_text(TETRAHEDRON, encoding="utf-8")
+    shape = load_model(model(tmp_path, "{mesh: t.obj, mesh_origin: [0, r, 1]}")).bodies["b"].shape
+    assert isinstance(shape, Mesh)
+    assert shape.mesh_origin == (0, "r", 1)
+    assert shape.triangles.shape == (4, 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "remedy"),
+    [
+        ("{}", "a body has one shape, got none", "box: {length, width, height}"),
+        (
+            "{sphere: {radius: 1}, box: {length: 1, width: 1, height: 1}}",
+            "a body has one shape, got box and sphere", "write one of",
+        ),
+        ("{sphere: {radius: 1}, mesh_origin: [0, 0, 1]}", "'mesh_origin' is for mesh files",
+         "give the sphere a center"),
+        ("{ball: {radius: 1}}", "a body has one shape, got none", "sphere: {radius}"),
+        ("{box: {length: 1, width: 1, draft: 1}}", "unknown key 'draft'", ""),
+        ("{sphere: {radius: -r}}", "must be positive, got -0.2", "give a positive radius"),
+        ("{sphere: {radius: q}}", "'q' is not declared", ""),
+        ("{sphere: {radius: m}}", "radius: m is in kg, expected m", "did you mean 'r'"),
+        ("{sphere: {radius: 1, center: [0, 1]}}", "center: expected [x, y, z], got 2 entries", ""),
+        ("{sphere: {radius: 1, center: [0, 0, m]}}", "center: m is in kg, expected m", ""),
+        ("{cylinder: {radius: 1, height: 1, axis: [0, 0, 0]}}", "the axis has no length",
+         "give a vector such as [0, 0, 1]"),
+        ("{mesh: gone.stl}", "no such mesh file", ""),
+        ("{mesh: hull.gdf}", "the format .gdf is not one of .stl and .obj", "give an STL or OBJ"),
+        ("{mesh: bad.obj}", "line 2 is neither a vertex nor a face: 'v 1 x 0'", ""),
+        ("{mesh: none.obj}", "mesh file none.obj cannot be read: it has no triangles", ""),
+    ],
+)  # fmt: skip
+def test_refusals_with_their_line(tmp_path: Path, text: str, message: str, remedy: str) -> None:
+    (tmp_path / "hull.gdf").write_text("hull", encoding="utf-8")
+    (tmp_path / "bad.obj").write_text("v 0 0 0\nv 1 x 0\n", encoding="utf-8")
+    (tmp_path / "none.obj").write_text("v 0 0 0\n", encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_model(model(tmp_path, text))
+    problems = [p for p in error.value.problems if message in p.message]
+    assert [(p.line, Path(p.file).name) for p in problems] == [(5, "m.model.yaml")]
+    assert remedy in problems[0].remedy
+
+
+def test_planar_bodies_have_none(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="bodies of a planar model") as error:
+        load_model(model(tmp_path, "{sphere: {radius: 1}}", dimensions=2))
+    assert "add 'dimensions: 3'" in error.value.problems[0].remedy
+
+
+def test_in_python(tmp_path: Path) -> None:
+    made = Model(
+        "m", {"b": Body(1, (1, 1, 1), shape=Sphere(0.5))}, {"j": Joint("floating", "b")},
+        dimensions=3,
+    )  # fmt: skip
+    assert made.bodies["b"].shape == Sphere(0.5)
+    with pytest.raises(InputError, match=r"bodies\.b\.shape\.sphere\.radius: must be positive"):
+        Model(
+            "m", {"b": Body(1, (1, 1, 1), shape=Sphere(0))}, {"j": Joint("floating", "b")},
+            dimensions=3,
+        )  # fmt: skip
+    with pytest.raises(InputError, match="no such mesh file"):
+        Mesh(tmp_path / "gone.stl")
+
+
+class TestMeshFiles:
+    def test_stl_in_both_forms(self, tmp_path: Path) -> None:
+        triangles = obj_triangles(TETRAHEDRON.encode())
+        facets = "".join(
+            "facet normal 0 0 0\nouter loop\n"
+            + "".join(f"vertex {x:g} {y:g} {z:g}\n" for x, y, z in t)
+            + "endloop\nendfacet\n"
+            for t in triangles
+        )
+        (tmp_path / "text.STL").write_text(f"solid t\n{facets}endsolid t\n", encoding="ascii")
+        (tmp_path / "bytes.stl").write_bytes(binary_stl(triangles))
+        for name in ("text.STL", "bytes.stl"):
+            np.testing.assert_array_equal(read_triangles(tmp_path / name), triangles)
+
+    def test_faces_of_four_corners(self) -> None:
+        two = obj_triangles(SQUARE.encode())
+        normals = np.cross(two[:, 1] - two[:, 0], two[:, 2] - two[:, 0])
+        np.testing.assert_array_equal(normals, [[0, 0, 1], [0, 0, 1]])
+
+    @pytest.mark.parametrize("face", ["f 1 2 5", "f 0 1 2", "f 1 2 -5", "f 1 two 3"])
+    def test_corners_that_do_not_exist(self, face: str) -> None:
+        with pytest.raises(MeshFileError, match="line 6 is neither a vertex nor a face"):
+            obj_triangles(f"{SQUARE}{face}\n".encode())
+
+    @pytest.mark.parametrize("content", [b"", b"solid\nvertex 1 2", b"nonsense", b"\0" * 90])
+    def test_what_is_no_stl(self, tmp_path: Path, content: bytes) -> None:
+        (tmp_path / "a.stl").write_bytes(content)
+        with pytest.raises(MeshFileError):
+            read_triangles(tmp_path / "a.stl")
+
+    def test_a_fine_mesh_is_made_coarser(self) -> None:
+        """Within a cell of the grid: for 1,000 triangles at most a fifteenth of the diameter."""
+        fine = ball(60)
+        coarse = reduced(fine, 1000)
+        assert 200 < len(coarse) <= 1000
+        distances = np.linalg.norm(coarse.reshape(-1, 3), axis=1)
+        assert distances.min() > 1 - 2 / 15
+        assert distances.max() <= 1 + 1e-12
+        np.testing.assert_array_equal(reduced(fine, len(fine)), fine)
