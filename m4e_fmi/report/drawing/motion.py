@@ -17,6 +17,7 @@ from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.parts import colour_of, ground_lines, placed, ranks, tie_lines
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.scene import Scene, scene, start_values
+from m4e_fmi.report.drawing.space.modes import ModePictures
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
 
@@ -71,15 +72,45 @@ def plot_modes(
     """Draw mode shapes of `model` to `picture`: at rest in grey, and moved one way and the other.
 
     Column k of `shapes`, (n, modes), in any units, holds the coordinates of mode k in the order of
-    the Program's states, real or complex (its phase now and a quarter of a period later). `at` is
-    where to move from, the start values if it is not given. Amplitudes are scaled to be seen.
-    InputError for shapes of another size.
+    the Program's states, of a free attitude its small rotations, after all others; real or complex
+    (its phase now and a quarter of a period later). `at` is where to move from, the start values if
+    it is not given. Amplitudes are scaled to be seen. InputError for shapes of another size.
     """
     from m4e_fmi.analysis.points import operating_point
 
     program = model_program(model)
     program = program.with_start(operating_point(program, at).values)
+    if model.dimensions == 3:
+        return _spatial_modes(ModePictures(model, program), shapes, picture, titles)
     coordinates = [v for v in program.states if v.derivative_of is None]
+    columns = _columns(shapes, coordinates)
+    shown = scene(model, program)
+    size = shown.size(shown.start[None])
+    low, high = _window(shown)
+    width, height = 3.4 * (high - low) / (high - low).max()
+    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
+    for k, axis in enumerate(axes):
+        shape, diagonal = _in_phase(columns[:, k]), shown.diagonal(shown.start[None])
+        _mode(axis, shown, _moved(shown, program, coordinates, shape, diagonal), size)
+        _entitle(axis, k, titles)
+    return _saved(figure, model.name, picture)
+
+
+def _spatial_modes(
+    pictures: ModePictures, shapes: ArrayLike, picture: Path, titles: Sequence[str]
+) -> Path:
+    columns = _columns(shapes, pictures.coordinates)
+    low, high = pictures.limits
+    width, height = 3.4 * (high - low) / (high - low).max()
+    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
+    for k, axis in enumerate(axes):
+        pictures.draw(axis, _in_phase(columns[:, k]))
+        _entitle(axis, k, titles)
+    return _saved(figure, pictures.model.name, picture)
+
+
+def _columns(shapes: ArrayLike, coordinates: Sequence[Variable]) -> np.ndarray:
+    """Shapes as an array (n, modes); InputError if they are not of these coordinates."""
     columns = np.atleast_2d(np.asarray(shapes))
     if columns.shape[0] != len(coordinates):
         message = (
@@ -87,20 +118,17 @@ def plot_modes(
         )
         names = ", ".join(v.name for v in coordinates)
         raise InputError.single(message, f"give one row for each of {names}")
-    shown = scene(model, program)
-    size = shown.size(shown.start[None])
-    low, high = _window(shown)
-    width, height = 3.4 * (high - low) / (high - low).max()
-    figure, axes = _grid(columns.shape[1], max(1.6, width), height + 0.4)
-    for k, axis in enumerate(axes):
-        shape = columns[:, k] * np.exp(-1j * np.angle(columns[np.argmax(np.abs(columns[:, k])), k]))
-        moved = _moved(
-            shown, program, coordinates, np.real(shape), shown.diagonal(shown.start[None])
-        )
-        _mode(axis, shown, moved, size)
-        title = titles[k] if k < len(titles) else f"mode {k + 1}"
-        axis.set_title(shortened(title), fontsize=9, color=INK, loc="left")
-    return _saved(figure, model.name, picture)
+    return columns
+
+
+def _in_phase(shape: np.ndarray) -> np.ndarray:
+    """The shape (n,) when its largest part is largest."""
+    return np.real(shape * np.exp(-1j * np.angle(shape[np.argmax(np.abs(shape))])))
+
+
+def _entitle(axis: Axes, k: int, titles: Sequence[str]) -> None:
+    title = titles[k] if k < len(titles) else f"mode {k + 1}"
+    axis.set_title(shortened(title), fontsize=9, color=INK, loc="left")
 
 
 def _coordinates_and_velocities(program: Program) -> list[tuple[str, str]]:

@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.joints import JointType
 from m4e_fmi.model import JointEffort, Model
 from m4e_fmi.model.elements import Quantity, Vector, gravity_of, parameter_values
@@ -185,16 +184,8 @@ def start_values(program: Program) -> dict[str, float]:
     return values | dict(zip([v.name for v in program.outputs], outputs, strict=True))
 
 
-def check_planar(model: Model) -> None:
-    """InputError for a model in space."""
-    if model.dimensions == 3:
-        message = f"{model.name}: pictures of mode shapes show planar models only"
-        raise InputError.single(message, "read the shapes in the modes' table")
-
-
 def scene(model: Model, program: Program | None = None) -> Scene:
-    """Scene of `model` at the start values of `program`, its own one if none is given."""
-    check_planar(model)
+    """Scene of a planar `model` at the start values of `program`, its own if none is given."""
     program = program or model_program(model)
     tree = topology(model)
     values = parameter_values(model.parameters)

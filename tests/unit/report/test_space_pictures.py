@@ -29,6 +29,7 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.multibody import model_program, topology
 from m4e_fmi.report import animate, draw_model, plot_modes
+from m4e_fmi.report.drawing.space.modes import ModePictures
 from m4e_fmi.report.drawing.space.pictures import View, space_figure
 from m4e_fmi.report.drawing.space.solids import poses_of, solids, start_poses
 from m4e_fmi.simulate import simulate
@@ -229,9 +230,26 @@ class TestSpace:
             picture.seek(10)
             assert np.abs(np.asarray(picture.convert("RGB"), float) - first).max() > 100
 
-    def test_mode_shapes_are_refused(self, tmp_path: Path, gyroscope: Model) -> None:
-        with pytest.raises(InputError, match="mode shapes show planar models only"):
-            plot_modes(gyroscope, np.eye(3), tmp_path / "modes.png")
+    def test_mode_shapes(self, tmp_path: Path) -> None:
+        """A barge on springs: heave moves all corners alike, roll the sides against each other."""
+        barge = Model("barge", {"hull": Body(1.0, (1, 2, 3))}, {"sea": Joint("floating", "hull")},
+                      dimensions=3, gravity=0)  # fmt: skip
+        pictures = ModePictures(barge, model_program(barge))
+        names = [v.name.rpartition(".")[2] for v in pictures.coordinates]
+        assert names == ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+        heave, roll = (pictures.poses_of(np.eye(6)[k])(0.2) for k in (2, 3))
+        np.testing.assert_allclose(heave.places[0, 0], [0, 0, 0.2])
+        np.testing.assert_allclose(roll.places[0, 0], [0, 0, 0], atol=1e-15)
+        turn = [[1, 0, 0], [0, np.cos(0.2), -np.sin(0.2)], [0, np.sin(0.2), np.cos(0.2)]]
+        np.testing.assert_allclose(roll.attitudes[0, 0], turn, atol=1e-14)
+        path = plot_modes(barge, np.eye(6)[:, [2, 3]], tmp_path / "m.png", titles=["heave", "roll"])
+        with Image.open(path) as picture:
+            width, height = picture.size
+            pixels = np.asarray(picture.convert("L"), float)
+        assert (pixels[:, : width // 2] < 200).sum() > 0.01 * width * height / 2
+        assert (pixels[:, width // 2 :] < 200).sum() > 0.01 * width * height / 2
+        with pytest.raises(InputError, match="mode shapes have 3 rows, the model 6 coordinates"):
+            plot_modes(barge, np.eye(3), tmp_path / "modes.png")
 
     def test_another_model_is_refused(self, tmp_path: Path, gyroscope: Model) -> None:
         rod = Model("rod", {"rod": Body(1, 1)}, {"pin": Joint("revolute", "rod")})

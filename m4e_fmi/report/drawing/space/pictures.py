@@ -87,8 +87,8 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
     sides = np.maximum((high - low) / max(high - low), 0.4 if named else 1.0) * inches
     figure = Figure(figsize=(sides[0], sides[1]), facecolor=PAPER)
     axis = figure.add_axes((0, 0, 1, 1))
-    _prepare(axis, low, high)
-    _paint(axis, shown, poses, 0, view)
+    prepare(axis, low, high)
+    paint(axis, shown, poses, 0, view)
     if named:
         figure.suptitle(shortened(shown.title), x=0.02, ha="left", fontsize=11, color=INK,
                         fontweight="bold")  # fmt: skip
@@ -118,8 +118,8 @@ def space_frames(shown: Solids, times: Floats, poses: Poses, pixels: int) -> Ite
     clock = figure.text(0.98, top, "", fontsize=10, ha="right", va="center", color=GREY)
     for frame, time in enumerate(times):
         axis.clear()
-        _prepare(axis, low, high)
-        _paint(axis, shown, poses, frame, view)
+        prepare(axis, low, high)
+        paint(axis, shown, poses, frame, view)
         _axes(axis, view, low, high)
         clock.set_text(f"{time:.2f} s")
         canvas.draw()
@@ -135,13 +135,16 @@ def _limits(shown: Solids, poses: Poses, view: View) -> tuple[Floats, Floats]:
     return flat.min(axis=0) - margin, flat.max(axis=0) + margin
 
 
-def _prepare(axis: Axes, low: Floats, high: Floats) -> None:
+def prepare(axis: Axes, low: Floats, high: Floats) -> None:
+    """Set an axis up for what lies between the corners `low` and `high`, (2,) each [m]."""
     axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axis.axis("off")
 
 
-def _paint(axis: Axes, shown: Solids, poses: Poses, frame: int, view: View) -> None:
-    """All bodies, joints and loads, the farthest first."""
+def paint(
+    axis: Axes, shown: Solids, poses: Poses, frame: int, view: View, *, strength: float = 1.0
+) -> None:
+    """Draw all bodies, joints and loads, the farthest first; `strength` 1 covers what is behind."""
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgba
 
@@ -169,16 +172,18 @@ def _paint(axis: Axes, shown: Solids, poses: Poses, frame: int, view: View) -> N
             facecolors=np.array([part.face for part in parts]),
             edgecolors=np.array([part.edge for part in parts]),
             linewidths=[part.width for part in parts],
+            alpha=None if strength == 1.0 else strength,
             zorder=5,
         )
     )
     for ends, turns in shown.lines:
         line = view.flat(np.array([poses.of(end, frame) for end in ends]))
-        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6)
+        axis.plot(*line.T, color=INK, lw=0.8, ls="-." if turns else "-", zorder=6,
+                  alpha=strength)  # fmt: skip
     for hinge in shown.hinges:
         at = view.flat(poses.of(hinge.spot, frame))
         marker = "s" if hinge.symbol == "square" else "o"
-        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7)
+        axis.plot(*at, marker, ms=5, mfc=PAPER, mec=INK, mew=1.0, zorder=7, alpha=strength)
     fixed = [spot for rope in shown.ropes for spot in rope.ends if spot.body == GROUND]
     for spot in fixed:
         axis.plot(*view.flat(np.array(spot.at)), "^", ms=5, mfc=GREY, mec=GREY, zorder=7)
