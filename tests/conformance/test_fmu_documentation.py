@@ -24,7 +24,7 @@ from PIL import Image
 from support.driven import driven
 
 from m4e_fmi.fmu import Options, build_fmu
-from m4e_fmi.model import Body, Joint, Model, load_model
+from m4e_fmi.model import Body, Joint, Model, Sphere, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
 from m4e_fmi.report.drawing.schematic import model_figure
@@ -241,6 +241,19 @@ class TestFmi3:
         program = model_program(free)
         files = fmu_documentation(free, program, Options(native=True, fmi="3"))
         assert "body.hull.position[2]" in files["documentation/index.html"].decode()
+
+    def test_the_page_of_a_model_in_space(self) -> None:
+        """Six equations for seven coordinates: a quaternion's rate is told apart."""
+        sea = {"sea": Joint("floating", "hull")}
+        hull = {"hull": Body(1.0, (1.0, 2.0, 2.5), shape=Sphere(0.5))}
+        free = Model("free", bodies=hull, joints=sea, dimensions=3)
+        files = fmu_documentation(free, model_program(free), Options(native=True, fmi="3"))
+        text = files["documentation/index.html"].decode()
+        assert "but for quaternions" in text
+        assert "body.hull.quaternion[4]" in Page(text).codes
+        assert "roll, pitch and yaw" in text
+        rows = re.findall(r"<msub><mi>M</mi><mrow><mn>(\d)</mn><mo>,</mo><mn>(\d)</mn>", text)
+        assert {row for pair in rows for row in pair} == set("123456")
 
     def test_the_reference_series_is_read_by_fmpy(self, fmu3: Path, tmp_path: Path) -> None:
         """With a column for each array, as in FMPy's own results; tolerances as above."""

@@ -25,6 +25,12 @@ EQUATIONS = (
     '<mo>,</mo><mi>q</mi><mo>,</mo><mi>u</mi><mo stretchy="false">)</mo></mrow></math> with '
     '<math><mrow><mi class="letter">q\u0307</mi><mo>=</mo><mi>u</mi></mrow></math>'
 )
+QUATERNIONS = (
+    ' but for quaternions: <math><mrow><mi class="letter">e\u0307</mi><mo>=</mo>'
+    '<mfrac><mn>1</mn><mn>2</mn></mfrac><mo stretchy="false">(</mo><mn>0</mn><mo>,</mo>'
+    '<mi class="letter">ω</mi><mo stretchy="false">)</mo><mi>e</mi></mrow></math>'
+)
+"""Where there are more coordinates than velocities."""
 
 CAUSALITIES = {
     "input": "Inputs",
@@ -52,7 +58,7 @@ def fmu_page(
     further files.
     """
     sections = [
-        _facts(description, options, others),
+        _facts(description, options, others, is_planar=equations.topology.is_planar),
         f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
         _connectors(variables),
@@ -71,7 +77,12 @@ def fmu_page(
     return re.sub("|".join(texts), lambda mark: texts[mark[0]], page)
 
 
-def _facts(description: ModelDescription, options: Options, others: Sequence[str]) -> str:
+def _facts(
+    description: ModelDescription, options: Options, others: Sequence[str], *, is_planar: bool
+) -> str:
+    axes = "X to the right, Z up, " + (
+        "angles from Z towards X" if is_planar else "Y away; roll, pitch and yaw about X, Y and Z"
+    )
     kinds = "co-simulation and model exchange" if options.native else "co-simulation"
     needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
     experiment = (
@@ -84,7 +95,7 @@ def _facts(description: ModelDescription, options: Options, others: Sequence[str
         "Needs": needs,
         "Integrates with": f"{options.method}, {steps}",
         "Default experiment": experiment,
-        "Values": "SI units, angles in radians; X to the right, Z up, angles from Z towards X",
+        "Values": f"SI units, angles in radians; {axes}",
         "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
     }
     listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
@@ -191,7 +202,8 @@ def _equations(equations: Equations, states: Mapping[str, str]) -> Iterable[str]
             "<code>m4e-fmi equations</code> writes them.</p>"
         )
         return
-    yield f"<p>{EQUATIONS}</p>"
+    has_quaternions = count > len(equations.topology.velocity_names)
+    yield f"<p>{EQUATIONS}{QUATERNIONS if has_quaternions else ''}</p>"
     for title, lines in equations_markup(equations, states):
         items = "".join(f"<li>{line}</li>" for line in lines)
         yield f'<h3>{title}</h3><div class="card scroll"><ol class="equations">{items}</ol></div>'

@@ -40,7 +40,7 @@ def equations_markup(
     """
     import sympy
 
-    M, f, n = equations.mass_matrix, equations.forcing, len(equations.topology.coordinate_names)
+    M, f, n = equations.mass_matrix, equations.forcing, len(equations.topology.velocity_names)
     places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
     values = [sympy.sympify(M[at], strict=True) for at in places]
     forces = [(i, sympy.sympify(f[i, 0], strict=True)) for i in range(n) if f[i, 0] != 0]

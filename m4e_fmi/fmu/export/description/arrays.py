@@ -65,7 +65,7 @@ class Grouped:
     @property
     def description(self) -> str:
         """The different descriptions of the elements, and their units where they differ."""
-        texts = list(dict.fromkeys(m.description for m in self.members))
+        texts = _summed(list(dict.fromkeys(m.description for m in self.members)))
         if self.unit is None:
             texts.append(f"units of the elements: {', '.join(m.unit for m in self.members)}")
         return "; ".join(texts)
@@ -173,6 +173,17 @@ def _uniform(group: Grouped) -> bool:
     started = {v.start is None for v in group.members}
     one_unit = len(group.shape) > 1 or len({v.unit for v in group.members}) == 1
     return len(agreed) == 1 and len(started) == 1 and one_unit
+
+
+def _summed(texts: list[str]) -> list[str]:
+    """As one text, if the texts differ in one word only: `Force, world X, Y, Z`."""
+    columns = [
+        list(dict.fromkeys(words)) for words in zip(*(t.split() for t in texts), strict=False)
+    ]
+    same_length = len({len(text.split()) for text in texts}) == 1
+    if same_length and len(columns) > 1 and sum(len(words) > 1 for words in columns) == 1:
+        return [" ".join(", ".join(words) for words in columns)]
+    return texts
 
 
 def _group_of(found: Mapping[str, Grouped]) -> dict[str, Grouped]:

@@ -11,8 +11,8 @@ from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescrip
 
 
 def output(name: str, **more: Any) -> FmuVariable:
-    given = {"unit": "m", "causality": "output", "initial": "calculated", **more}
-    return FmuVariable(name=name, description=name, **given)
+    given = {"unit": "m", "causality": "output", "initial": "calculated", "description": name}
+    return FmuVariable(name=name, **{**given, **more})
 
 
 def arrays(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> dict[str, Grouped]:
@@ -81,6 +81,16 @@ def test_indices() -> None:
     assert [v.name[-5:] for v in found["a.m"].members] == [
         *("[1,1]", "[1,2]", "[1,3]", "[2,1]", "[2,2]", "[2,3]")
     ]
+
+
+def test_words_that_differ_are_listed() -> None:
+    forces = [output(f"b.force_{a}", description=f"Force, world {a.upper()}") for a in "xyz"]
+    assert arrays(*forces)["b.force"].description == "Force, world X, Y, Z"
+    texts = "Roll of the body", "Yaw, about Z", "Pitch"
+    turns = [
+        output(f"b.{a}", description=t) for a, t in zip(("phi", "theta", "psi"), texts, strict=True)
+    ]
+    assert arrays(*turns)["b.attitude"].description == "; ".join(texts)
 
 
 def test_what_an_array_is_called_and_says() -> None:
