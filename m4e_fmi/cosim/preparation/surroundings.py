@@ -59,9 +59,9 @@ def _weights(
 
 
 def model_gravity(system: System, descriptions: Descriptions, name: str) -> float | None:
-    """The gravity [m/s2] of a component, if it is built from a model that is still there."""
+    """The gravity [m/s2] towards −Z of a component that is built from a model still there."""
     from m4e_fmi.model import load_model
-    from m4e_fmi.model.elements import parameter_values, quantity
+    from m4e_fmi.model.elements import gravity_of, parameter_values
 
     (component,) = (c for c in system.components if c.name == name)
     if not isinstance(component.source, ModelFile):
@@ -74,7 +74,7 @@ def model_gravity(system: System, descriptions: Descriptions, name: str) -> floa
     for key, given in component.start.items():
         if key in values:
             values[key] = float(value_of(variables[key], given))
-    return float(quantity(model, "gravity").evaluate(values))
+    return float(gravity_of(model)[-1].evaluate(values))
 
 
 def _water(component: Component) -> Any:
