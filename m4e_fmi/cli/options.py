@@ -22,7 +22,7 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
-MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML)"
+MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML), or a robot (URDF)"
 
 
 def add_start_values(command: argparse.ArgumentParser, name: str) -> None:

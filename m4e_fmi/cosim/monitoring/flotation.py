@@ -24,7 +24,7 @@ UNBALANCED = 0.01
 SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
 ASIDE = 0.1
-"""Distance along x at the start that is told, over the size of the body."""
+"""Distance along x or y at the start that is told, over the size of the body."""
 TILT = math.radians(1.0)
 """Angle [rad] at the start, or of the trim, that is told."""
 FAR = math.radians(15.0)
@@ -66,14 +66,17 @@ def _hulls(network: Network, wiring: Wiring) -> Iterator[Hull]:
 def _pose(hull: Hull) -> Iterator[str]:
     """The start pose, where it is another than the one that the coefficients are for."""
     variables = hull.network.instances[hull.component].description.variables
-    for symbol in ("x", "z", "theta"):
+    limits = dict.fromkeys(("x", "y"), ASIDE * hull.size) | {"z": SHARE_OF_DRAFT * hull.draft}
+    limits |= dict.fromkeys(("phi", "theta", "psi"), TILT)
+    for symbol in (symbol for symbol in limits if f"{hull.body}.{symbol}" in variables):
         variable = variables[f"{hull.body}.{symbol}"]
         now = hull.network.read(f"{hull.name}.{symbol}")
         meant = float(variable.start or 0.0)
-        limit = {"x": ASIDE * hull.size, "z": SHARE_OF_DRAFT * hull.draft, "theta": TILT}[symbol]
-        if abs(now - meant) > limit:
+        if abs(now - meant) > limits[symbol]:
             remedy = "right for a release, else make start and center_of_gravity agree"
-            if symbol == "x":
+            if symbol == "psi":
+                remedy = "right for a release, else make start and heading agree"
+            if symbol in ("x", "y"):
                 remedy = "make start and center_of_gravity agree, or connect the body that is there"
             yield (
                 f"{hull.name}.{symbol} starts at {now:.4g} {variable.unit}, coefficients "
@@ -167,7 +170,8 @@ def _trim(balance: Balance) -> Iterator[str]:
     if stable:
         angle = abs(moment) / stiffness
         far = angle > FAR
-        turns = f"the trim is {'above ' * far}{math.degrees(min(angle, FAR)):.3g} deg"
+        tilt = balance.hulls[0].plane.tilt
+        turns = f"the {tilt} is {'above ' * far}{math.degrees(min(angle, FAR)):.3g} deg"
     about, remedy = "its centre of gravity", "put center_of_gravity above the centre of buoyancy"
     if len(balance.hulls) > 1:
         about, remedy = "the middle of all", "make their masses those of the water they displace"
@@ -186,7 +190,7 @@ def _stability(balance: Balance) -> Iterator[str]:
     height = stiffness / balance.buoyancy
     if height < -NOISE * hull.size:
         yield (
-            f"{hull.holder}: it is unstable in pitch, with a stiffness of {stiffness:.4g} N.m/rad, "
-            f"weight included (GM = {height:.3g} m): without other forces it capsizes: lower "
-            "center_of_gravity"
+            f"{hull.holder}: it is unstable in {hull.plane.turn}, with a stiffness of "
+            f"{stiffness:.4g} N.m/rad, weight included (GM = {height:.3g} m): without other "
+            "forces it capsizes: lower center_of_gravity"
         )

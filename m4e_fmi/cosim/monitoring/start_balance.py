@@ -1,17 +1,19 @@
 """Unbalanced forces at the start on floating bodies that joints connect, within one component.
 
-The accelerations a of the bodies (surge, heave, pitch of each) follow from the forces by the
-mobility Y = ∂a/∂F_water: a = Y (F_water + F). F is the load: weight, the model's own loads and all
-other connected forces. The range of Y holds the motions that the joints allow; bodies whose blocks
-in the projector on it are coupled are joined by joints. Joint reactions do no work in an allowed
-motion δ, so c = Y⁺ δ gives the generalised load δ·F = c·a − δ·F_water.
+Bodies are looked at in a vertical plane: that of a planar model, or in space the planes ahead and
+across, by the heading. The accelerations a of the bodies (surge, heave, pitch of each, or sway,
+heave and roll) follow from the forces by the mobility Y = ∂a/∂F_water: a = Y (F_water + F). F is
+the load: weight, the model's own loads and all other connected forces. The range of Y holds the
+motions that the joints allow; bodies whose blocks in the projector on it are coupled are joined by
+joints. Joint reactions do no work in an allowed motion δ, so c = Y⁺ δ gives the generalised load
+δ·F = c·a − δ·F_water.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,8 +21,9 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.exchange.network import Network
 
-POSE = ("x", "z", "theta")
 WRENCH = ("force_x", "force_z", "moment_y")
+ACROSS = ("force_y", "force_z", "moment_x")
+FORCES = {*WRENCH, *ACROSS, "moment_z"}
 ACCELERATION = ("ax", "az", "alpha")
 BUOYANCY = ".buoyancy_force_z"
 WATER = 1e3
@@ -31,14 +34,49 @@ COUPLED = 1e-6
 """Share of a motion that counts as rounding."""
 
 
+Terms = list[tuple[str, float]]
+"""Names of variables and their weights in a sum."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A vertical plane: `ahead` is its horizontal axis (x, y) [1] in the world.
+
+    Of the motions of a body in water `numbers` are along that axis, up, and the turn, which counts
+    with a `sign`; `forces` are named so in the water's axes. `tilt` and `turn` are words.
+    """
+
+    ahead: tuple[float, float] = (1.0, 0.0)
+    numbers: tuple[int, int, int] = (1, 2, 3)
+    forces: tuple[str, str, str] = WRENCH
+    sign: float = 1.0
+    tilt: str = "trim"
+    turn: str = "pitch"
+
+    @property
+    def signs(self) -> np.ndarray:
+        """Of the three motions, (3,) [1]."""
+        return np.array([1.0, 1.0, self.sign])
+
+    def terms(self, base: str, symbols: Sequence[str]) -> list[Terms]:
+        """Components in this plane of a vector pair: `symbols` for x, y, up, about x, about y."""
+        (c, s), (x, y, up, roll, pitch) = self.ahead, symbols
+        parts = [[(x, c), (y, s)], [(up, 1.0)], [(pitch, c), (roll, -s)]]
+        return [[(f"{base}.{name}", w) for name, w in part if w != 0.0] for part in parts]
+
+
 @dataclass(frozen=True)
 class Hull:
-    """A body of a hydrodynamics component: `component`.`body`; `link` leads to its ``z``."""
+    """A body of a hydrodynamics component: `component`.`body`; `link` leads to its ``z``.
+
+    It is looked at in a `plane`.
+    """
 
     network: Network
     component: str
     body: str
     link: Link
+    plane: Plane = Plane()
 
     @property
     def name(self) -> str:
@@ -62,14 +100,27 @@ class Hull:
 
     @property
     def is_in_space(self) -> bool:
-        """True if the body has six motions; those looked at are surge, heave and pitch."""
+        """True if the body has six motions in the water."""
         known = self.network.instances[self.component].description.variables
         return f"{self.body}.omega_z" in known
+
+    def planes(self) -> list[Plane]:
+        """The planes in which it is looked at."""
+        if not self.is_in_space:
+            return [Plane()]
+        holder = self.network.instances[self.link.source.component].description.variables
+        heading = float(self.network.read(f"{self.component}.heading"))
+        c, s = math.cos(heading), math.sin(heading)
+        along = Plane((c, s) if s else (1.0, 0.0), (1, 3, 5))
+        if f"{self.base}.force_y" not in holder:
+            return [along] if s == 0.0 else []
+        return [along, Plane((-s, c), (2, 3, 4), ACROSS, -1.0, "heel", "roll")]
 
     @property
     def buoyancy(self) -> np.ndarray:
         """Force and moment of the still water in the reference pose (3,) [N, N, N.m]."""
-        return np.array([self.parameter(f"buoyancy_{symbol}") for symbol in WRENCH])
+        found = [self.parameter(f"buoyancy_{symbol}") for symbol in self.plane.forces]
+        return self.plane.signs * found
 
     @property
     def neutral_mass(self) -> float:
@@ -79,10 +130,11 @@ class Hull:
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Hydrostatic stiffness (3, 3), about the centre of gravity [N/m, N/rad, N.m/rad]."""
-        numbers = (1, 3, 5) if self.is_in_space else (1, 2, 3)
-        return np.array(
-            [[self.parameter(f"hydrostatic_stiffness[{i},{j}]") for j in numbers] for i in numbers]
-        )
+        numbers, signs = self.plane.numbers, self.plane.signs
+        found = [
+            [self.parameter(f"hydrostatic_stiffness[{i},{j}]") for j in numbers] for i in numbers
+        ]
+        return np.array(found) * np.outer(signs, signs)
 
     @property
     def size(self) -> float:
@@ -153,26 +205,27 @@ class Balance:
 def balances(network: Network, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
     """One for each free body and each group of joined ones, of the components that tell it."""
     sources = {link.target: link for link in wiring.links}
-    holders = {hull.link.source.component: None for hull in hulls}
-    for holder in holders:
-        held = [
-            hull
-            for hull in hulls
-            if hull.link.source.component == holder and _is_told(network, sources, hull)
-        ]
-        if held:
-            yield from _Mobility(network, wiring, holder, held).balances()
+    held: dict[tuple[str, Plane], list[Hull]] = {}
+    for hull in (hull for hull in hulls if _is_told(network, sources, hull)):
+        for plane in hull.planes():
+            group = hull.link.source.component, plane
+            held.setdefault(group, []).append(replace(hull, plane=plane))
+    for (holder, plane), group in held.items():
+        for found in _Mobility(network, wiring, holder, group).balances():
+            # the weight is told once
+            yield found if plane.forces == WRENCH else replace(found, force=None)
 
 
 def _is_told(network: Network, sources: dict[Port, Link], hull: Hull) -> bool:
     """True if the holder has exact derivatives, and the water's force comes straight to it."""
     component = hull.link.source.component
     described = network.instances[component].description
-    names = [f"{hull.base}.{symbol}" for symbol in (*WRENCH, *ACCELERATION)]
+    symbols = list(dict.fromkeys((*WRENCH, *(p for q in hull.planes() for p in q.forces))))
+    names = [f"{hull.base}.{symbol}" for symbol in (*symbols, *ACCELERATION)]
     if not described.directional_derivatives or any(n not in described.variables for n in names):
         return False
-    given = [sources.get(Port(component, f"{hull.base}.{symbol}")) for symbol in WRENCH]
-    wanted = [Port(hull.component, f"{hull.body}.{symbol}") for symbol in WRENCH]
+    given = [sources.get(Port(component, f"{hull.base}.{symbol}")) for symbol in symbols]
+    wanted = [Port(hull.component, f"{hull.body}.{symbol}") for symbol in symbols]
     return all(
         link is None or (link.is_plain and link.source == port)
         for link, port in zip(given, wanted, strict=True)
@@ -190,12 +243,18 @@ class _Mobility:
     ) -> None:
         self.network, self.wiring, self.component = network, wiring, component
         self.hulls = hulls
-        self.inputs = [f"{hull.base}.{symbol}" for hull in hulls for symbol in WRENCH]
-        self.outputs = [f"{hull.base}.{symbol}" for hull in hulls for symbol in ACCELERATION]
+        forces = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
+        moved = ("ax", "ay", "az", "alpha_x", "alpha")
+        self.inputs = [t for hull in hulls for t in hull.plane.terms(hull.base, forces)]
+        self.outputs = [t for hull in hulls for t in hull.plane.terms(hull.base, moved)]
+        self.of_water = {f"{hull.base}.{symbol}" for hull in hulls for symbol in FORCES}
         scales = [(1.0, 1.0, max(hull.size, 1e-9)) for hull in hulls]
         masses = [math.sqrt(max(hull.neutral_mass, 1e-9)) for hull in hulls]
         self.unit = np.concatenate([m * np.array(s) for m, s in zip(masses, scales, strict=True)])
-        mobility = np.array([self._derivatives(name) for name in self.inputs]).T
+        columns = [
+            sum(weight * self._derivatives(name) for name, weight in terms) for terms in self.inputs
+        ]
+        mobility = np.array(columns).T
         values, vectors = np.linalg.eigh(self._symmetric(mobility * np.outer(self.unit, self.unit)))
         kept = values > RANK * values.max(initial=0.0)
         self.projector = vectors[:, kept] @ vectors[:, kept].T
@@ -206,11 +265,15 @@ class _Mobility:
         return (matrix + matrix.T) / 2.0
 
     def _derivatives(self, name: str) -> np.ndarray:
-        instance = self.network.instances[self.component]
-        return np.array([instance.directional_derivative(out, name) for out in self.outputs])
+        """Of the accelerations by one input, (3n,)."""
+        slope = self.network.instances[self.component].directional_derivative
+        return np.array([sum(w * slope(out, name) for out, w in terms) for terms in self.outputs])
 
-    def _read(self, names: Sequence[str]) -> np.ndarray:
-        return np.array([float(self.network.read(f"{self.component}.{name}")) for name in names])
+    def _read(self, sums: Sequence[Terms]) -> np.ndarray:
+        def value(name: str) -> float:
+            return float(self.network.read(f"{self.component}.{name}"))
+
+        return np.array([sum(weight * value(name) for name, weight in terms) for terms in sums])
 
     @cached_property
     def connected(self) -> np.ndarray:
@@ -218,10 +281,10 @@ class _Mobility:
         total = np.zeros(len(self.outputs))
         for link in self.wiring.links:
             component, name = link.target.component, link.target.variable
-            if component != self.component or name in self.inputs or not link.is_real:
+            if component != self.component or name in self.of_water or not link.is_real:
                 continue
             last = name.rpartition(".")[2]
-            if last in WRENCH or last.startswith("effort"):
+            if last in FORCES or last.startswith("effort"):
                 value = self.network.read(str(link.source)) + link.offset / link.factor
                 total += self._derivatives(name) * value
         return total
@@ -292,9 +355,15 @@ class _Mobility:
 
 def _rotation(hulls: Sequence[Hull]) -> np.ndarray:
     """Motions (3n,) of bodies that turn as one about the middle of the displaced water."""
-    places = np.array(
-        [[float(h.network.read(f"{h.name}.{symbol}")) for symbol in ("x", "z")] for h in hulls]
-    )
+    places = np.array([_place(hull) for hull in hulls])
     masses = np.array([max(hull.neutral_mass, 1e-9) for hull in hulls])
     arms = places - masses @ places / masses.sum()
     return np.column_stack([arms[:, 1], -arms[:, 0], np.ones(len(hulls))]).ravel()
+
+
+def _place(hull: Hull) -> tuple[float, float]:
+    """Along the plane's horizontal axis, and up [m]."""
+    terms = [("x", hull.plane.ahead[0]), ("y", hull.plane.ahead[1])]
+    read = hull.network.read
+    along = sum(w * float(read(f"{hull.name}.{name}")) for name, w in terms if w != 0.0)
+    return along, float(read(f"{hull.name}.z"))

@@ -1,0 +1,105 @@
+"""Floating bodies in space that do not float as they were said to, whatever their heading.
+
+A barge of 100 t displacement with stiffnesses of 1962 and 3924 kN.m/rad in roll and pitch.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
+from m4e_adapters.hydrodynamics.heading import Heading
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
+
+MODEL = """\
+name: barge
+dimensions: 3
+gravity: [0, 0, -9.81]
+bodies: {{hull: {{mass: 100e3, inertia: [1e6, 2e6, 3e6], added_mass: true}}}}
+joints: {{sea: {{type: floating, child: hull, initial: {{z: -1.0, psi: {psi}, {more}}}}}}}
+loads:
+  cargo: {{type: body_force, body: hull, axes: body, force: [0, 0, {lift}], moment: {moment}}}
+"""
+RHO, G = 1000.0, 9.81
+
+
+def coefficients(roll: float = 200.0) -> Coefficients:
+    omega = np.linspace(0.2, 3.0, 15)
+    added = np.diag([2e4, 4e4, 6e4, 2e5, 3e5, 1e5])
+    return Coefficients(
+        bodies=("hull",),
+        centers=np.array([[0.0, 0.0, -1.0]]),
+        omega=omega,
+        added_mass=np.tile(added, (len(omega), 1, 1)),
+        radiation_damping=np.zeros((len(omega), 6, 6)),
+        added_mass_inf=added,
+        excitation=np.zeros((len(omega), 6), dtype=complex),
+        hydrostatic_stiffness=RHO * G * np.diag([0.0, 0.0, 50.0, roll, 400.0, 0.0]),
+        buoyancy=100e3 * G * np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+        density=RHO,
+    )
+
+
+def warnings(
+    folder: Path, *, moment: str = "[0, 0, 0]", heading: float = 37.0, roll: float = 200.0,
+    more: str = "y: 0", lift: float = 0.0,
+) -> tuple[str, ...]:  # fmt: skip
+    """Of the start of a barge that lies in the heading of the water's coefficients."""
+    folder.mkdir(exist_ok=True)
+    path = folder / "barge.model.yaml"
+    psi = math.radians(heading)
+    path.write_text(MODEL.format(psi=psi, moment=moment, more=more, lift=lift), "utf-8")
+    water = hydrodynamics_program(coefficients(roll), name="hydro", heading=Heading(heading))
+    fmus = {
+        "barge": build_fmu(model_program(load_model(path)), folder / "barge.fmu", native=True),
+        "hydro": build_fmu(water, folder / "hydro.fmu", native=True),
+    }
+    system = System(
+        name="float",
+        components=tuple(Component(name, FmuFile(fmu)) for name, fmu in fmus.items()),
+        connections=("barge.hull <-> hydro.hull", "hydro.added_mass -> barge.added_mass"),
+        simulation=Simulation(0.1, 0.05),
+    )
+    return run(prepare(system), results=folder / "r.nc").warnings
+
+
+@pytest.mark.parametrize("heading", [0.0, 37.0, 120.0])
+def test_a_body_in_balance_is_not_told_of(tmp_path: Path, heading: float) -> None:
+    assert warnings(tmp_path, heading=heading) == ()
+
+
+@pytest.mark.parametrize("heading", [0.0, 37.0, -140.0])
+def test_a_moment_across_is_told_as_heel_and_one_along_as_trim(
+    tmp_path: Path, heading: float
+) -> None:
+    """98.1 kN.m in the body's axes: 0.05 rad of heel, 0.025 rad of trim."""
+    (heel,) = warnings(tmp_path / "heel", heading=heading, moment="[98.1e3, 0, 0]")
+    assert "a moment of -98.1 kN.m about its centre of gravity" in heel
+    assert "the heel is 2.86 deg" in heel
+    (trim,) = warnings(tmp_path / "trim", heading=heading, moment="[0, 98.1e3, 0]")
+    assert "a moment of 98.1 kN.m about its centre of gravity" in trim
+    assert "the trim is 1.43 deg" in trim
+
+
+def test_a_body_that_capsizes_over_its_side_is_told(tmp_path: Path) -> None:
+    (told,) = warnings(tmp_path, roll=-30.0)
+    assert told.startswith("barge.body.hull: it is unstable in roll, with a stiffness of -2.943e+")
+
+
+def test_the_weight_is_told_once(tmp_path: Path) -> None:
+    (told,) = warnings(tmp_path, lift=9.81e4)
+    assert "weight and connected forces are 882.9 kN" in told
+
+
+def test_a_start_aside_or_turned_is_told(tmp_path: Path) -> None:
+    (told,) = warnings(tmp_path / "side", more="y: 3")
+    assert told.startswith("hydro.hull.y starts at 3 m, coefficients are for 0 m")
+    (told,) = warnings(tmp_path / "list", more="phi: 0.1")
+    assert told.startswith("hydro.hull.phi starts at 0.1 rad")
