@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from support.fmu3_instance import Instance3
 from support.fmu_instance import Instance
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, run, save_system
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.validation import validate_fmu
@@ -281,3 +281,34 @@ def test_as_a_component_of_a_system(built: dict[str, Path], fmi: str) -> None:
     exact = simulate(crane(), stop_time=1.0, output_interval=0.1, tolerance=1e-11)
     expected = np.array([exact[name.removeprefix("crane.")] for name in names]).T
     np.testing.assert_allclose(rows, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_as_an_ssp_package(built: dict[str, Path], tmp_path: Path, fmi: str) -> None:
+    """Start values of parts of vectors and quaternions, and connections of vectors, come back."""
+    start = {"body.brick.e0": 0.6, "body.brick.e2": 0.8, "body.brick.omega_z": 0.5}
+    parts = (
+        Component("brick", FmuFile(built[f"brick{fmi}"]), start),
+        Component("crane", FmuFile(built[fmi]), {"body.arm.moment_x": 0.7}),
+    )
+    moments = zip(("_x", "", "_z"), "xyz", strict=True)
+    links = (
+        *(f"crane.joint.hook.reaction_{a} -> brick.body.brick.force_{a}" for a in "xyz"),
+        *(
+            f"crane.joint.hook.reaction_moment{a} -> brick.body.brick.moment_{b}"
+            for a, b in moments
+        ),
+    )
+    system = System("pair", parts, links, Simulation(0.5, 0.05))
+    again = load_system(save_system(system, tmp_path / "pair.ssp"))
+    names = [f"brick.body.brick.{state}" for state in (*STATES, "x", "y", "z")]
+    found = []
+    for each in (system, again):
+        rows: list[list[float]] = []
+        run(each, observers=[lambda _, network, r=rows: r.append([network.read(n) for n in names])])
+        found.append(np.array(rows))
+    np.testing.assert_array_equal(found[1], found[0])
+    at = [names.index(f"brick.{name}") for name in start]
+    np.testing.assert_array_equal(found[0][0, at], list(start.values()))
+    weight = 9.80665 * 0.5**2 / 2  # of the load, whose support pushes the brick as much: 1 kg
+    assert found[0][-1, names.index("brick.body.brick.z")] > 0.5 * weight
