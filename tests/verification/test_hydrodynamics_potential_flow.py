@@ -183,3 +183,28 @@ def _flipped(content: bytearray) -> bytes:
     for k in range(1, 8):
         changed[k * len(changed) // 8] ^= 0x10
     return bytes(changed)
+
+
+@pytest.mark.verifies(
+    "yaw of a float of revolution that turns about a vertical beside its axis",
+    independent="a body of revolution does not move the water when it spins",
+    tolerance="1e-12",
+)
+def test_a_body_of_revolution_spins_freely() -> None:
+    """Turning about a vertical beside its axis, it moves as the axis does: (4, 3) m for 1 rad."""
+    shape = {"revolved": {"profile": [[2.0, -6.0], [1.0, -2.0], [1.0, 0.0]]}}
+    body = Body.model_validate(
+        {"shape": shape, "center_of_gravity": [-3.0, 4.0, -3.0], "panels": 100}
+    )
+    made = make_hull("float", body, Path(), progress=lambda _: None)
+    found = solved(made, omega=[1.5])
+    for table in (found.added_mass[0], found.radiation_damping[0], found.added_mass_inf):
+        np.testing.assert_allclose(table[:, 5], 4.0 * table[:, 0] + 3.0 * table[:, 1], rtol=1e-12)
+        np.testing.assert_allclose(table[5], 4.0 * table[0] + 3.0 * table[1], rtol=1e-12)
+        assert table[5, 5] == pytest.approx(25.0 * table[0, 0], rel=1e-6)
+    np.testing.assert_allclose(
+        found.harmonics[0, :, 5],
+        4.0 * found.harmonics[0, :, 0] + 3.0 * found.harmonics[0, :, 1],
+        rtol=1e-9,
+        atol=1e-9 * np.abs(found.harmonics).max(),
+    )

@@ -19,7 +19,7 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
+from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
 from m4e_adapters.hydrodynamics.waves import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
@@ -72,9 +72,11 @@ def solve_hulls(
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
-    names = ("added_mass", "radiation_damping")
-    table = {name: np.array([arrays[name] for arrays in solutions]) for name in names}
-    rings = [arrays["excitation"] for arrays in solutions[:-1]]
+    names, felt = ("added_mass", "radiation_damping"), _felt(hulls)
+    table = {
+        name: felt.T @ np.array([arrays[name] for arrays in solutions]) @ felt for name in names
+    }
+    rings = [arrays["excitation"] @ felt for arrays in solutions[:-1]]
     return _assembled(hulls, water, omega, wave_direction, table, rings)
 
 
@@ -152,6 +154,23 @@ def _directions(
     argument = reach * float(wavenumber(np.array(omega), depth=water.depth, gravity=water.gravity))
     order = math.ceil(argument + 5.0 * math.cbrt(argument) + 2.0)
     return np.linspace(0.0, 360.0, 2 * order + 1, endpoint=False).tolist()
+
+
+def _felt(hulls: Sequence[Hull]) -> np.ndarray:
+    """Motions (n,) that the water feels, by motions (n,): (n, n) [1, m].
+
+    A body of revolution that turns about its axis does not move the water, though its panels would:
+    its yaw is the motion of its axis about the centre of gravity.
+    """
+    motions = [(k, motion) for k, hull in enumerate(hulls) for motion in MOTIONS[len(hull.center)]]
+    result = np.eye(len(motions))
+    for k, hull in enumerate(hulls):
+        if hull.axis is None or (k, YAW) not in motions:
+            continue
+        surge, sway, yaw = (motions.index((k, motion)) for motion in (SURGE, SWAY, YAW))
+        x, y = np.subtract(hull.axis, hull.center[:2])
+        result[[surge, sway, yaw], yaw] = -y, x, 0.0
+    return result
 
 
 def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:

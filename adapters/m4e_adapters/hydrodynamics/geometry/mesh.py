@@ -24,6 +24,7 @@ from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panel
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
+    revolved_panels,
     sphere_hydrostatics,
     sphere_panels,
 )
@@ -41,7 +42,8 @@ NARROW = 0.25  # gap over the side of a panel below which the flow in it is of n
 class Hull:
     """A body's wetted surface and lid (None: none needed, or none possible).
 
-    Motions are about `center` G: (x, z) [m] in the plane, (x, y, z) in space.
+    Motions are about `center` G: (x, z) [m] in the plane, (x, y, z) in space. `axis` (x, y) [m] is
+    the upright axis of a body of revolution, about which it turns without moving the water.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Hull:
     lid: Panels | None
     center: tuple[float, ...]
     hydrostatics: Hydrostatics
+    axis: tuple[float, float] | None = None
 
 
 def make_hulls(
@@ -145,7 +148,7 @@ def make_hull(
         progress(f"warning: {text}")
     ball = body.shape.sphere
     hydrostatics = hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
-    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics)
+    return Hull(name, panels, lid, body.center_of_gravity, hydrostatics, body.shape.axis)
 
 
 def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
@@ -176,6 +179,8 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
         return sphere_panels(shape.sphere, count)
     if shape.box is not None:
         return box_panels(shape.box, count)
+    if shape.revolved is not None:
+        return revolved_panels(shape.revolved, count)
     path = folder / str(shape.mesh)
     keys = ("bodies", name, "shape", "mesh")
     drawn = _loaded(path, name, keys)

@@ -1,4 +1,4 @@
-"""Panels of the built-in shapes: vertical cylinder, sphere, box.
+"""Panels of the built-in shapes: vertical cylinder, sphere, box, body of revolution.
 
 The bodies of revolution are drawn with polygons of the circle's *area* (not inscribed in it) and
 stretched upright to the exact displacement: buoyancy and waterplane area are those of the shape
@@ -9,14 +9,17 @@ own axes, which the solver makes use of.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Box, Cylinder, Sphere
+from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Sphere
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
+
+TALLEST, GROWTH = 4.0, 0.5  # of panels on bodies of revolution: height over width, per distance
 
 Placing = Callable[[float, float], tuple[float, float, float]]
 
@@ -51,6 +54,50 @@ def sphere_panels(shape: Sphere, panels: int) -> Panels:
         depth = radius - height  # of the cap
         volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
     return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape)
+
+
+def revolved_panels(shape: Revolved, panels: int) -> Panels:
+    """Wetted surface of a body of revolution, denser towards the ends of each straight part."""
+    corners = _wetted(shape)
+    around, rings = 8, corners[:0]
+    while around * (len(rings) - 1) < panels:
+        around += 4
+        width = 2 * math.pi * float(corners[:, 0].max()) / around
+        rings = np.concatenate([corners[:1], *_divided(corners, width)])
+    radii, heights = rings.T
+    squares = radii[1:] ** 2 + radii[1:] * radii[:-1] + radii[:-1] ** 2
+    volume = math.pi / 3 * float(np.diff(heights) @ squares)
+    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape)
+
+
+def _divided(corners: np.ndarray, width: float) -> Iterator[np.ndarray]:
+    """Points (k, 2) [m] on each straight part of a profile, its last corner the last of them.
+
+    They are `width` [m] apart at the ends of the part, and up to `TALLEST` times that in between.
+    """
+    for first, last in itertools.pairwise(corners):
+        way = np.linspace(0.0, 1.0, 401)
+        from_end = np.minimum(way, way[::-1]) * np.linalg.norm(last - first)
+        density = 1.0 / np.minimum(TALLEST * width, width + GROWTH * from_end)
+        passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
+        count = max(1, round(passed[-1] * np.linalg.norm(last - first) / 400))
+        part = np.interp(np.linspace(0.0, passed[-1], count + 1)[1:], passed, way)
+        yield first + part[:, None] * (last - first)
+
+
+def _wetted(shape: Revolved) -> np.ndarray:
+    """Corners (n, 2), radius and z [m], of the closed profile below the water, from the axis."""
+    points = np.array(shape.profile)
+    if points[0, 0] > 0.0:
+        points = np.concatenate([[[0.0, points[0, 1]]], points])
+    if points[-1, 1] < 0.0 < points[-1, 0]:
+        points = np.concatenate([points, [[0.0, points[-1, 1]]]])
+    dry = int(np.argmax(np.append(points[:, 1], 0.0) >= 0.0))  # the first that is not below
+    if dry == len(points):
+        return points
+    below, above = points[dry - 1], points[dry]
+    radius = below[0] + (above[0] - below[0]) * below[1] / (below[1] - above[1])
+    return np.concatenate([points[:dry], [[radius, 0.0]]])
 
 
 def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
@@ -124,6 +171,6 @@ def _revolved(
     return Panels(vertices, panels.faces)
 
 
-def _shifted(panels: Panels, shape: Cylinder | Sphere | Box) -> Panels:
+def _shifted(panels: Panels, shape: Cylinder | Sphere | Box | Revolved) -> Panels:
     center = np.array([shape.center_x, shape.center_y, 0.0])
     return Panels(panels.vertices + center, panels.faces)

@@ -44,6 +44,21 @@ def test_defaults() -> None:
         ("draft: 3.0}", "draft: 3.0}, sphere: {radius: 1}", 4, "got cylinder and sphere"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{sphere: {radius: 1, center_z: 2}}", 4, "touch"),
         ("draft: 3.0}", "draft: 3.0}, mesh_origin: [0, 1]", 4, "is for mesh files"),
+        *(
+            ("cylinder: {radius: 4.0, draft: 3.0}", f"revolved: {{profile: {profile}}}", 4, message)
+            for profile, message in (
+                ("[[4, -3]]", "the profile has 1 of at least two points"),
+                ("[]", "the profile has 0 of"),
+                ("[[4, 0], [4, -3]]", "the profile goes down"),
+                ("[[4, -3], [4, -1], [4, -1], [2, 0]]", "a point twice"),
+                ("[[4, 0], [4, 3]]", "the profile is above the water (lowest point at z = 0 m)"),
+                ("[[4, -3], [2, -3]]", "has no height"),
+                ("[[4, -3], [0, -2], [4, 0]]", "a radius of 0 between its ends"),
+                ("[[0, -3], [0, 0]]", "no radius above 0"),
+                ("[[-4, -3], [4, 0]]", "greater than or equal to 0"),
+                ("[[4, 0, -3], [4, 0, 0]]", "write 2 entries"),
+            )
+        ),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{mesh: a.gdf}\n    panels: 99", 3, "no effect"),
         ("[0, -1.2]", "[1e300, -1.2]", 5, "less than or equal to 1000000"),
         ("    center_of_gravity: [0, -1.2]\n", "", 3, "missing key 'center_of_gravity'"),

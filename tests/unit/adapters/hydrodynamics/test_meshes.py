@@ -1,5 +1,6 @@
 """Meshes from files and of the built-in shapes: what passes, what is refused, symmetry, lids."""
 
+import math
 import re
 from itertools import pairwise
 from pathlib import Path
@@ -31,7 +32,11 @@ SHAPES = [
     {"sphere": {"radius": 5.0, "center_z": -2.0}},
     {"sphere": {"radius": 5.0, "center_z": -8.0}},
     {"box": {"length": 20.0, "width": 10.0, "draft": 4.0}},
+    {"revolved": {"profile": [[4.0, -3.0], [4.0, -2.0], [2.0, 2.0], [0.0, 2.0]]}},
+    {"revolved": {"profile": [[0.0, -3.0], [4.0, 0.0]]}},
+    {"revolved": {"profile": [[4.0, -6.0], [4.0, -5.0], [2.0, -5.0], [2.0, -3.0]]}},
 ]
+SUBMERGED = (SHAPES[3], SHAPES[7])
 
 
 def box() -> Panels:
@@ -59,7 +64,7 @@ def test_built_in_shapes_are_closed_and_symmetric(shape: dict) -> None:
     assert checked(made.panels, "float") is made.panels
     for surface in (made.panels, made.lid):
         if surface is None:
-            assert shape == SHAPES[3]  # the submerged one needs no lid
+            assert shape in SUBMERGED  # they need no lid
             continue
         for axis in (0, 1):
             half = surface.half(axis)
@@ -67,7 +72,7 @@ def test_built_in_shapes_are_closed_and_symmetric(shape: dict) -> None:
             assert 2 * len(half.faces) == len(surface.faces)
 
 
-@pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[1], SHAPES[4]])
+@pytest.mark.parametrize("shape", [SHAPES[0], SHAPES[1], SHAPES[4], SHAPES[5], SHAPES[6]])
 def test_a_lid_covers_the_waterplane_facing_down(shape: dict) -> None:
     body = Body.model_validate({"shape": shape, "center_of_gravity": [0, -1], "panels": 200})
     made = make_hull("float", body, Path(), progress=lambda _: None)
@@ -75,6 +80,32 @@ def test_a_lid_covers_the_waterplane_facing_down(shape: dict) -> None:
     covered = hydrostatics_of(made.lid).waterplane[0]
     assert covered == pytest.approx(made.hydrostatics.waterplane[0], rel=1e-12)
     assert np.all(made.lid.vertices[:, 2] == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("shape", "volume", "middle", "radius"),
+    [
+        # a cylinder below a frustum, that the water cuts at its radius of 3 m
+        (SHAPES[5], math.pi * (16 + 2 / 3 * (16 + 12 + 9)), None, 3.0),
+        (SHAPES[6], math.pi * 16, -0.75, 4.0),  # a cone: a quarter of its height below its base
+        (SHAPES[7], math.pi * (16 + 4 * 2), (16 * -5.5 + 8 * -4.0) / 24, 0.0),
+    ],
+)
+@pytest.mark.parametrize("panels", [48, 600])
+def test_a_body_of_revolution_has_its_exact_volume(
+    shape: dict, volume: float, middle: float | None, radius: float, panels: int
+) -> None:
+    shape = {"revolved": {**shape["revolved"], "center_x": 7.0}}
+    body = Body.model_validate({"shape": shape, "center_of_gravity": [7, 0, -1], "panels": panels})
+    made = make_hull("float", body, Path(), progress=lambda _: None)
+    assert made.axis == (7.0, 0.0)
+    assert panels <= len(made.panels.faces) < 2.2 * panels
+    found = made.hydrostatics
+    assert found.volume == pytest.approx(volume, rel=1e-12)
+    assert found.waterplane[0] == pytest.approx(math.pi * radius**2, rel=1e-12, abs=1e-9)
+    assert found.center_of_buoyancy[:2] == pytest.approx((7.0, 0.0))
+    if middle is not None:
+        assert found.center_of_buoyancy[2] == pytest.approx(middle, rel=1e-9)
 
 
 def test_a_waterline_not_visible_from_its_centre_gets_capytaines_lid() -> None:
