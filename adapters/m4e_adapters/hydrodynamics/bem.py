@@ -28,6 +28,7 @@ CODE = ("cache", "capytaine_setup", "flow_solver", "geometry.motions", "geometry
 """Modules that the solution is of."""
 LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
+FELT = math.pi  # wavenumber times depth beyond which a panel feels less than 5 % of a wave
 MOST_PANELS = 20_000  # of a built-in shape; more are not advised
 
 Progress = Callable[[str], object]
@@ -190,11 +191,12 @@ def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
 
 
 def resolved_frequency(hull: Hull, water: Water) -> float:
-    """Angular frequency [rad/s] of the shortest waves that all panels of a hull resolve."""
-    shortest = PANELS_PER_WAVELENGTH * hull.panels.radius
-    return float(
-        angular_frequency(2 * math.pi / shortest, depth=water.depth, gravity=water.gravity)
-    )
+    """Angular frequency [rad/s] of the shortest waves that all panels resolve which feel them."""
+    panels = hull.panels
+    shortest = 2 * math.pi / (PANELS_PER_WAVELENGTH * panels.radii)
+    feels = shortest * -panels.corners[:, :, 2].max(axis=1) < FELT
+    k = float(shortest[feels].min(initial=math.inf))
+    return float(angular_frequency(k, depth=water.depth, gravity=water.gravity))
 
 
 def warn_of_coarse_panels(

@@ -38,9 +38,14 @@ class Panels:
         return np.where(triangle, corners[:, :3].mean(axis=1), corners.mean(axis=1))
 
     @property
+    def radii(self) -> np.ndarray:
+        """Distances [m] of the panels' farthest corners from their centres, (nf,)."""
+        return np.linalg.norm(self.corners - self.centers[:, None], axis=2).max(axis=1)
+
+    @property
     def radius(self) -> float:
-        """Largest distance [m] of a corner from its panel's centre."""
-        return float(np.linalg.norm(self.corners - self.centers[:, None], axis=2).max())
+        """The largest of `radii` [m]."""
+        return float(self.radii.max())
 
     @property
     def triangles(self) -> np.ndarray:

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.bem import warn_of_coarse_panels
+from m4e_adapters.hydrodynamics.bem import resolved_frequency, warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.build import check_config, frequency_table
-from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import (
+    Hull,
     checked,
     hulls_and_problems,
     make_hull,
@@ -546,3 +547,18 @@ def test_a_broken_file_is_told_in_words(
     assert problem.message.startswith("body 'float': the mesh cannot be read: ")
     assert problem.message.endswith(reason)
     assert problem.remedy.startswith("formats: gdf (WAMIT)")
+
+
+@pytest.mark.parametrize(("top", "height"), [(-2.0, 2.0), (-8.0, 0.5)])
+def test_tall_panels_far_below_need_not_resolve_short_waves(top: float, height: float) -> None:
+    """A ring of panels of 2 m below rings of 0.5 m: in 8 m it feels no wave that it is coarse for.
+
+    Of those that matter the waves are at least eight radii long.
+    """
+    rings = [top - 2.0, *np.arange(top, 0.1, 0.5)]
+    angles = np.linspace(0.0, 2 * math.pi, 25)
+    panels = grid(np.array([[[math.cos(a), math.sin(a), z] for z in rings] for a in angles]))
+    made = Hull("float", panels, None, (0.0, -1.0), hydrostatics_of(panels))
+    shortest = 2 * math.pi * 9.81 / resolved_frequency(made, Water()) ** 2
+    width = 2 * math.sin(math.pi / 24)
+    assert shortest == pytest.approx(8 * 0.5 * math.hypot(width, height), rel=1e-9)
