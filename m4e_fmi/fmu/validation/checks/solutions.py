@@ -25,6 +25,8 @@ NEGLIGIBLE = 1e-3
 """Part of the range of an output below which nobody minds."""
 SMALL = 100 * TOLERANCE
 """Part of the size of an output that errors of the FMU's own solver may add up to, in STEPS."""
+ROUNDING = 1e-9
+"""Least size of an output over the largest of its unit: what is always 0 has rounding errors."""
 REFERENCE = 1e-10
 """Relative tolerance of the solver of model exchange."""
 
@@ -38,7 +40,7 @@ def check(context: Context) -> Iterator[Finding | str]:
     context = paced(context)
     inputs = context.random_inputs()[0]
     whole = _stepped(context, inputs, np.ones(STEPS))
-    error = SMALL * np.max(np.abs(whole), axis=0)
+    error = SMALL * _sizes(context, whole)
     if subject.variable_steps:
         half = _stepped(context, inputs, np.full(2 * STEPS, 0.5))[::2]
         quarter = _stepped(context, inputs, np.full(4 * STEPS, 0.25))[::4]
@@ -63,12 +65,22 @@ def _stepped(
         return np.array(seen)
 
 
+def _sizes(context: Context, values: np.ndarray) -> np.ndarray:
+    """The largest of `values` (rows, outputs) of each output, at least `ROUNDING` of its unit's."""
+    found = np.max(np.abs(values), axis=0)
+    units = np.array([v.unit or "" for v in context.subject.outputs], dtype=str)
+    for unit in set(units):
+        same = units == unit
+        found[same] = np.maximum(found[same], ROUNDING * found[same].max())
+    return found
+
+
 def _convergence(
     context: Context, whole: np.ndarray, half: np.ndarray, quarter: np.ndarray
 ) -> Iterator[Finding]:
     """The first difference of a sequence that converges, even slowly, is above the second."""
     first, second = (np.max(np.abs(d), axis=0) for d in (half - whole, quarter - half))
-    size = np.max(np.abs(quarter), axis=0)
+    size = _sizes(context, quarter)
     spread = np.ptp(np.vstack([whole, half, quarter]), axis=0)
     noise = SMALL * size
     diverges = (second > 0.75 * first) & (second > np.maximum(noise, NEGLIGIBLE * spread))
@@ -97,7 +109,7 @@ def _odd_steps(context: Context, inputs: np.ndarray, equal: np.ndarray) -> Itera
         yield Finding("solution.odd_steps", "error", message, basis, error.words)
         return
     error = np.max(np.ptp(equal, axis=0), axis=0)
-    allowed = SMALL * np.max(np.abs(equal), axis=(0, 1)) + SAFETY * error
+    allowed = SMALL * _sizes(context, equal.reshape(-1, equal.shape[-1])) + SAFETY * error
     allowed += NEGLIGIBLE * np.ptp(equal, axis=(0, 1))
     wrong = np.abs(odd - equal[0, -1]) > allowed
     if wrong.any():
