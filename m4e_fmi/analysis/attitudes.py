@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from m4e_fmi.errors import RunError
 from m4e_fmi.joints import QUATERNION, TURNING
 from m4e_fmi.program import Program, Variable
 
@@ -55,10 +56,15 @@ def attitudes(program: Program) -> list[Attitude]:
     return found
 
 
+def twice_tangent(e: Sequence[Any] | Floats) -> list[list[Any]]:
+    """2 T of `tangent_of`, of any numbers: rows of (4, 3)."""
+    w, x, y, z = e
+    return [[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]]
+
+
 def tangent_of(e: Sequence[float] | Floats) -> Floats:
     """T (4, 3): T θ is the change of the quaternion `e` (4,) by small rotations θ [rad]."""
-    w, x, y, z = e
-    return 0.5 * np.array([[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]])
+    return 0.5 * np.array(twice_tangent(e))
 
 
 def rotated(e: Floats, step: Floats) -> Floats:
@@ -69,3 +75,56 @@ def rotated(e: Floats, step: Floats) -> Floats:
     turn: Any = [[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]
     turned = np.array(turn) @ e
     return turned / np.linalg.norm(turned)
+
+
+class SmallRotations:
+    """Changes of states with small rotations [rad] in place of the quaternions of `attitudes`.
+
+    `order` has the indices of the states as vectors `x` (size,) of states, their rates or changes
+    have them, in their SI units; the four of a quaternion one after the other.
+    """
+
+    def __init__(self, attitudes: Sequence[Attitude], order: Sequence[int]) -> None:
+        self._attitudes = attitudes
+        self._size = len(order)
+        starts = [order.index(a.quaternion[0]) for a in attitudes]
+        self._rows = [slice(k, k + 4) for k in starts]
+        self._columns = [slice(k - n, k - n + 3) for n, k in enumerate(starts)]
+        self._others = self.turns(np.zeros(self._size))
+        turned = {k for rows in self._rows for k in range(rows.start, rows.stop)}
+        for k in set(range(self._size)) - turned:
+            self._others[k, k - sum(start < k for start in starts)] = 1.0
+
+    def turns(self, x: Floats) -> Floats:
+        """`tangent_of` the quaternions of `x` in their rows and columns, else 0."""
+        T = np.zeros((self._size, self._size - len(self._attitudes)))
+        for rows, columns in zip(self._rows, self._columns, strict=True):
+            T[rows, columns] = tangent_of(x[rows])
+        return T
+
+    def tangent(self, x: Floats) -> Floats:
+        """T (size, smaller): T step is the change of `x` by a small `step` (smaller,)."""
+        return self._others + self.turns(x)
+
+    def inverse(self, x: Floats) -> Floats:
+        """The step from a change, without that of a quaternion's length; (smaller, size).
+
+        RunError if a quaternion is zero.
+        """
+        scaled = x.copy()
+        for attitude, rows in zip(self._attitudes, self._rows, strict=True):
+            square = float(x[rows] @ x[rows])
+            if not square > 0:
+                message = f"the quaternion of {attitude.owner} is zero"
+                raise RunError(message, "give its four numbers, or roll, pitch and yaw")
+            scaled[rows] *= 4 / square
+        return self.tangent(scaled).T
+
+    def inverse_change(self, x: Floats, change: Floats) -> Floats:
+        """Of `inverse`, by a `change` (size,) of `x`."""
+        scaled = np.zeros(self._size)
+        for rows in self._rows:
+            e, de = x[rows], change[rows]
+            square = e @ e
+            scaled[rows] = 4 / square * (de - 2 * (e @ de) / square * e)
+        return self.turns(scaled).T

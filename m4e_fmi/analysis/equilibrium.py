@@ -108,22 +108,16 @@ class Balance:
         """Rates that are zero at rest, shape (n,), in SI."""
         return self._rates.at(point)
 
+    def tangent(self, point: OperatingPoint) -> Floats:
+        """T (m, n) [1]: a small `step` (n,) of `moved` changes the unknowns (m,) by T step."""
+        from scipy.linalg import block_diag
+
+        turns = (tangent_of(point.states[list(a.quaternion)]) for a in self._attitudes)
+        return np.asarray(block_diag(np.eye(len(self._plain)), *turns), dtype=np.float64)
+
     def slopes(self, point: OperatingPoint) -> Floats:
-        """Derivatives of the rates by the unknowns, shape (n, n), in SI."""
-        return self._slopes.at(point) @ self.spread(point)
-
-    def spread(self, point: OperatingPoint) -> Floats:
-        """Changes of the states `unknowns`, in SI, by steps (n,): shape (states, n).
-
-        The last steps are small rotations [rad]."""
-        size, count = len(self._plain), len(self._attitudes)
-        found = np.eye(size + 4 * count, size + 3 * count)
-        for k, attitude in enumerate(self._attitudes):
-            rows, columns = slice(size + 4 * k, size + 4 * k + 4), size + 3 * k
-            found[rows, size:] = 0.0
-            T = tangent_of(point.states[list(attitude.quaternion)])
-            found[rows, columns : columns + 3] = T
-        return found
+        """Derivatives of the rates by a step of the unknowns, shape (n, n), in SI."""
+        return self._slopes.at(point) @ self.tangent(point)
 
     def sizes(self, point: OperatingPoint) -> Floats:
         """Scales of the unknowns, shape (n,): 1 rad; 1 + the largest unknown of the same unit."""

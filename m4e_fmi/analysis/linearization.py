@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.analysis.attitudes import attitudes, tangent_of
+from m4e_fmi.analysis.attitudes import SmallRotations, attitudes
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
@@ -54,7 +54,8 @@ Coefficients = Any
 class Mechanical:
     """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
 
-    Rows of a revolute coordinate are in N·m, of any other in N.
+    Rows of angles and small rotations are in N·m, others in N. Of a free attitude δq̇ is that of its
+    angular velocity.
     """
 
     M: Coefficients
@@ -141,23 +142,26 @@ class Linearizer:
         outputs: Sequence[str] | None = None,
     ) -> None:
         self.program, self._model = program_and_model(system)
-        pairs, known = motion(self.program), self.program.states
         self._attitudes = attitudes(self.program)
-        turning = [k for a in self._attitudes for k in a.turning]
-        quaternions = [k for a in self._attitudes for k in a.quaternion]
-        positions, velocities = [k for k, _ in pairs], [*(v for _, v in pairs), *turning]
-        passed = {*positions, *velocities, *quaternions}
-        rest = [k for k in range(len(known)) if k not in passed]
-        self._pairs = len(positions)
-        self._order = order = [*positions, *quaternions, *velocities, *rest]
-        rotations = [v for a in self._attitudes for v in a.rotations]
+        known = self.program.states
+        rotations = {a.quaternion: a.rotations for a in self._attitudes}
+        turned = [(a.quaternion, a.turning) for a in self._attitudes]
+        # in the order of the mass matrix
+        pairs = sorted([*(((q,), (u,)) for q, u in motion(self.program)), *turned])
+        moved = [k for pair in zip(*pairs, strict=True) for part in pair for k in part]
+        rest = [k for k in range(len(known)) if k not in set(moved)]
+        self._order = [*moved, *rest]
+        self._small = SmallRotations(self._attitudes, self._order)
+        coordinates = [v for q, _ in pairs for v in rotations.get(q) or (known[q[0]],)]
+        self._coordinates = len(coordinates)
         self.states = (
-            *(known[k] for k in positions), *rotations, *(known[k] for k in (*velocities, *rest))
-        )  # fmt: skip
+            *coordinates,
+            *(known[k] for _, u in pairs for k in u),
+            *(known[k] for k in rest),
+        )
         """Coordinates (of a free attitude small rotations), their velocities, other states."""
-        self._coordinates = self._pairs + len(rotations)
         self.inputs = causes(self.program, inputs, states=False)
-        names = [known[k].name for k in order]
+        names = [known[k].name for k in self._order]
         wanted = names if outputs is None else list(outputs)
         self.outputs = observed(self.program, wanted).outputs
         rows = list(dict.fromkeys([*(f"der({name})" for name in names), *wanted]))
@@ -175,9 +179,10 @@ class Linearizer:
         """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
-        n = len(self._order)
+        n = len(self.program.states)
         values, slopes = self._values.at(point), self._slopes.at(point)
-        T, back, turning = self._tangent(point, values[:n])
+        x, turning = point.states[self._order], self._small.turns(values[:n])
+        T, back = self._small.tangent(x), self._small.inverse(x)
         A, B = back @ (slopes[:n, :n] @ T - turning), back @ slopes[:n, n:]
         return Linearization(
             point=point,
@@ -194,69 +199,29 @@ class Linearizer:
             degrees_of_freedom=self._coordinates,
         )
 
-    def _tangent(self, point: OperatingPoint, rates: Floats) -> tuple[Floats, Floats, Floats]:
-        """T, of a change of `states` that of the program's states; its inverse; dT/dt.
-
-        RunError if a quaternion is none.
-        """
-        T, back = np.eye(len(self._order)), np.eye(len(self._order))
-        rate = np.zeros(T.shape)
-        for rows, columns, e in self._quaternions(point.states[self._order]):
-            length = float(np.linalg.norm(e))
-            if not length > 0:
-                owner = self.program.states[self._order[rows.start]].name.rpartition(".")[0]
-                message = f"the quaternion of {owner} is zero"
-                raise RunError(message, "give its four numbers, or roll, pitch and yaw")
-            T[rows, rows], back[rows, rows] = 0.0, 0.0
-            T[rows, columns] = tangent_of(e)
-            back[columns, rows] = 4 / length**2 * tangent_of(e).T
-            rate[rows, columns] = tangent_of(rates[rows])
-        kept = self._kept
-        return T[:, kept], back[kept], rate[:, kept]
-
-    def _quaternions(self, states: Floats) -> list[tuple[slice, slice, Floats]]:
-        """Of each quaternion in `states` (n,) in their order here: rows, columns of θ, value."""
-        firsts = [self._pairs + 4 * number for number in range(len(self._attitudes))]
-        return [(slice(k, k + 4), slice(k, k + 3), states[k : k + 4]) for k in firsts]
-
-    @cached_property
-    def _kept(self) -> list[int]:
-        """Columns that are left where three rotations take the place of four numbers."""
-        spare = [self._pairs + 4 * number + 3 for number in range(len(self._attitudes))]
-        return [k for k in range(len(self._order)) if k not in spare]
-
     def change(self, point: OperatingPoint, direction: Mapping[str, float]) -> Floats:
         """Derivative of A along a change of parameters, inputs, states, shape (n, n), in SI.
 
-        Exact second derivatives. Variables that `direction` does not name do not change; of a
-        quaternion these are its four numbers.
+        Exact second derivatives. Variables that `direction` does not name do not change; a free
+        attitude changes by the numbers of its quaternion.
         """
-        n = len(self._order)
-        slopes = self._slopes.at(point)[:n, :n]
-        rates, slopes_change = self._changed(point, direction)
-        names = [self.program.states[k].name for k in self._order]
-        moved = np.array([direction.get(name, 0.0) for name in names])
-        T, back, _ = self._tangent(point, np.zeros(n))
-        T_change, turning_change, back_change = (np.zeros((n, n)) for _ in range(3))
-        for rows, columns, e in self._quaternions(point.states[self._order]):
-            square, step = float(e @ e), moved[rows]
-            T_change[rows, columns] = tangent_of(step)
-            turning_change[rows, columns] = tangent_of(rates[rows])
-            shrunk = 8 * float(e @ step) / square**2
-            back_change[columns, rows] = 4 / square * tangent_of(step).T - shrunk * tangent_of(e).T
-        kept = self._kept
-        result = back @ (slopes_change @ T + (slopes @ T_change - turning_change)[:, kept])
-        if self._attitudes:
-            values = self._values.at(point)[:n]
-            _, _, turning = self._tangent(point, values)
-            result += back_change[kept] @ (slopes @ T - turning)
-        return result
+        n = len(self.program.states)
+        rates, slopes = self._changed(point, direction)
+        if not self._attitudes:
+            return slopes
+        small, x = self._small, point.states[self._order]
+        moved = np.array([direction.get(self.program.states[k].name, 0.0) for k in self._order])
+        T, back = small.tangent(x), small.inverse(x)
+        still = self._slopes.at(point)[:n, :n]
+        inner = still @ T - small.turns(self._values.at(point)[:n])
+        change = slopes @ T + still @ small.turns(moved) - small.turns(rates)
+        return small.inverse_change(x, moved) @ inner + back @ change
 
     def _changed(
         self, point: OperatingPoint, direction: Mapping[str, float]
     ) -> tuple[Floats, Floats]:
-        """Changes of the rates (n,) and of their slopes (n, n) along a direction, in order here."""
-        along, n = tuple(direction), len(self._order)
+        """Changes of the rates (n,) of the program's states and of ∂rates/∂states (n, n)."""
+        along, n = tuple(direction), len(self.program.states)
         slopes = self._slopes.derivatives
         places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
         kept = {k: place for k, place in places if max(place) < n}
@@ -265,11 +230,11 @@ class Linearizer:
             results = tuple(slopes.program.results[k] for k in kept)
             change = tangent(replace(slopes.program, outputs=outputs, results=results), along)
             self._changes[along] = Evaluation(change)
-        changes = self._changes[along].at(point, *direction.values())
+        found = self._changes[along].at(point, *direction.values())
         result = np.zeros((n, n))
-        for place, entry in zip(kept.values(), changes[n:], strict=True):
+        for place, entry in zip(kept.values(), found[n:], strict=True):
             result[place] = entry
-        return changes[:n][self._order], result
+        return found[:n][self._order], result
 
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:

@@ -132,8 +132,8 @@ class Sensitivities:
         """Derivatives of the equilibrium: one row for each state of `_moved`."""
         if not self.moving:
             return np.zeros((0, len(self.by)))
-        moved = self._balance.newton(point) @ self._pushes.at(point)
-        return self._balance.spread(point) @ moved
+        steps = self._balance.newton(point) @ self._pushes.at(point)
+        return self._balance.tangent(point) @ steps
 
     def __repr__(self) -> str:
         return listing(f"Sensitivities of {self.program.name!r}", of=self.of, by=self.by)

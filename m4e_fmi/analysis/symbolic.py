@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from m4e_fmi.analysis.attitudes import twice_tangent
 from m4e_fmi.analysis.linearization import Mechanical
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import state_names
+from m4e_fmi.multibody.topology import Link
 from m4e_fmi.shown import listing
 
 if TYPE_CHECKING:
@@ -22,8 +24,9 @@ class SymbolicLinearization:
 
     The matrices are functions of the symbols of `equations`: coordinates, velocities, parameters,
     the chosen inputs, and where the system accelerates at the point, `equations.u_dot`. States are
-    (q, u). `inputs` and `outputs` are as for `linearize`, parameters apart. Everything is computed
-    when it is asked for and never simplified; InputError for an unknown name.
+    (q, u), with three small rotations in place of a quaternion. `inputs` and `outputs` are as for
+    `linearize`, parameters apart. Everything is computed when it is asked for and never simplified;
+    InputError for an unknown name.
     """
 
     def __init__(
@@ -38,33 +41,60 @@ class SymbolicLinearization:
         e = self.equations
         rest = e.mass_matrix * e.u_dot - e.forcing
         F = -rest.jacobian(self._inputs) if self._inputs else _empty(rest.rows, 0)
-        return Mechanical(e.mass_matrix, rest.jacobian(e.u), rest.jacobian(e.q), F)
+        K = rest.jacobian(e.q) * self._tangent
+        return Mechanical(e.mass_matrix, rest.jacobian(e.u), K, F)
 
     @cached_property
     def A(self) -> sympy.Matrix:
         """2n×2n."""
         import sympy
 
-        n = len(self.equations.q)
-        upper = sympy.zeros(n, n).row_join(sympy.eye(n))
-        return upper.col_join(self._accelerations)
+        u = self.equations.u
+        turning = sympy.zeros(len(u), len(u))
+        for link in self._free:
+            x, y, z = (u.flat()[k] for k in link.speeds[-3:])
+            skew = sympy.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])  # rates of rotations: ω × θ
+            turning[link.speeds[-3], link.speeds[-3]] = skew
+        return turning.row_join(sympy.eye(len(u))).col_join(self._accelerations)
 
     @cached_property
     def B(self) -> sympy.Matrix:
         """2n×m."""
-        return _empty(len(self.equations.q), len(self._inputs)).col_join(self._forced)
+        return _empty(len(self.equations.u), len(self._inputs)).col_join(self._forced)
 
     @cached_property
     def C(self) -> sympy.Matrix:
         """Rows of the outputs, 2n columns."""
         e = self.equations
-        return self._y.jacobian([*e.q, *e.u]) + self._y.jacobian(e.u_dot) * self._accelerations
+        direct = (self._y.jacobian(e.q) * self._tangent).row_join(self._y.jacobian(e.u))
+        return direct + self._y.jacobian(e.u_dot) * self._accelerations
 
     @cached_property
     def D(self) -> sympy.Matrix:
         """Rows of the outputs, m columns."""
         direct = self._y.jacobian(self._inputs) if self._inputs else _empty(self._y.rows, 0)
         return direct + self._y.jacobian(self.equations.u_dot) * self._forced
+
+    @property
+    def _free(self) -> list[Link]:
+        """Links with free attitudes."""
+        return [link for link in self.equations.topology.links if link.joint_type.has_quaternion]
+
+    @cached_property
+    def _tangent(self) -> sympy.Matrix:
+        """Change of q by small rotations and the other coordinates, in the order of u."""
+        import sympy
+
+        e = self.equations
+        turned = {k for link in self._free for k in link.coordinates[-4:]}
+        T = sympy.zeros(len(e.q), len(e.u))
+        for link in e.topology.links:
+            for k, j in zip(link.coordinates, link.speeds, strict=False):
+                T[k, j] = int(k not in turned)
+        for link in self._free:
+            quaternion = [e.q[k] for k in link.coordinates[-4:]]
+            T[link.coordinates[-4], link.speeds[-3]] = sympy.Matrix(twice_tangent(quaternion)) / 2
+        return T
 
     @cached_property
     def _inputs(self) -> list[sympy.Symbol]:

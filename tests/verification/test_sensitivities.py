@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from support.chains import cantilever
+from support.differences import difference
 
 from m4e_fmi.analysis import (
     Sensitivities,
@@ -32,8 +31,6 @@ from m4e_fmi.multibody import model_program
 from m4e_fmi.simulate import simulate
 
 BY = ("m", "L", "k", "c")
-STEP = 1e-4
-"""Relative, of differences of fourth order: off by STEP⁴ and by 1e-16/STEP, times the curvature."""
 CLOSE = 1e-6
 
 
@@ -63,14 +60,6 @@ def pendulum() -> Model:
             "rope": TensionSpring(("tip", "post"), "2*k", 1.0),
         },
     )
-
-
-def difference(function: Callable[[float], np.ndarray], at: float) -> np.ndarray:
-    """Derivative of `function` by central differences of fourth order."""
-    h = STEP * at
-    near = (function(at + h) - function(at - h)) / (2 * h)
-    far = (function(at + 2 * h) - function(at - 2 * h)) / (4 * h)
-    return (4 * near - far) / 3
 
 
 @pytest.mark.verifies(

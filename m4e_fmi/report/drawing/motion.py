@@ -72,8 +72,8 @@ def plot_modes(
     """Draw mode shapes of `model` to `picture`: at rest in grey, and moved one way and the other.
 
     Column k of `shapes`, (n, modes), in any units, holds the coordinates of mode k in the order of
-    the Program's states, of a free attitude its small rotations, after all others; real or complex
-    (its phase now and a quarter of a period later). `at` is where to move from, the start values if
+    the Program's states, of a free attitude its small rotations; real or complex (its phase now and
+    a quarter of a period later). `at` is where to move from, the start values if
     it is not given. Amplitudes are scaled to be seen. InputError for shapes of another size.
     """
     from m4e_fmi.analysis.points import operating_point

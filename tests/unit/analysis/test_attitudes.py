@@ -6,8 +6,10 @@ import math
 
 import numpy as np
 import pytest
+import sympy
 
 from m4e_fmi.analysis import (
+    SymbolicLinearization,
     eigenvalue_sensitivity,
     equilibrium,
     linearize,
@@ -183,3 +185,45 @@ def _read(model: Model, point: object, name: str) -> float:
     """A state or an output at a point."""
     linear = linearize(model, at=point, outputs=[name])  # type: ignore[arg-type]
     return float(linear.values[0])
+
+
+def test_the_mass_matrix_has_the_order_of_the_states() -> None:
+    """Kinetic energy of a body on a ball joint that carries another, which slides and turns."""
+    model = Model(
+        "jointed",
+        {"a": Body(1.0, (0.2, 0.3, 0.25, 0.02, 0.01, 0.03)), "b": Body(2.0, (0.1, 0.2, 0.15))},
+        {
+            "ball": Joint("spherical", "a", joint_to_child=(0.2, 0.1, -1.0)),
+            "sleeve": Joint("cylindrical", "b", "a", (0, 0, -0.5), (0.1, 0, -0.3), axis=(1, 0, 1)),
+        },
+        dimensions=3,
+    )
+    names = ["ball.omega_x", "ball.omega", "ball.omega_z", "sleeve.u1", "sleeve.u2"]
+    speeds = {f"joint.{name}": value for name, value in zip(names, (1, 2, 3, 4, 5), strict=True)}
+    linear = linearize(model, at=speeds, outputs=["energy.kinetic"])
+    u = np.array([speeds[v.name] for v in linear.states[5:]])
+    assert linear.mechanical is not None
+    assert u @ linear.mechanical.M @ u / 2 == pytest.approx(linear.values[0], rel=1e-13)
+
+
+def test_formulas_and_numbers_are_equal() -> None:
+    """Of a pendulum that is tilted, turns and accelerates."""
+    model, inputs = pendulum(), ["body.bob.force_y", "body.bob.moment_z"]
+    outputs = ["joint.hook.e1", "body.bob.vy"]
+    at = {"e0": 0.7, "e1": -0.1, "e2": 0.5, "e3": 0.5, "omega_x": 0.5, "omega": -0.4, "omega_z": 1}
+    state = {f"joint.hook.{name}": value for name, value in at.items()}
+    linear = linearize(model, at={**state, inputs[0]: 3.0}, inputs=inputs, outputs=outputs)
+    symbolic = SymbolicLinearization(model, inputs=inputs, outputs=outputs)
+    e = symbolic.equations
+    symbols = [*e.q, *e.u, *e.u_dot, *(sympy.Symbol(name, real=True) for name in inputs)]
+    values = [*at.values(), *linear.rates[3:], 3.0, 0.0]
+
+    def number(matrix: sympy.Matrix) -> np.ndarray:
+        return np.array(sympy.lambdify(symbols, matrix, cse=True)(*values), dtype=float)
+
+    for name in "ABCD":
+        found = number(getattr(symbolic, name))
+        np.testing.assert_allclose(found, getattr(linear, name), rtol=1e-11, atol=1e-12)
+    for name in "MCKF":
+        found, exact = number(getattr(symbolic.mechanical, name)), getattr(linear.mechanical, name)
+        np.testing.assert_allclose(found, exact, rtol=1e-11, atol=1e-12)

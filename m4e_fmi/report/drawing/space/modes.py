@@ -30,11 +30,12 @@ class ModePictures:
         self.model, self.program, self.view = model, program, View.of()
         self.shown: Solids = solids(model)
         self._attitudes = attitudes(program)
-        moved = [v.derivative_of for v in program.states if v.derivative_of is not None]
-        plain = [v for v in program.states if v.name in moved]
-        turns = [v for attitude in self._attitudes for v in attitude.rotations]
-        self.coordinates: list[Variable] = [*plain, *turns]
-        self._plain = len(plain)
+        rotations = {a.quaternion[0]: a.rotations for a in self._attitudes}
+        moved = {v.derivative_of for v in program.states}
+        self.coordinates: list[Variable] = []
+        for k, state in enumerate(program.states):
+            own = (state,) if state.name in moved else ()
+            self.coordinates += rotations.get(k, own)
         self.rest = start_poses(model, program)
         low, high = extent(self.shown, self.rest)
         self._size = float(np.linalg.norm(high - low)) or 1.0
@@ -68,13 +69,13 @@ class ModePictures:
         """The poses at an amplitude of a mode of `shape` (n,) in SI."""
 
         def poses(amplitude: float) -> Poses:
-            pairs = zip(self.coordinates[: self._plain], shape, strict=False)
-            changed = {v.name: v.start + amplitude * float(part) for v, part in pairs}
-            for number, attitude in enumerate(self._attitudes):
-                first = self._plain + 3 * number
+            moved = dict(zip((v.name for v in self.coordinates), amplitude * shape, strict=True))
+            starts = {v.name: v.start for v in self.program.states}
+            changed = {n: starts[n] + float(part) for n, part in moved.items() if n in starts}
+            for attitude in self._attitudes:
                 own = [self.program.states[k] for k in attitude.quaternion]
-                e = np.array([v.start for v in own])
-                turned = rotated(e, amplitude * shape[first : first + 3])
+                turn = np.array([moved[v.name] for v in attitude.rotations])
+                turned = rotated(np.array([v.start for v in own]), turn)
                 changed |= {v.name: float(part) for v, part in zip(own, turned, strict=True)}
             return start_poses(self.model, self.program.with_start(changed))
 
