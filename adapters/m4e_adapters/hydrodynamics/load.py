@@ -15,7 +15,8 @@ terms of the third order (of the second about Z, which no force depends on).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
@@ -75,39 +76,65 @@ def hydrodynamics_program(
         `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
         `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
-    bodies, waves, turning = coefficients.bodies, waves or Still(), heading or Heading()
-    recorder = Recorder(name, f"linear hydrodynamics of {', '.join(bodies)}")
-    in_space = coefficients.dimensions == 3
-    reference, axes = record_heading(recorder, turning) if in_space else (None, None)
-    motions = [_record_motion(recorder, coefficients, k, turning) for k in range(len(bodies))]
-    position, velocity = ([*chain(*part)] for part in zip(*motions, strict=True))
-    places: list[tuple[Number, Number]] = []
-    displacement = position
-    if reference and axes:
-        record_filter(recorder, turning, axes, position[YAW_PLACE])
-        places = reference_places(coefficients.centers, reference)
-        displacement = _in_heading_axes(position, axes, places, coefficients.centers)
-        velocity = axes.from_world(velocity)
+    waves, turning = waves or Still(), heading or Heading()
+    recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
+    moved = _record_motions(recorder, coefficients, turning)
     fitted = fit_radiation(
         coefficients, order=radiation.order if radiation else None, progress=progress
     )
-    memory = _record_memory(recorder, fitted.groups, coefficients, velocity)
-    angle = axes.angle if axes else 0.0
-    excitation = record_sea(recorder, waves, coefficients, heading=angle, places=places)
-    restoring, carried = _record_hydrostatics(recorder, coefficients, displacement)
-    for k, body in enumerate(bodies):
+    memory = _record_memory(recorder, fitted.groups, coefficients, moved.velocity)
+    angle = moved.axes.angle if moved.axes else 0.0
+    excitation = record_sea(recorder, waves, coefficients, heading=angle, places=moved.places)
+    restoring, carried = _record_hydrostatics(recorder, coefficients, moved.displacement)
+    for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
         resistance = _record_drag(
-            recorder, body, coefficients, (drag or {}).get(body, Drag()), velocity[own]
+            recorder, body, coefficients, (drag or {}).get(body, Drag()), moved.velocity[own]
         )
         parts = (restoring[own], memory[own], excitation[own], resistance)
-        _record_outputs(recorder, body, coefficients, parts, axes)
-        _record_displacement(recorder, body, coefficients, displacement[own], k, waves)
+        _record_outputs(recorder, body, coefficients, parts, moved.axes)
+        _record_displacement(recorder, body, coefficients, moved.displacement[own], k, waves)
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)
-    _publish_added_mass(recorder, coefficients, fitted.added_mass_inf, reference)
+    publish = recorder.output if turning.filter_time else recorder.calculate
+    _publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
     return recorder.program()
+
+
+@dataclass(frozen=True)
+class _Motions:
+    """Of all bodies, displacement and velocity in the axes of the heading, in space `axes`.
+
+    `places` are the reference places (x, y) [m] of the bodies in space, in world axes.
+    """
+
+    displacement: Vector
+    velocity: Vector
+    axes: Axes | None = None
+    places: Sequence[tuple[Number, Number]] = ()
+
+
+def _record_motions(recorder: Recorder, coefficients: Coefficients, heading: Heading) -> _Motions:
+    """Inputs of all bodies, and in space the heading."""
+    if coefficients.dimensions == 2:
+        return _Motions(*_record_inputs(recorder, coefficients, heading))
+    reference, axes = record_heading(recorder, heading)
+    position, velocity = _record_inputs(recorder, coefficients, heading)
+    record_filter(recorder, heading, axes, position[YAW_PLACE])
+    places = reference_places(coefficients.centers, reference)
+    displacement = _in_heading_axes(position, axes, places, coefficients.centers)
+    return _Motions(displacement, axes.from_world(velocity), axes, places)
+
+
+def _record_inputs(
+    recorder: Recorder, coefficients: Coefficients, heading: Heading
+) -> tuple[Vector, Vector]:
+    """Inputs of all bodies, positions and velocities."""
+    bodies = range(len(coefficients.bodies))
+    motions = [_record_motion(recorder, coefficients, k, heading) for k in bodies]
+    position, velocity = ([*chain(*part)] for part in zip(*motions, strict=True))
+    return position, velocity
 
 
 def _record_motion(
@@ -315,12 +342,15 @@ def _record_outputs(
 
 
 def _publish_added_mass(
-    recorder: Recorder, coefficients: Coefficients, matrix: np.ndarray, reference: Axes | None
+    publish: Callable[[Variable, Scalar | float], None],
+    coefficients: Coefficients,
+    matrix: np.ndarray,
+    axes: Axes | None,
 ) -> None:
-    """A∞ in world axes, as the hulls lie in the reference pose."""
+    """A∞ in world axes."""
     scale = np.sqrt(np.maximum(np.abs(matrix.diagonal()), 1e-300))
     kept = np.where(np.abs(matrix) > SMALL * np.outer(scale, scale), matrix, 0.0)
-    in_world = reference.matrix_to_world(kept) if reference else kept.tolist()
+    in_world = axes.matrix_to_world(kept) if axes else kept.tolist()
     names, kinds = coefficients.motions, coefficients.body_motions * len(coefficients.bodies)
     for i, (row, values) in enumerate(zip(names, in_world, strict=True)):
         for j, (column, value) in enumerate(zip(names, values, strict=True)):
@@ -329,4 +359,4 @@ def _publish_added_mass(
                 mass_unit(kinds[i], kinds[j]),
                 f"added mass at infinite frequency: {row} per acceleration in {column}",
             )
-            recorder.calculate(variable, value)
+            publish(variable, value)

@@ -346,7 +346,7 @@ class _Mobility:
         """Added mass that the component carries [kg]."""
         carried = {
             link.source.component
-            for link in self.wiring.initial_links
+            for link in self.wiring.all_links
             if link.target.component == self.component
             and link.target.variable.startswith("added_mass[")
         }

@@ -114,6 +114,7 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
         if model.bodies[link.body].added_mass
         for unit in ("m" if c < TURN else "rad" for c in tree.components)
     ]
+    in_space = len(tree.components) > 3  # where hulls change their heading
     rows = []
     for i, (body, unit) in enumerate(dofs, start=1):
         row = []
@@ -122,7 +123,8 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
             power = (unit, other_unit).count("rad")
             kind = ("kg", "kg.m", "kg.m2")[power]
             text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
-            row.append(recorder.parameter(Variable(f"added_mass[{i},{j}]", kind, text)))
+            variable = Variable(f"added_mass[{i},{j}]", kind, text, tunable=in_space)
+            row.append(recorder.parameter(variable))
         rows.append(row)
     return rows
 

@@ -1,4 +1,4 @@
-"""Calculated parameters that no connection carries to a parameter of the same name."""
+"""Calculated parameters and matrices that no connection carries to a parameter of the same name."""
 
 from __future__ import annotations
 
@@ -16,21 +16,25 @@ def unconnected_parameters(
     """Warnings of calculated parameters that are not carried to another component, one line each.
 
     The other component has a parameter of the same name, added mass for example, which would be
-    left at its start value.
+    left at its start value. So are matrices that are outputs, if that parameter is tunable.
     """
-    taken = {link.source for link in wiring.initial_links}
+    taken = {link.source for link in wiring.all_links}
     given = {Port(c.name, name) for c in system.components for name in c.start}
     given |= {link.target for link in wiring.all_links}
-    offered, wanted = (
+    calculated, varying, wanted = (
         _arrays(descriptions, causality, done)
-        for causality, done in (("calculatedParameter", taken), ("parameter", given))
-    )
+        for causality, done in (
+            ("calculatedParameter", taken), ("output", taken), ("parameter", given)
+        )
+    )  # fmt: skip
+    offered = calculated | {key: found for key, found in varying.items() if "" not in found}
     return [
         f"{source}.{name} is calculated, but not transferred: "
         + _advice(f"{source}.{name}", f"{target}.{name}", members, others)
         for (source, name), members in offered.items()
         for (target, other), others in wanted.items()
         if name == other and source != target
+        if (source, name) in calculated or all(v.variability == "tunable" for v in others.values())
     ]
 
 

@@ -239,6 +239,11 @@ def test_the_heading_follows_the_yaw(smooth: Coefficients) -> None:
     values = form.outputs(7.3, [0.0] * len(fixed.states), u, p, form.constants(p))
     for variable, value in zip(fixed.outputs, values, strict=True):
         assert filtered[variable.name] == pytest.approx(value, rel=1e-9, abs=1e-6)
+    for variable, value in zip(
+        fixed.calculated, form.calculated(p, form.constants(p)), strict=True
+    ):
+        if variable.name.startswith("added_mass["):
+            assert filtered[variable.name] == pytest.approx(value, rel=1e-9, abs=1e-6)
 
 
 BOX = """dimensions: 3

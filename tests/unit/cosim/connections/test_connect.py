@@ -103,6 +103,30 @@ def test_what_is_calculated_and_not_carried_over_is_told(
     assert found == ([text] if missing else [])
 
 
+@pytest.mark.parametrize("variability", ["tunable", "fixed"])
+def test_a_matrix_that_varies_and_is_not_carried_into_a_tunable_one_is_told(
+    variability: str,
+) -> None:
+    names = ("added_mass[1,1]", "added_mass[1,2]", "plain")
+    hydro = described("hydro", *((name, "output", "kg") for name in names))
+    buoy = described("buoy", *((name, "parameter", "kg") for name in names))
+    table = {n: replace(v, variability=variability) for n, v in buoy.variables.items()}
+    both = {"buoy": replace(buoy, variables=table), "hydro": hydro}
+    parts = tuple(Component(name, FmuFile(Path(name))) for name in both)
+
+    def found(*connections: str) -> list[str]:
+        system = System("s", parts, connections, SIMULATION)
+        return unconnected_parameters(system, both, connect(system, both))
+
+    if variability == "fixed":
+        assert found() == []
+        return
+    assert [line.partition(":")[0] for line in found()] == [
+        "hydro.added_mass is calculated, but not transferred"
+    ]
+    assert found("hydro.added_mass -> buoy.added_mass") == []
+
+
 def test_no_connection_is_suggested_between_arrays_of_two_sizes() -> None:
     large = described(
         "hydro", *((f"added_mass[1,{k}]", "calculatedParameter", "kg") for k in "123")
