@@ -62,7 +62,13 @@ class Pairing:
         if left is None or right is None:
             return []
         pairs = self._paired_groups(left, right) if both_ways else self._paired(left, right)
-        return [self._link(a, b, written) for a, b in pairs if self._fits(a, b, written)]
+        links: list[Link] = []
+        for a, b in pairs:
+            if self._fits(a, b, written):
+                links.append(self._link(a, b, written))
+            elif not both_ways:
+                break  # the other elements of an array have the same problem
+        return links
 
     def check_end(self, end: str) -> None:
         """Check one end, where the variables of the other are not known."""
