@@ -17,6 +17,7 @@ from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, Balance, Hull, bala
 
 Gravity = Callable[[str], float | None]
 
+ANGLES = ("phi", "theta", "psi")
 OTHERS = ("x", "z", "theta", "force_z", "neutral_mass")
 """Variables of such a connector, besides."""
 UNBALANCED = 0.01
@@ -67,12 +68,15 @@ def _pose(hull: Hull) -> Iterator[str]:
     """The start pose, where it is another than the one that the coefficients are for."""
     variables = hull.network.instances[hull.component].description.variables
     limits = dict.fromkeys(("x", "y"), ASIDE * hull.size) | {"z": SHARE_OF_DRAFT * hull.draft}
-    limits |= dict.fromkeys(("phi", "theta", "psi"), TILT)
+    limits |= dict.fromkeys(ANGLES, TILT)
     for symbol in (symbol for symbol in limits if f"{hull.body}.{symbol}" in variables):
         variable = variables[f"{hull.body}.{symbol}"]
         now = hull.network.read(f"{hull.name}.{symbol}")
         meant = float(variable.start or 0.0)
-        if abs(now - meant) > limits[symbol]:
+        away = now - meant
+        if symbol in ANGLES:
+            away = math.remainder(away, math.tau)
+        if abs(away) > limits[symbol]:
             remedy = "right for a release, else make start and center_of_gravity agree"
             if symbol == "psi":
                 remedy = "right for a release, else make start and heading agree"

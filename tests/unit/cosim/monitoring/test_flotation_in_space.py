@@ -70,7 +70,7 @@ def warnings(
     return run(prepare(system), results=folder / "r.nc").warnings
 
 
-@pytest.mark.parametrize("heading", [0.0, 37.0, 120.0])
+@pytest.mark.parametrize("heading", [0.0, 37.0, 120.0, 217.0, -200.0])
 def test_a_body_in_balance_is_not_told_of(tmp_path: Path, heading: float) -> None:
     assert warnings(tmp_path, heading=heading) == ()
 
