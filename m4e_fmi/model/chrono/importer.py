@@ -8,18 +8,21 @@ from typing import Any
 from m4e_fmi.errors import InputError, Problem, is_file, suggestion
 from m4e_fmi.files.document import Document, Location, SectionType
 from m4e_fmi.files.files_read import depends_on
-from m4e_fmi.model.chrono.bodies import SMALL, Mechanism
 from m4e_fmi.model.chrono.loads import Loads
+from m4e_fmi.model.chrono.mechanism import SMALL, LeavesPlaneError, Mechanism
 from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
+from m4e_fmi.model.chrono.planar import PlanarMechanism
+from m4e_fmi.model.chrono.planar_loads import PlanarLoads
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
     REFUSED,
     FileSection,
     ModelFileSection,
-    ModelSection,
     SimulationSection,
 )
-from m4e_fmi.model.elements import GROUND, Quantity
+from m4e_fmi.model.chrono.spatial import SpatialMechanism
+from m4e_fmi.model.chrono.spatial_loads import SpatialLoads
+from m4e_fmi.model.elements import GROUND, Quantity, Vector
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.model import Model
 
@@ -47,7 +50,7 @@ def model_of_chrono(document: Document) -> Model:
     _report_names(places)
     if section is None or places.problems:
         raise InputError(dict.fromkeys(places.problems))
-    return _model(section.model, gravity, places)
+    return _model(section, gravity, places)
 
 
 def _validated(
@@ -71,17 +74,12 @@ def _beside(document: Document) -> Document | None:
     return Document.load(path) if is_file(path) else None
 
 
-def _gravity(document: Document, places: Places) -> Quantity:
-    """Gravity of the simulation in `document`, towards −Z."""
+def _gravity(document: Document, places: Places) -> Vector3:
+    """Gravity of the simulation in `document` [m/s²]."""
     if "simulation" not in document.data:
-        return -GRAVITY[2]
+        return GRAVITY
     simulation = _validated(document, places, SimulationSection, ("simulation",))
-    x, y, z = (simulation and simulation.gravity) or GRAVITY
-    if max(abs(x), abs(y)) > SMALL:
-        message = f"gravity must point along Z, got [{x:g}, {y:g}, {z:g}]"
-        remedy = "turn the model so that gravity is [0, 0, -g]"
-        places.problems.append(document.problem(("simulation", "gravity"), message, remedy))
-    return -z
+    return (simulation and simulation.gravity) or GRAVITY
 
 
 def _report_refused(places: Places) -> None:
@@ -127,10 +125,31 @@ def _named(data: object, group: str, key: str) -> Iterator[tuple[int, str]]:
             yield k, entry[key]
 
 
-def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
-    mechanism = Mechanism(model, places)
-    bodies, joints = mechanism.bodies(), mechanism.joints()
-    loads = Loads(model, mechanism, places)
+def _model(file: ModelFileSection, gravity: Vector3, places: Places) -> Model:
+    """The Model: of the plane if nothing leaves it and the file does not ask for space."""
+    if file.dimensions is None:
+        try:
+            towards = _downwards(gravity)
+            mechanism = PlanarMechanism(file.model, places)
+            return _converted(mechanism, PlanarLoads(mechanism), towards)
+        except LeavesPlaneError:
+            places.problems.clear()
+    spatial = SpatialMechanism(file.model, places)
+    along_z = max(map(abs, gravity[:2])) == 0
+    return _converted(spatial, SpatialLoads(spatial), -gravity[2] if along_z else gravity)
+
+
+def _downwards(gravity: Vector3) -> float:
+    """Gravity towards −Z; LeavesPlaneError if it has another direction."""
+    x, y, z = gravity
+    if max(abs(x), abs(y)) > SMALL:
+        raise LeavesPlaneError
+    return -z
+
+
+def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -> Model:
+    model, places = mechanism.model, mechanism.places
+    joints, bodies = mechanism.joints(), mechanism.bodies()
     if not places.problems:
         loads.convert()
     if places.problems:
@@ -145,6 +164,7 @@ def _model(model: ModelSection, gravity: Quantity, places: Places) -> Model:
         loads=loads.loads,
         tables=loads.tables,
         gravity=gravity,
+        dimensions=mechanism.dimensions,
     )
 
 
@@ -153,11 +173,15 @@ def _checked(places: Places, **fields: Any) -> Model:
 
     def placed(finding: Finding) -> Problem:
         message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
-        return places.document.problem(("model",), message, finding.remedy)
+        return places.document.problem(
+            places.of(*map(str, finding.location[:2])), message, finding.remedy
+        )
 
     try:
         return Model(**fields).place_warnings(placed)
     except InputError as error:
         for problem in error.problems:
-            places.at(("model",), problem.message, problem.remedy)
+            group, _, rest = problem.message.partition(".")
+            name = rest.partition(":")[0].partition(".")[0]
+            places.at(places.of(group, name), problem.message, problem.remedy)
     raise InputError(places.problems)

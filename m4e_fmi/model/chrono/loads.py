@@ -8,50 +8,48 @@ angle of a rotational spring is that of body2 against body1, zero at the start; 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from m4e_fmi.model.chrono.bodies import SMALL, Mechanism, parallel, unit
-from m4e_fmi.model.chrono.names import Named, Places, fresh, identifier
-from m4e_fmi.model.chrono.rotation import Vector3, rotated, turned_back
+from m4e_fmi.joints import Coordinate
+from m4e_fmi.model.chrono.functions import NEEDED, function_text, scaled, times
+from m4e_fmi.model.chrono.mechanism import Joining, Mechanism, unit
+from m4e_fmi.model.chrono.names import Named, fresh, identifier
+from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
     BodyLoadSection,
     FunctionSection,
-    ModelSection,
     MotorSection,
     RsdaSection,
     TsdaSection,
 )
+from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Point, Quantity
-from m4e_fmi.model.loads import (
-    BodyForce,
-    JointEffort,
-    Load,
-    PointForce,
-    TensionDamper,
-    TensionSpring,
-    TorsionDamper,
-    TorsionSpring,
-)
+from m4e_fmi.model.loads import JointEffort, Load, PointForce, TensionDamper, TensionSpring
 from m4e_fmi.model.table import Table
 
-NEEDED = {
-    "CONSTANT": "value",
-    "POLYNOMIAL": "coefficients",
-    "POLY": "coefficients",
-    "SINE": "amplitude",
-    "RAMP": "slope",
-    "DATA": "data",
-}
 
-
-class Loads:
+class Loads(ABC):
     """Points, loads and tables of a Chrono model whose mechanism is known."""
 
-    def __init__(self, model: ModelSection, mechanism: Mechanism, places: Places) -> None:
-        self.model, self.mechanism, self.places = model, mechanism, places
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.model, self.places = mechanism.model, mechanism.places
         self.points: dict[str, Point] = {}
         self.loads: dict[str, Load] = {}
         self.tables: dict[str, Table] = {}
+
+    @abstractmethod
+    def _twisted(self, rsda: RsdaSection, name: str, free: float) -> None:
+        """A rotational spring and damper, at rest at the angle `free` [rad] from the start."""
+
+    @abstractmethod
+    def _torque(self, motor: MotorSection, effort: Quantity) -> None:
+        """The torque of a motor."""
+
+    @abstractmethod
+    def _body_torque(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
+        """`scale` times a torque in world axes at the start [N·m]."""
 
     def convert(self) -> None:
         """Fill `loads`, `points` and `tables` from all springs, dampers, motors and body loads."""
@@ -68,30 +66,22 @@ class Loads:
         holder = self.mechanism.holder(body)
         return holder if holder == GROUND else identifier(holder)
 
-    def _point(self, owner: Named, name: str, body: str, place: Sequence[float]) -> str:
+    def _point(self, name: str, body: str, place: Sequence[float]) -> str:
         """A new point of a body, at a place in the world at the start."""
-        pose = self.mechanism.poses[self.mechanism.holder(body)]
-        if self._name(body) != GROUND and abs(place[1] - pose.place[1]) > SMALL:
-            at = f"at Y = {place[1]:g}, but the centre of gravity at {pose.place[1]:g}"
-            message = f"the point on {body!r} is {at}"
-            self.places.say(owner, message, (), "let points lie in the plane of the bodies")
         name = fresh(name, self.points)
-        self.points[name] = Point(self._name(body), pose.local(place))
+        self.points[name] = Point(self._name(body), self.mechanism.at(body, place))
         return name
 
     def _add(self, name: str, load: Load) -> None:
         self.loads[fresh(name, self.loads)] = load
 
     def _tsda(self, tsda: TsdaSection) -> None:
-        if abs(tsda.point1[1] - tsda.point2[1]) > SMALL:
-            message = "the two points lie in different planes: the line leaves the X–Z plane"
-            self.places.say(tsda, message, ("point2",), "give both the same Y")
         if not self._has_coefficients(tsda, "free_length"):
             return
         name = identifier(tsda.name)
         ends = (
-            self._point(tsda, f"{name}_1", tsda.body1, tsda.point1),
-            self._point(tsda, f"{name}_2", tsda.body2, tsda.point2),
+            self._point(f"{name}_1", tsda.body1, tsda.point1),
+            self._point(f"{name}_2", tsda.body2, tsda.point2),
         )
         stiffness, damping = tsda.spring_coefficient, tsda.damping_coefficient
         length = (tsda.free_length or 0.0) + self._shift(tsda)
@@ -101,22 +91,12 @@ class Loads:
             self._add(f"{name}_damper" if stiffness else name, TensionDamper(ends, damping))
 
     def _rsda(self, rsda: RsdaSection) -> None:
-        if not parallel(rsda.axis, (0, 1, 0)) or math.hypot(*rsda.axis) == 0:
-            message = f"the axis {list(rsda.axis)} is not along Y"
-            self.places.say(rsda, message, ("axis",), "turn the model so that it moves in X–Z")
-        if not self._has_coefficients(rsda, "free_angle"):
-            return
-        name, ends = identifier(rsda.name), (self._name(rsda.body1), self._name(rsda.body2))
-        stiffness, damping = rsda.spring_coefficient, rsda.damping_coefficient
-        poses = [self.mechanism.poses[self.mechanism.holder(b)] for b in (rsda.body1, rsda.body2)]
-        free = rsda.free_angle or 0.0
-        free = math.radians(free) if self.model.angle_degrees else free
-        rest = math.copysign(1.0, rsda.axis[1]) * (free + self._shift(rsda))
-        if stiffness or not damping:
-            angle = poses[1].angle - poses[0].angle + rest
-            self._add(name, TorsionSpring(ends, stiffness or 0.0, angle))
-        if damping:
-            self._add(f"{name}_damper" if stiffness else name, TorsionDamper(ends, damping))
+        if math.hypot(*rsda.axis) == 0:
+            self.places.say(rsda, "the axis has no length", ("axis",), "give a vector")
+        elif self._has_coefficients(rsda, "free_angle"):
+            free = rsda.free_angle or 0.0
+            free = math.radians(free) if self.model.angle_degrees else free
+            self._twisted(rsda, identifier(rsda.name), free + self._shift(rsda))
 
     def _has_coefficients(self, element: TsdaSection | RsdaSection, rest: str) -> bool:
         if element.spring_coefficient is None and element.damping_coefficient is None:
@@ -156,24 +136,25 @@ class Loads:
         elif branch is None:
             self._thrust(motor, effort)
         else:
-            axis = unit(branch.joining.axis if branch.joining else None)
-            along = sum(a * b for a, b in zip(axis, unit(motor.axis), strict=True))
-            sense = 1.0 if branch.child == self.mechanism.holder(motor.body1) else -1.0
-            joint = self.mechanism.joint_of[branch.child]
-            effort = times(math.copysign(sense, sense * along), effort)
-            self._add(identifier(motor.name), JointEffort(joint, effort))
+            sense = self._sense(branch, motor.body1, motor.axis)
+            self._effort(identifier(motor.name), branch, "m", times(sense, effort))
 
-    def _torque(self, motor: MotorSection, effort: Quantity) -> None:
-        if not parallel(motor.axis, (0, 1, 0)):
-            message = f"the axis {list(motor.axis)} is not along Y"
-            self.places.say(motor, message, ("axis",), "turn the model so that it moves in X–Z")
-            return
-        sense = math.copysign(1.0, motor.axis[1])
-        ends = [(motor.body1, sense), (motor.body2, -sense)]
-        moving = [(b, factor) for b, factor in ends if self.mechanism.holder(b) != GROUND]
-        for suffix, (body, factor) in zip(("", "_back"), moving, strict=False):
-            name = identifier(motor.name) + suffix
-            self._add(name, BodyForce(self._name(body), moment=times(factor, effort)))
+    def _sense(self, branch: Branch[Joining], body: str, axis: Vector3) -> float:
+        """1 if an effort along `axis` on a body is one on the child along the joint's, or −1."""
+        own = unit(branch.joining.axis if branch.joining else None)
+        along = sum(a * b for a, b in zip(own, axis, strict=True))
+        return math.copysign(1.0, along if branch.child == self.mechanism.holder(body) else -along)
+
+    def _coordinate(self, branch: Branch[Joining], unit: str) -> Coordinate:
+        """The coordinate of a branch's joint that has this unit."""
+        coordinates = self.mechanism.kind(branch.joining).coordinates
+        return next(c for c in coordinates if c.unit == unit)
+
+    def _effort(self, name: str, branch: Branch[Joining], unit: str, effort: Quantity) -> None:
+        """An effort on the child, along the coordinate of a joint that has this unit."""
+        own, count = self._coordinate(branch, unit), self.mechanism.kind(branch.joining).coordinates
+        joint = self.mechanism.joint_of[branch.child]
+        self._add(name, JointEffort(joint, effort, own.position if len(count) > 1 else ""))
 
     def _thrust(self, motor: MotorSection, effort: Quantity) -> None:
         """A force without a guide, from the ground."""
@@ -182,21 +163,16 @@ class Loads:
             remedy = "let body2 be fixed, or use 'guide: PRISMATIC'"
             self.places.say(motor, message, ("body2",), remedy)
             return
-        length = math.hypot(*motor.axis)
-        if abs(motor.axis[1]) > SMALL * length:
-            message = f"the axis {list(motor.axis)} leads out of the X–Z plane"
-            self.places.say(motor, message, ("axis",), "turn the model so that it moves in X–Z")
         name = identifier(motor.name)
-        force = tuple(times(motor.axis[k] / length, effort) for k in (0, 2))
-        point = self._point(motor, name, motor.body1, motor.location)
-        self._add(name, PointForce(point, force))  # type: ignore[arg-type]
+        force = scaled(self.mechanism.in_world(unit(motor.axis)), effort)
+        self._add(name, PointForce(self._point(name, motor.body1, motor.location), force))
 
     def _body_load(self, load: BodyLoadSection) -> None:
-        holder = self.mechanism.holder(load.body)
-        if holder == GROUND:
+        if self.mechanism.holder(load.body) == GROUND:
             return
-        pose = self.mechanism.poses[holder]
-        vector = rotated(pose.axes, load.load) if load.local_load else load.load
+        vector = load.load
+        if load.local_load:
+            vector = self.mechanism.centroidal(load.body, load.load)
         scale: Quantity | None = 1.0
         if load.modulation_function is not None:
             scale = self._function(load, load.modulation_function, ("modulation_function",))
@@ -210,32 +186,22 @@ class Loads:
         else:
             self._body_force(load, vector, scale)
 
-    def _body_torque(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
-        if max(abs(vector[0]), abs(vector[2])) > SMALL * math.hypot(*vector):
-            message = "a torque in the X–Z plane is about Y only"
-            self.places.say(load, message, ("load",), "give [0, M, 0]")
-        name = identifier(load.name)
-        self._add(name, BodyForce(self._name(load.body), moment=times(vector[1], scale)))
-
     def _body_force(self, load: BodyLoadSection, vector: Vector3, scale: Quantity) -> None:
-        pose = self.mechanism.poses[load.body]
-        if abs(vector[1]) > SMALL * math.hypot(*vector):
-            message = "the force leads out of the X–Z plane"
-            self.places.say(load, message, ("load",), "give [F_x, 0, F_z]")
         if not load.local_point:
             message = "a force at a point that is fixed in space, on a body that moves"
             self.places.say(
                 load, message, ("local_point",), "give the point in body axes, and true"
             )
             return
-        arm = rotated(pose.axes, load.point)
-        place = [a + b for a, b in zip(pose.place, arm, strict=True)]
-        flat = turned_back(vector, pose.angle) if load.local_load else (vector[0], vector[2])
+        arm = self.mechanism.centroidal(load.body, load.point)
+        place = [a + b for a, b in zip(self.mechanism.center(load.body), arm, strict=True)]
+        own = self.mechanism.in_world(vector)
+        if load.local_load:
+            own = self.mechanism.in_body(load.body, vector)
         name = identifier(load.name)
-        force = tuple(times(component, scale) for component in flat)
-        point = self._point(load, name, load.body, place)
+        point = self._point(name, load.body, place)
         axes = "body" if load.local_load else "world"
-        self._add(name, PointForce(point, force, axes))  # type: ignore[arg-type]
+        self._add(name, PointForce(point, scaled(own, scale), axes))
 
     def _function(
         self, owner: Named, function: FunctionSection, at: tuple[str, ...]
@@ -256,34 +222,3 @@ class Loads:
             self.tables[name] = Table(times_, values)
             return name
         return function_text(function, degrees=self.model.angle_degrees)
-
-
-def function_text(function: FunctionSection, *, degrees: bool) -> Quantity | None:
-    """An expression in t; None for a function of type CONTROLLER."""
-    match function.type:
-        case "CONSTANT":
-            return function.value
-        case "POLYNOMIAL" | "POLY":
-            powers = ["", "*t", *(f"*t**{k}" for k in range(2, len(function.coefficients or [])))]
-            pairs = zip(function.coefficients or [], powers, strict=False)
-            terms = [f"{c!r}{power}" for c, power in pairs if c and power]
-            constant = (function.coefficients or [0.0])[0]
-            return " + ".join([repr(constant), *terms]) if terms else constant
-        case "SINE":
-            phase = math.radians(function.phase) if degrees else function.phase
-            angle = f"{2 * math.pi * (function.frequency or 0.0)!r}*t"
-            angle += f" + {phase!r}" if phase else ""
-            return f"{function.amplitude or 0.0!r}*sin({angle})"
-        case "RAMP":
-            return f"{function.intercept!r} + {function.slope!r}*t"
-        case "DATA" | "CONTROLLER":
-            return None
-
-
-def times(factor: float, quantity: Quantity) -> Quantity:
-    """factor · quantity, as a number where it is one."""
-    if isinstance(quantity, int | float):
-        return factor * quantity
-    if factor == 1 or factor == 0:
-        return quantity if factor else 0.0
-    return f"{factor!r}*({quantity})"

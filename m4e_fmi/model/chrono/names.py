@@ -55,6 +55,13 @@ class Places:
         """Note a problem at a place of the document."""
         self.problems.append(self.document.problem(location, message, remedy))
 
+    def of(self, group: str, name: str) -> Location:
+        """Where an element of ours with this name comes from: its entry, or the whole model."""
+        for (kind, said), location in self._entries.items():
+            if kind == group and identifier(said) == name:
+                return location
+        return ("model",)
+
     def say(self, entry: Named, message: str, within: Location = (), remedy: str = "") -> None:
         """Note a problem at an entry (a section with a name), or at a key within it."""
         location = self._entries.get((group_of(entry), entry.name), ("model",))

@@ -9,6 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
 Vector3 = tuple[float, float, float]
 Pair = tuple[float, float]
 Quaternion = tuple[float, float, float, float]
@@ -16,6 +20,8 @@ Quaternion = tuple[float, float, float, float]
 
 DIGITS = 13
 """Decimals [m] that are kept: what rounding leaves of a zero is a zero."""
+TURNED = 1e-6
+"""How far [rad] the axis of a turn may be from that of a hinge which has made it."""
 
 
 def quaternion(orientation: Sequence[float], *, degrees: bool) -> Quaternion:
@@ -28,15 +34,20 @@ def quaternion(orientation: Sequence[float], *, degrees: bool) -> Quaternion:
         yaw, pitch, roll = (math.radians(a) if degrees else a for a in orientation)
         turns = ((yaw, (0, 0, 1)), (pitch, (0, 1, 0)), (roll, (1, 0, 0)))
         result: Quaternion = (1.0, 0.0, 0.0, 0.0)
-        for angle, (x, y, z) in turns:
-            s = math.sin(angle / 2)
-            result = product(result, (math.cos(angle / 2), s * x, s * y, s * z))
+        for angle, axis in turns:
+            result = product(result, turned_about(axis, angle))
         return result
     length = math.hypot(*orientation)
     if not length > 0:
         raise ValueError("a quaternion of length zero is not an orientation")
     e0, e1, e2, e3 = (e / length for e in orientation)
     return e0, e1, e2, e3
+
+
+def turned_about(axis: Sequence[float] | Array, angle: float) -> Quaternion:
+    """The turn by `angle` [rad] about `axis` (3,) [1], which has length 1."""
+    s = math.sin(angle / 2)
+    return math.cos(angle / 2), s * axis[0], s * axis[1], s * axis[2]
 
 
 def product(p: Quaternion, q: Quaternion) -> Quaternion:
@@ -88,3 +99,36 @@ def turned_back(v: Sequence[float], angle: float) -> Pair:
     c, s = math.cos(angle), math.sin(angle)
     x, z = v[0] * c - v[2] * s, v[0] * s + v[2] * c
     return round(x, DIGITS) + 0.0, round(z, DIGITS) + 0.0  # no −0
+
+
+def matrix(q: Quaternion) -> Array:
+    """The rotation matrix (3, 3) [1] of a quaternion."""
+    return np.array([rotated(q, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]).T
+
+
+def angle_about(axis: Array, turn: Array) -> float:
+    """The angle (scalar) [rad] of the rotation `turn` (3, 3) [1] about `axis` (3,) [1].
+
+    The axis has length 1; 0 if the rotation is about another.
+    """
+    if np.linalg.norm(turn @ axis - axis) > TURNED:
+        return 0.0
+    sine = axis @ (turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]) / 2
+    return round(math.atan2(sine, (np.trace(turn) - 1) / 2), DIGITS) + 0.0
+
+
+def roll_pitch_yaw(turn: Array) -> Vector3:
+    """Roll, pitch and yaw [rad] of the rotation `turn` (3, 3) [1], at a pitch of ±90°, too.
+
+    It is R_z·R_y·R_x.
+    """
+    yaw = math.atan2(turn[1, 0], turn[0, 0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    roll = math.atan2(s * turn[0, 2] - c * turn[1, 2], c * turn[1, 1] - s * turn[0, 1])
+    return roll, math.atan2(-turn[2, 0], c * turn[0, 0] + s * turn[1, 0]), yaw
+
+
+def rounded(v: Array) -> Vector3:
+    """The vector `v` (3,) [1 or m], in which what rounding leaves of a zero is a zero."""
+    x, y, z = (round(float(part), DIGITS) + 0.0 for part in v)
+    return x, y, z

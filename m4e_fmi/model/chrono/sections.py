@@ -6,7 +6,7 @@ Words of enumerations may be in any case, as there.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field, field_validator
 
@@ -14,9 +14,10 @@ from m4e_fmi.files.document import Section, rejected
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Vector3 = tuple[Number, Number, Number]
-Orientation = Annotated[list[Number], Field(min_length=3, max_length=4)]
 Ignored = object
-SPATIAL_JOINTS = ("SPHERICAL", "UNIVERSAL", "POINT_LINE", "POINT_PLANE", "CYLINDRICAL", "PLANAR")
+JointWord = Literal["REVOLUTE", "PRISMATIC", "SPHERICAL", "UNIVERSAL", "LOCK"]
+JOINTS = get_args(JointWord)
+WITHOUT_COUNTERPART = ("POINT_LINE", "POINT_PLANE")
 
 
 def _upper(value: object) -> object:
@@ -26,10 +27,20 @@ def _upper(value: object) -> object:
 UPPER = BeforeValidator(_upper)
 
 
+def _orientation(value: object) -> object:
+    if isinstance(value, list) and len(value) not in (3, 4):
+        message = f"expected three angles or a quaternion, got {len(value)} entries"
+        raise rejected(message, "write [yaw, pitch, roll] or [e0, e1, e2, e3]")
+    return value
+
+
+Orientation = Annotated[list[Number], BeforeValidator(_orientation)]
+
+
 def _joint_type(value: object) -> object:
-    if _upper(value) in SPATIAL_JOINTS:
-        message = f"a joint of type {value} moves in three dimensions"
-        raise rejected(message, "use REVOLUTE (axis along Y), PRISMATIC or LOCK")
+    if _upper(value) in WITHOUT_COUNTERPART:
+        message = f"a joint of type {value} cannot be represented"
+        raise rejected(message, f"use {', '.join(JOINTS[:-1])} or {JOINTS[-1]}")
     return _upper(value)
 
 
@@ -109,14 +120,19 @@ class BodySection(Section):
 
 
 class JointSection(Section):
-    """A joint of two bodies; `axis` is its direction in world axes."""
+    """A joint of two bodies; `axis` is its direction in world axes.
+
+    A universal joint has axis1, fixed in body1, and axis2, fixed in body2.
+    """
 
     name: str
-    type: Annotated[Literal["REVOLUTE", "PRISMATIC", "LOCK"], BeforeValidator(_joint_type)]
+    type: Annotated[JointWord, BeforeValidator(_joint_type)]
     body1: str
     body2: str
     location: Vector3
     axis: Vector3 | None = None
+    axis1: Vector3 | None = None
+    axis2: Vector3 | None = None
     bushing_data: Ignored = None
 
 
@@ -261,6 +277,10 @@ class FileSection(Section):
 
 
 class ModelFileSection(FileSection):
-    """A file of a model, perhaps with its simulation."""
+    """A file of a model, perhaps with its simulation.
+
+    `dimensions` is a key of ours, which Chrono leaves unread.
+    """
 
     model: ModelSection  # type: ignore[assignment]
+    dimensions: Literal[3] | None = None

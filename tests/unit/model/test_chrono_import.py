@@ -350,15 +350,11 @@ TSDA = {**ENDS, "point1": [1, 0, 0], "point2": [0, 0, -1]}
 REFUSED = {
     "contact": (put(*ROD, "contact", value={"materials": []}),
                 "contact between bodies cannot be represented", "stops"),
-    "joint in space": (put("joints", 0, "type", value="SPHERICAL"),
-                       "a joint of type SPHERICAL moves in three dimensions", "use REVOLUTE"),
+    "joint without a counterpart": (
+        put("joints", 0, "type", value="POINT_LINE"),
+        "a joint of type POINT_LINE cannot be represented", "use REVOLUTE"),
     "unknown joint": (put("joints", 0, "type", value="REVOLT"), "unknown type 'REVOLT'", ""),
-    "axis out of the plane": (put("joints", 0, "axis", value=[0, 1, 0.1]),
-                              "is not along Y", "moves in X–Z"),
     "no axis": (put("joints", 0, "axis", value=None), "'hinge' has no axis", r"axis: \[0, 1, 0\]"),
-    "slide out of the plane": (
-        lambda data: data["model"]["joints"][0].update(type="PRISMATIC", axis=[1, 1, 0]),
-        "leads out of the X–Z plane", "moves in X–Z"),
     "bushing": (put("joints", 0, "bushing_data", value={"stiffness_linear": 1}),
                 "bushings cannot be represented", "tsdas, rsdas"),
     "constraint": (put("constraints", value=[{"name": "d", "type": "DISTANCE"}]),
@@ -401,36 +397,12 @@ REFUSED = {
     "neither spring nor damper": (added("tsdas", **TSDA), "neither spring nor damper", "add"),
     "preload of a damper": (added("tsdas", **TSDA, damping_coefficient=1, preload=3),
                             "a preload needs a spring", "body load"),
-    "line out of the plane": (
-        added("tsdas", **{**TSDA, "point1": [1, 1, 0]}, damping_coefficient=1),
-        "the two points lie in different planes", "the same Y"),
-    "spring about X": (added("rsdas", **ENDS, axis=[1, 0, 0], damping_coefficient=1),
-                       "is not along Y", "moves in X–Z"),
-    "torque about X": (added("body_loads", type="TORQUE", body="rod", load=[1, 7, 0]),
-                       "a torque in the X–Z plane is about Y only", r"\[0, M, 0\]"),
-    "force along Y": (added("body_loads", type="FORCE", body="rod", load=[0, 1, 0]),
-                      "the force leads out of the X–Z plane", "F_x"),
     "force at a place in space": (
         added("body_loads", type="FORCE", body="rod", load=[1, 0, 0], local_point=False),
         "a force at a point that is fixed in space", "body axes"),
-    "gravity aslant": (lambda data: data.update(simulation={"gravity": [1, 0, -9.8]}),
-                       "gravity must point along Z", "turn the model"),
-    "moves out of the plane": (put(*ROD, "initial_linear_velocity", value=[0, 1, 0]),
-                               "would leave the X–Z plane", "make it 0"),
-    "turns out of the plane": (put(*ROD, "initial_angular_velocity", value=[1, 0, 0]),
-                               "would leave the X–Z plane", "only the part about Y"),
     "velocity that the joint does not allow": (
         put(*ROD, "initial_linear_velocity", value=[1, 0, 0]),
         r"the joint makes its velocity \[0, 0, 0\]", "leave it out"),
-    "another plane": (
-        lambda data: data["model"]["bodies"].append(
-            {"name": "far", "location": [0, 3, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}),
-        "the centre of gravity of 'far' is at Y = 3", "one plane"),
-    "free body that would tumble": (
-        lambda data: data["model"].update(joints=[], bodies=[
-            {"name": "rod", "location": [0, 0, 0], "mass": 1,
-             "inertia": {"moments": [1, 1, 1], "products": [0.3, 0, 0]}}]),
-        "with these products of inertia", "products"),
     "no mass": (put(*ROD, "mass", value=None), "body 'rod' moves, but has no mass", "add 'mass"),
     "mass of nothing": (put(*ROD, "mass", value=0), "bodies.rod.mass: must be positive", ""),
     "no orientation": (put(*ROD, "orientation", value=[0, 0, 0, 0]),
@@ -458,6 +430,37 @@ REFUSED = {
 }  # fmt: skip
 
 
+IN_SPACE = {
+    "joint": put("joints", 0, "type", value="SPHERICAL"),
+    "axis": put("joints", 0, "axis", value=[0, 1, 0.1]),
+    "slide": lambda data: data["model"]["joints"][0].update(type="PRISMATIC", axis=[1, 1, 0]),
+    "line": added("tsdas", **{**TSDA, "point1": [1, 1, 0]}, damping_coefficient=1),
+    "torque": added("body_loads", type="TORQUE", body="rod", load=[1, 7, 0]),
+    "force": added("body_loads", type="FORCE", body="rod", load=[0, 1, 0]),
+    "motor": added("motors", **{**MOTOR, "guide": "FREE", "body1": "rod", "body2": "ground",
+                                "axis": [0, 1, 0]}),
+    "gravity": lambda data: data.update(simulation={"gravity": [1, 0, -9.8]}),
+    "velocity": lambda data: data["model"].update(joints=[], bodies=[
+        {**data["model"]["bodies"][1], "initial_linear_velocity": [0, 1, 0]}]),
+    "angular velocity": lambda data: data["model"].update(joints=[], bodies=[
+        {**data["model"]["bodies"][1], "initial_angular_velocity": [1, 0, 0]}]),
+    "another plane": lambda data: data["model"]["bodies"].append(
+        {"name": "far", "location": [0, 3, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}),
+    "products of inertia": lambda data: data["model"].update(joints=[], bodies=[
+        {"name": "rod", "location": [0, 0, 0], "mass": 1,
+         "inertia": {"moments": [1, 1, 1], "products": [0.3, 0, 0]}}]),
+    "the file's word": lambda data: data.update(dimensions=3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", IN_SPACE)
+def test_what_leaves_the_plane_is_in_space(tmp_path: Path, case: str) -> None:
+    data = pendulum()
+    assert loaded(tmp_path, data).dimensions == 2
+    IN_SPACE[case](data)
+    assert loaded(tmp_path, data).dimensions == 3
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_represented(tmp_path: Path, case: str) -> None:
     change, message, remedy = REFUSED[case]
@@ -474,7 +477,7 @@ def test_what_cannot_be_represented(tmp_path: Path, case: str) -> None:
 
 def test_all_problems_at_once(tmp_path: Path) -> None:
     data = pendulum()
-    for case in ("contact", "misspelled key", "unknown body", "gravity aslant", "constraint"):
+    for case in ("contact", "misspelled key", "unknown body", "curve", "constraint"):
         REFUSED[case][0](data)
     with pytest.raises(InputError) as caught:
         loaded(tmp_path, data)
