@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import paper_listings
 from support.chrono_files import chrono_model
+from support.chrono_mechanisms import spatial_mechanism
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -57,7 +58,30 @@ def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray) else float(value)
 
 
-FORMS = {"chrono": (chrono(), model_of_chrono), "lists": (lists(), model_of_lists)}
+def chrono_in_space() -> Any:
+    """Joints of four kinds one after the other."""
+    whole = spatial_mechanism("UNIVERSAL", 0)
+    for k, kind in enumerate(("SPHERICAL", "PRISMATIC", "CYLINDRICAL"), start=1):
+        text = json.dumps(spatial_mechanism(kind, k)["model"])
+        model = json.loads(text.replace("arm", f"arm{k}").replace("tip", f"tip{k}"))
+        whole["model"]["bodies"].append(model["bodies"][1])
+        whole["model"]["joints"] += model["joints"][2:]
+        whole["model"]["motors"] += model["motors"][3:]
+    return whole
+
+
+FORMS = {
+    "chrono": (chrono(), model_of_chrono),
+    "chrono in space": (chrono_in_space(), model_of_chrono),
+    "lists": (lists(), model_of_lists),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_whole_is_a_model(form: str) -> None:
+    whole, read = FORMS[form]
+    text = json.dumps(whole).replace("NaN", ".nan")
+    assert isinstance(read(Document.parse(text, "file.yaml")), Model)
 
 
 def places(data: Any, at: tuple = ()) -> list[tuple]:

@@ -18,6 +18,7 @@ import numpy as np
 from support import defects, packages, paper_listings
 from support.c_fmus.build import build
 from support.chrono_files import chrono_model
+from support.chrono_mechanisms import spatial_mechanism
 from support.flap_file import TEXT, WAVE
 from support.fuzz.archives import packed
 from support.runtime_programs import every_operation, robertson
@@ -92,6 +93,8 @@ def _models() -> Iterator[Seed]:
     text = _json(lists).replace(b"NaN", b"null")
     yield Seed("lists", {"lists.yaml": text}, read[:1])
     yield Seed("chrono", {"chrono.yaml": _json(chrono_model(lists))}, read[:1])
+    arm = _json(spatial_mechanism("UNIVERSAL", 0))
+    yield Seed("chrono in space", {"chrono.yaml": arm}, read[:1])
 
 
 def _json(data: object) -> bytes:
