@@ -214,5 +214,6 @@ def _axes(joint: UrdfJoint, pose: Pose) -> dict[str, Vector]:
 
 
 def _vector(array: Array) -> tuple[float, float, float]:
-    x, y, z = (0.0 if abs(part) < 1e-15 else float(part) for part in array)
+    """`array` (3,) [1 or m] without what differences of decimal numbers leave behind."""
+    x, y, z = (round(float(part), 15) + 0.0 for part in array)
     return x, y, z

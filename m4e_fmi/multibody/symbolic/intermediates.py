@@ -30,10 +30,10 @@ def intermediates(
     placeholders = sympy.numbered_symbols("shared", cls=sympy.Dummy)
     cse: AnyScalar = sympy.cse
     found, reduced = cse(expressions, symbols=placeholders, order="none", list=True)
-    used = {
-        *taken,
-        *(s.name for e in expressions for s in e.free_symbols if isinstance(s, sympy.Symbol)),
-    }
+    # of the lines: a walk over the expressions would meet what they share again and again
+    lines = [*(line for _, line in found), *reduced]
+    symbols = {s for line in lines for s in line.free_symbols if not isinstance(s, sympy.Dummy)}
+    used = {*taken, *(s.name for s in symbols if isinstance(s, sympy.Symbol))}
     numbered = (name for k in count(1) if (name := f"w{k}") not in used)
     new: dict[sympy.Basic, sympy.Basic] = {}
     shared: Shared = []
@@ -49,6 +49,27 @@ def intermediates(
         new[placeholder] = symbol
         shared.append((symbol, value))
     return shared, [expression.xreplace(new) for expression in reduced]
+
+
+def terms(expressions: Sequence[AnyScalar]) -> int:
+    """Numbers and symbols in all of `expressions` as they are written out in full.
+
+    Exact at any size: each expression that others share is counted once and then multiplied.
+    """
+    import sympy
+
+    counts: dict[sympy.Basic, int] = {}
+    waiting = [sympy.sympify(expression, strict=True) for expression in expressions]
+    wanted = list(waiting)
+    while waiting:
+        expression = waiting[-1]
+        missing = [part for part in expression.args if part not in counts]
+        if missing:
+            waiting += missing
+        else:
+            counts[expression] = sum(counts[part] for part in expression.args) or 1
+            waiting.pop()
+    return sum(counts[expression] for expression in wanted)
 
 
 def _of_angle(value: sympy.Expr, coordinates: Sequence[sympy.Symbol]) -> str | None:

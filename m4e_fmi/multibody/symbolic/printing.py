@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING
 
-from m4e_fmi.multibody.symbolic.intermediates import intermediates
+from m4e_fmi.errors import InputError
+from m4e_fmi.multibody.symbolic.intermediates import intermediates, terms
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import AXES, TURN
 
@@ -25,6 +26,8 @@ LETTERS = {
 """How a coordinate is written in LaTeX, and what comes before its number."""
 MOST_REPEATED = 80
 """Intermediates up to which a page is written without them."""
+MOST_TERMS = 1_000_000
+"""Numbers and symbols up to which equations are written out in full."""
 
 
 @dataclass
@@ -51,14 +54,20 @@ def equations_text(
 
     With `reactions` those of the joints as well, as functions of q, u and the accelerations. What
     occurs more than once is written on a line of its own if the page is long (`explicit` None), or
-    never (True) or always (False).
+    never (True) or always (False). Raises InputError for more than MOST_TERMS terms without them.
     """
     import sympy
 
     parts = _parts(equations, reactions=reactions)
     names = _latex_names(equations)
+    values = [sympy.sympify(value, strict=True) for part in parts for value in part.values]
+    if explicit and (count := terms(values)) > MOST_TERMS:
+        name = equations.model.name
+        raise InputError.single(
+            f"written out in full, the equations of {name!r} have {count:.2g} terms",
+            remedy="leave out --explicit (explicit=True): what repeats then gets a name",
+        )
     if not explicit:
-        values = [sympy.sympify(value, strict=True) for part in parts for value in part.values]
         shared, reduced = intermediates(values, equations.q.flat())
         if explicit is False or len(shared) > MOST_REPEATED or not equations.topology.is_planar:
             rest = iter(reduced)
