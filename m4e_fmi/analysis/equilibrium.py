@@ -39,10 +39,14 @@ from m4e_fmi.program import Program, jacobian
 MOST_STEPS = 500
 LONGEST_STEP = 0.3
 """Of a settling system, as steps are compared."""
+LONGEST_NEWTON_STEP = 1.0
+"""Of Newton's method, in the same way: a longer one would pass by what is near."""
 CLOSE = 0.05
 """Newton steps shorter than this are taken as they are where the system is stable …"""
 SETTLED = 1e-8
 """… and shorter than this where it is not: there the start was an equilibrium."""
+FAR = 1e4
+"""Newton steps longer than this lead nowhere: hardly anything depends on the coordinates yet."""
 SMALLEST_STEP = 1e-8
 """Fraction of a Newton step below which the search is given up."""
 ACCURACY = 1e-12
@@ -51,6 +55,8 @@ ROUNDING = 1e-6
 """The same, where rounding of the rates lets no step lead nearer."""
 REST = 1e-9
 """Rates that changes of all states by this much, compared as steps are, could cause are zero."""
+HELD = 0.5
+"""A Newton step that leaves more than this of the rates does not lead to where they balance."""
 TINY = float(np.finfo(float).tiny)
 RANK = 1e-12
 """Singular values of the scaled Jacobian below this, relative to the largest, are zero."""
@@ -138,7 +144,7 @@ def newton_matrix(slopes: Floats, sizes: Floats) -> Floats:
     """
     # rows and columns are scaled, so that the rank does not depend on units
     rows = np.linalg.norm(slopes * sizes, axis=1)
-    rows[rows == 0.0] = 1.0
+    rows[rows <= RANK * np.max(rows)] = np.inf  # rounding, which would count as much as the others
     inverse: Floats = np.linalg.pinv(slopes * sizes / rows[:, None], rcond=RANK)
     return np.asarray(-(sizes[:, None] * inverse) / rows, dtype=np.float64)
 
@@ -159,18 +165,23 @@ def equilibrium(
     point = balance.at_rest(operating_point(program, at, time=time, model=model))
     if not balance.unknowns:
         return point
-    return _found(balance, point if nearest else _settled(balance, point))
+    return _found(balance, _settled(balance, point, nearest=nearest))
 
 
-def _settled(balance: Balance, point: OperatingPoint) -> OperatingPoint:
-    """A point from which Newton's method leads to where `point` settles."""
+def _settled(balance: Balance, point: OperatingPoint, *, nearest: bool) -> OperatingPoint:
+    """A point from which Newton's method leads to where `point` settles, or the nearest such."""
     rates = balance.rates(point)
     span = LONGEST_STEP / max(np.max(np.abs(rates) / balance.sizes(point)), TINY)
+    held = True
     for _ in range(MOST_STEPS):
         newton, slopes, sizes = balance.newton(point), balance.slopes(point), balance.sizes(point)
         growth = _growth(slopes)
-        near = SETTLED if growth > 0 else CLOSE
-        if np.max(np.abs(newton @ rates) / sizes) <= near:
+        near = FAR if nearest else SETTLED if growth > 0 else CLOSE
+        step = newton @ rates
+        # of a bar held out level, to first order no turn changes what gravity does
+        left, now = (_unrest(r, slopes, sizes) for r in (rates + slopes @ step, rates))
+        held = left <= max(REST, HELD * now)
+        if held and np.max(np.abs(step) / sizes) <= near:
             return point
         if growth > 0:  # longer steps would lead to where it is not stable, as Newton's do
             span = 0.5 / growth
@@ -178,7 +189,13 @@ def _settled(balance: Balance, point: OperatingPoint) -> OperatingPoint:
         before, point = np.linalg.norm(rates), balance.moved(point, step)
         rates = balance.rates(point)
         span *= min(10.0, max(0.1, float(before / max(np.linalg.norm(rates), TINY))))
-    raise _lost(balance, point, f"it has not settled after {MOST_STEPS} steps")
+    why = f"it has not settled after {MOST_STEPS} steps" if held else "nothing holds it there"
+    raise _lost(balance, point, why)
+
+
+def _unrest(rates: Floats, slopes: Floats, sizes: Floats) -> float:
+    """The largest of `rates`, as part of what changes of all states by their sizes could cause."""
+    return float(np.max(np.abs(rates) / (1.0 + np.abs(slopes) @ sizes)))
 
 
 def _growth(slopes: Floats) -> float:
@@ -209,7 +226,8 @@ def _found(balance: Balance, point: OperatingPoint) -> OperatingPoint:
         size = np.linalg.norm(step / sizes)
         if size <= ACCURACY:
             return _at_rest(balance, balance.moved(point, step))
-        nearer = _nearer(balance, point, newton, step, min(1.0, 2 * damping))
+        most = LONGEST_NEWTON_STEP / max(np.max(np.abs(step) / sizes), TINY)
+        nearer = _nearer(balance, point, newton, step, min(1.0, 2 * damping, most))
         if nearer is None and size <= ROUNDING:
             return _at_rest(balance, point)
         if nearer is None:
@@ -235,8 +253,7 @@ def _nearer(
 
 def _at_rest(balance: Balance, point: OperatingPoint) -> OperatingPoint:
     """`point`; RunError unless what is left of the rates is rounding."""
-    allowed = REST * (1.0 + np.abs(balance.slopes(point)) @ balance.sizes(point))
-    if not (np.abs(balance.rates(point)) <= allowed).all():
+    if not _unrest(balance.rates(point), balance.slopes(point), balance.sizes(point)) <= REST:
         raise _lost(balance, point, "nothing holds it there")
     return point
 

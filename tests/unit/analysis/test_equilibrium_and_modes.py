@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.chains import hanging_chain
@@ -115,6 +117,36 @@ class TestEquilibrium:
         assert point["joint.pin.q"] == pytest.approx(0.0, abs=1e-13)
         # settling, the pendulum takes the cart along
         assert equilibrium(model)["joint.rail.q"] == pytest.approx(6.9, abs=0.03)
+
+    @pytest.mark.parametrize("nearest", [False, True])
+    @pytest.mark.parametrize("start", [0.0, 1e-9, 1e-5, 3.0])
+    @pytest.mark.parametrize("kind", ["plane", "hinge", "ball", "universal"])
+    def test_bars_held_out_level_fall(self, kind: str, start: float, nearest: bool) -> None:
+        """There, to first order, no turn changes what gravity does."""
+        inertia, arm = (0.1, 0.1, 0.1), (1.0, 0.0, 0.0)
+        if kind == "plane":
+            bodies = {"bar": Body(2.0, 0.1), "next": Body(1.0, 0.1)}
+            first = Joint("revolute", "bar", joint_to_child=(1.0, 0.0), initial={"q": start})
+            second = Joint("revolute", "next", "bar", (1.0, 0.0), (1.0, 0.0), initial={"q": start})
+            model = Model(name="bars", bodies=bodies, joints={"pin": first, "knee": second})
+        else:
+            joint = {
+                "hinge": Joint("revolute", "bar", axis=(0, 1, 0), initial={"q": start}),
+                "ball": Joint("spherical", "bar", initial={"theta": start}),
+                "universal": Joint(
+                    "universal", "bar", axis=(0, 1, 0), second_axis=(0, 0, 1), initial={"q1": start}
+                ),
+            }[kind]
+            joints = {"pin": replace(joint, joint_to_child=arm)}
+            model = Model(
+                name="bar", bodies={"bar": Body(2.0, inertia)}, joints=joints, dimensions=3
+            )
+        point = equilibrium(model, nearest=nearest)
+        if kind == "ball":
+            sine = 2 * point["joint.pin.e0"] * point["joint.pin.e2"]
+        else:
+            sine = np.sin(point["joint.pin.q1" if kind == "universal" else "joint.pin.q"])
+        assert sine == pytest.approx(1.0, abs=1e-12)  # it hangs down
 
     def test_a_falling_body_has_none(self) -> None:
         model = Model(
