@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from m4e_fmi.errors import RunError
 from m4e_fmi.joints import QUATERNION, TURNING
 from m4e_fmi.program import Program, Variable
 
@@ -107,17 +106,10 @@ class SmallRotations:
         return self._others + self.turns(x)
 
     def inverse(self, x: Floats) -> Floats:
-        """The step from a change, without that of a quaternion's length; (smaller, size).
-
-        RunError if a quaternion is zero.
-        """
+        """The step from a change, without that of a quaternion's length; (smaller, size)."""
         scaled = x.copy()
-        for attitude, rows in zip(self._attitudes, self._rows, strict=True):
-            square = float(x[rows] @ x[rows])
-            if not square > 0:
-                message = f"the quaternion of {attitude.owner} is zero"
-                raise RunError(message, "give its four numbers, or roll, pitch and yaw")
-            scaled[rows] *= 4 / square
+        for rows in self._rows:
+            scaled[rows] *= 4 / float(x[rows] @ x[rows])
         return self.tangent(scaled).T
 
     def inverse_change(self, x: Floats, change: Floats) -> Floats:

@@ -101,7 +101,7 @@ def operating_point(
     if isinstance(at, OperatingPoint):
         time = at.time if time is None else time
         at = at.values
-    program = started(program, at or {}, lacking=model.lacking if model else {})
+    program = started(program, at or {}, model)
     groups = (program.states, program.inputs, program.parameters)
     vectors = [np.array([v.start for v in group]) for group in groups]
     return OperatingPoint(program, *vectors, time=time or 0.0)

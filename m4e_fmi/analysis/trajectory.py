@@ -55,7 +55,7 @@ def trajectory_sensitivity(
     for each of `by`. Raises InputError for an unknown name, RunError if the integration fails.
     """
     program, model = program_and_model(system)
-    program = started(program, start_values or {}, lacking=model.lacking if model else {})
+    program = started(program, start_values or {}, model)
     sources = causes(program, by, states=True)
     chosen = observed(program, of)
     rates = [name for name in of if name.startswith("der(")]

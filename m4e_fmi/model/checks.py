@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from numbers import Real
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
@@ -64,8 +64,19 @@ def whole_findings(model: Elements) -> Iterator[Finding]:
     """Problems of the tree and of the numbers, given that every element is right."""
     yield from _tree_findings(model)
     quantities = list(_all_quantities(model))
-    yield from _value_findings(model, quantities)
+    yield from _value_findings(model, quantities, parameter_values(model.parameters))
     yield from dimension_findings(model, iter(quantities))
+
+
+def findings_with(model: Model, values: Mapping[str, float]) -> Iterator[Finding]:
+    """Numbers of a right `model` that are wrong with these `values` of parameters (SI).
+
+    Start positions and velocities do not follow them.
+    """
+    quantities = [(at, quantity) for at, quantity in _all_quantities(model) if "initial" not in at]
+    known = parameter_values(model.parameters)
+    known.update(values)
+    yield from _value_findings(model, quantities, known)
 
 
 def further_findings(
@@ -90,7 +101,7 @@ def further_findings(
         if not any(at[: len(part)] == part for part in wrong)
         and names.isdisjoint(as_expression(quantity).names())
     ]
-    yield from _value_findings(model, quantities)
+    yield from _value_findings(model, quantities, parameter_values(model.parameters))
     yield from dimension_findings(model, iter(quantities))
 
 
@@ -213,10 +224,9 @@ def _reached(model: Elements) -> set[str]:
 
 
 def _value_findings(
-    model: Elements, quantities: Iterable[tuple[Location, Quantity]]
+    model: Elements, quantities: Iterable[tuple[Location, Quantity]], values: Values
 ) -> Iterator[Finding]:
-    """Values of `quantities` at the start that are not allowed."""
-    values = parameter_values(model.parameters)
+    """Values of `quantities` at the start that are not allowed, with these of parameters (SI)."""
     computed: dict[Location, float] = {}
     for at, quantity in quantities:
         expression = as_expression(quantity)
@@ -317,7 +327,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
     return frozenset(
         expression.arguments[0]
         for at, quantity in _all_quantities(model)
-        if at[-1] in _bounded(_element(model, at))
+        if _key(at) in _bounded(_element(model, at))
         and (expression := as_expression(quantity)).kind == "name"
         and expression.arguments[0] in model.parameters
     )
@@ -346,6 +356,11 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
                 yield (group, name, "initial", key), value
             if shape := getattr(element, "shape", None):
                 yield from shape_quantities((group, name), shape)
+
+
+def _key(at: Location) -> object:
+    """The key of a number; that of the tensor, "inertia", for a moment of inertia in space."""
+    return at[-2] if at[-2:-1] == ("inertia",) and at[-1] in (0, 1, 2) else at[-1]
 
 
 def _bounded(element: object) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
@@ -75,7 +75,22 @@ class Model:
         object.__setattr__(self, "_warnings", tuple(map(place, doubts(self))))
         problems = {name: place(finding) for name, finding in lacking(self)}
         object.__setattr__(self, "_lacking", problems)
+        object.__setattr__(self, "_place", place)
         return self
+
+    def problems_with(self, values: Mapping[str, float]) -> list[Problem]:
+        """Problems, with their places in the file, where these parameters have other `values` [SI]."""
+        from m4e_fmi.model.checks import findings_with
+
+        given = {name: value for name, value in values.items() if name in self.parameters}
+        if not given:
+            return []
+        place: Callable[[Finding], Problem] = vars(self)["_place"]
+        told = ", ".join(f"{name} = {value:g}" for name, value in given.items())
+        return [
+            replace(problem, message=f"{problem.message} (with {told})")
+            for problem in map(place, findings_with(self, given))
+        ]
 
     def with_warnings(self, warnings: Iterable[Problem]) -> Model:
         """This model with these warnings, its own and those of the file that it was read from."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.model import GROUND, Model
+from m4e_fmi.model.checks import findings_with
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import mass_matrix
 from m4e_fmi.multibody.model_program.declaration import state_names
@@ -29,6 +30,8 @@ def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
     for name, value in values.items():
         if not abs(value) < LARGEST:
             return f"{name} is {value:.3g}"
+    for finding in findings_with(model, {n: v for n, v in values.items() if n in model.parameters}):
+        return f"{'.'.join(map(str, finding.location))}: {finding.message}"
     tree = topology(model)
     scalars = _scalars(model, tree, values, time)
     for name, load in model.loads.items():

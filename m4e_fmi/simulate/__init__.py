@@ -10,7 +10,8 @@ from types import ModuleType
 
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.simulate.audit import EnergyAudit
-from m4e_fmi.simulate.simulation import Event, Simulation, simulate, started
+from m4e_fmi.simulate.simulation import Event, Simulation, simulate
+from m4e_fmi.simulate.start import started
 
 __all__ = ["EnergyAudit", "Event", "Simulation", "Watch", "simulate", "started"]
 

@@ -8,23 +8,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from m4e_fmi.errors import (
     InputError,
     Named,
-    Problem,
     RunError,
-    UnknownNameError,
     suggestion,
     unknown_names,
 )
 from m4e_fmi.model import Model, as_model
-from m4e_fmi.model.checks import without_value
 from m4e_fmi.multibody import model_program
-from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.results.series import Series
 from m4e_fmi.runtime.engine import Watch
@@ -39,7 +34,7 @@ from m4e_fmi.simulate.solvers import (
     solve_python,
     solve_scipy,
 )
-from m4e_fmi.units import number_in
+from m4e_fmi.simulate.start import started
 
 Progress = Callable[[float], None]
 PYTHON = "python"
@@ -136,7 +131,7 @@ def simulate(
         system = as_model(system)
     given = start_values or {}
     program = system if isinstance(system, Program) else model_program(system, inputs=tuple(given))
-    program = started(program, given, lacking=system.lacking if isinstance(system, Model) else {})
+    program = started(program, given, system if isinstance(system, Model) else None)
     began = time.perf_counter()
     audited, works = with_works(program)
     wanted = [Watch(event) if isinstance(event, str) else event for event in events]
@@ -259,55 +254,3 @@ def output_times(stop_time: float, interval: float) -> list[float]:
     if stop_time - times[-1] > 1e-9 * interval:
         return [*times, stop_time]
     return [*times[:-1], stop_time]
-
-
-def started(
-    program: Program,
-    values: Mapping[str, float | str],
-    *,
-    lacking: Mapping[str, Problem] = MappingProxyType({}),
-) -> Program:
-    """`program` with other start values: numbers, or texts with a unit, as ``"5 mm"``.
-
-    InputError names what is unknown, not finite, of another dimension, outside its limits, or
-    without a value though it needs one; `lacking` may say of the latter where in a file that is.
-    """
-    variables = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
-    complaint = f"{program.name} has no parameter, input or state"
-    if unknown := unknown_names(values, variables, complaint, "start values"):
-        raise UnknownNameError(unknown)
-    numbers = _numbers(variables, values)
-    bad = [f"{name} = {value}" for name, value in numbers.items() if not np.isfinite(value)]
-    if bad:
-        raise InputError.single(f"start values must be finite numbers: {', '.join(bad)}")
-    result = program.with_start(numbers)
-    outside = [
-        Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
-        for v in (*result.parameters, *result.inputs, *result.states)
-        if not v.minimum <= v.start <= v.maximum
-    ]
-    outside += [
-        lacking.get(v.name) or Problem(f"{program.name}: {message}", remedy)
-        for v in result.parameters
-        if is_unset(v)
-        for message, remedy in [without_value(v.name)]
-    ]
-    if outside:
-        raise InputError(outside)
-    return result
-
-
-def _numbers(
-    variables: Mapping[str, Variable], values: Mapping[str, float | str]
-) -> dict[str, float]:
-    """The values in the units of their variables; InputError with all that are not in them."""
-    numbers: dict[str, float] = {}
-    wrong = []
-    for name, value in values.items():
-        try:
-            numbers[name] = number_in(variables[name].unit, value)
-        except ValueError as error:
-            wrong.append(Problem(f"start value {value!r} of {name} is wrong", str(error)))
-    if wrong:
-        raise InputError(wrong)
-    return numbers

@@ -19,7 +19,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.interruption import setting_up
-from m4e_fmi.cosim.exchange.loading.binary import OWN, PYTHON
+from m4e_fmi.cosim.exchange.loading.binary import PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
 from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
@@ -92,7 +92,7 @@ def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> boo
         return type(source.config).__module__.startswith(OWN_KINDS)
     if isinstance(source, ModelFile):
         return True
-    if not description.tool.startswith(OWN):
+    if not description.is_own:
         return False
     with opened(description.path, description.content) as file, ZipFile(file) as archive:
         return PYTHON not in archive.namelist()

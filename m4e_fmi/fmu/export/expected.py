@@ -7,7 +7,7 @@ from pathlib import Path
 from m4e_fmi.fmu.export.build import asked, described, shown
 from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.fmu.export.options import Options
-from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.reading import OWN_TOOL, Description, Variable
 from m4e_fmi.program import Program
 from m4e_fmi.units import parse_unit
 
@@ -44,6 +44,7 @@ def _description(given: ModelDescription, path: Path) -> Description:
         undeclared=frozenset(),
         output_derivatives={},
         input_derivatives={x: v for x, v in rates.items() if {x, v} <= inputs},
+        tool=OWN_TOOL,
     )
 
 

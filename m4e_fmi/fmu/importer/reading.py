@@ -36,6 +36,8 @@ KNOWN = ("input", "parameter")
 MOST_ELEMENTS = 1_000_000
 """Elements that the arrays of an FMU may have together."""
 STRUCTURAL = "structuralParameter"
+OWN_TOOL = "m4e_fmi "
+"""Beginning of the generation tool of FMUs that are built here; a version follows."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,11 @@ class Description:
     once_per_process: bool = False
     tool: str = ""
     content: str = ""
+
+    @property
+    def is_own(self) -> bool:
+        """True of an FMU that was built by this package."""
+        return self.tool.startswith(OWN_TOOL)
 
     def of_causality(self, *causalities: str) -> list[Variable]:
         """The variables of one causality."""

@@ -40,8 +40,6 @@ CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
 """FMPy's, by version of FMI."""
 PYTHON = "resources/slavemodule.txt"
 """A file that every FMU of PythonFMU has, and no other."""
-OWN = "m4e_fmi "
-"""Beginning of the generation tool of FMUs that are built here; a version follows."""
 
 
 class Files:
@@ -54,13 +52,13 @@ class Files:
         name = description.identifier + fmpy.sharedLibraryExtension
         self.library_path = self.folder / "binaries" / platform / name
         self._copies = 0
-        self._tool = description.tool
+        self._own = description.is_own
         self.workers: list[Worker] = []
 
     @cached_property
     def shares_library(self) -> bool:
         """True if instances may share the library: it keeps nothing between calls."""
-        is_known = self._tool.startswith(OWN) or (self.folder / PYTHON).is_file()
+        is_known = self._own or (self.folder / PYTHON).is_file()
         return is_known or keeps_nothing(self.library_path)
 
     def library(self) -> Path:

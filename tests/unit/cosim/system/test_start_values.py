@@ -1,13 +1,17 @@
 """Start values in the range that an FMU declares."""
 
 import math
+import re
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from m4e_fmi.cosim import System, load_system, run
+from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import parse_unit
@@ -85,3 +89,53 @@ def test_numbers_of_other_libraries_are_taken(kind: str, given: Any, taken: floa
 def test_numbers_of_another_type_are_not_taken(kind: str, given: Any) -> None:
     with pytest.raises(ValueError, match=r"it is of type|finite"):
         value_of(replace(variable(-math.inf, math.inf), type=kind), given)
+
+
+MODEL = """
+name: ship
+dimensions: 3
+gravity: 0
+parameters:
+  tilt: {value: 1, unit: "1"}
+bodies: {ship: {mass: 1, inertia: [1, 1, 1]}, arm: {mass: 1, inertia: [1, 1, 1]}}
+joints:
+  free: {type: floating, child: ship, initial: {phi: 0.1}}
+  pin: {type: revolute, child: arm, parent: ship, axis: [0, tilt, 0]}
+"""
+SYSTEM = """
+name: sea
+components:
+  a: {model: ship.model.yaml, start: {START}}
+simulation: {stop_time: 0.2, step_size: 0.1}
+"""
+
+
+def system_with(folder: Path, start: str) -> System:
+    (folder / "ship.model.yaml").write_text(MODEL)
+    (folder / "sea.yaml").write_text(SYSTEM.replace("START", start))
+    return load_system(folder / "sea.yaml")
+
+
+def test_attitudes_start_at_angles(tmp_path: Path) -> None:
+    """Also after the FMU was built: it is described by itself then."""
+    system = system_with(tmp_path, "body.ship.theta: 20 deg")
+    for _ in range(2):
+        result = run(system, results=tmp_path / "r.nc").results()
+        assert result["a.body.ship.theta"][0] == pytest.approx(0.3490658503988659, abs=1e-15)
+        assert result["a.body.ship.phi"][0] == pytest.approx(0.1, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [
+        ("tilt: 0", r"ship\.model\.yaml:10:\d+: the axis has no length \(with tilt = 0\)"),
+        ("body.ship.e0: 0, body.ship.e1: 0", r"sea\.yaml:4:\d+: a\.body\.ship\.e0 to e3 are all 0"),
+        ("body.ship.psi: 1, body.ship.e1: 0", r"sea\.yaml:4:\d+: an attitude of a is given twice"),
+        ("body.ship.psi: 1 m", r"sea\.yaml:4:\d+: start value .* it is in rad"),
+        ("body.arm.psi: 1", r"a\.body\.arm\.psi \(output\) takes no start value"),
+    ],
+)
+def test_wrong_attitudes_and_axes(tmp_path: Path, start: str, message: str) -> None:
+    problems, _ = checked_inputs(system_with(tmp_path, start))
+    assert len(problems) == 1
+    assert re.search(message, f"{problems[0]} {problems[0].remedy}".replace("\n", " "))
