@@ -159,6 +159,10 @@ def expected_unit(model: Elements, at: Location) -> str:
     of_angle, _, of_distance = unit.partition(" or ")
     if not of_distance:
         return unit
-    joint = model.joints.get(element.joint)  # none if that is wrong
+    joint = model.joints.get(element.joint)  # it, its type and the coordinate may be wrong
     joint_type = JOINT_TYPES[model.dimensions].get(joint.type) if joint else None
-    return of_angle if joint_type and joint_type.rotates else of_distance
+    coordinates = joint_type.coordinates if joint_type else ()
+    meant = [c for c in coordinates if element.along in ("", c.position)]
+    if len(meant) != 1:
+        return ""
+    return of_angle if meant[0].is_angle else of_distance

@@ -79,7 +79,7 @@ class Model:
         return self
 
     def problems_with(self, values: Mapping[str, float]) -> list[Problem]:
-        """Problems, with their places in the file, where these parameters have other `values` [SI]."""
+        """Problems, by place in the file, where these parameters have other `values` [SI]."""
         from m4e_fmi.model.checks import findings_with
 
         given = {name: value for name, value in values.items() if name in self.parameters}
