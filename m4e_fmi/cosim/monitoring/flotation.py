@@ -72,7 +72,7 @@ def _pose(hull: Hull) -> Iterator[str]:
     for symbol in (symbol for symbol in limits if f"{hull.body}.{symbol}" in variables):
         variable = variables[f"{hull.body}.{symbol}"]
         now = hull.network.read(f"{hull.name}.{symbol}")
-        meant = float(variable.start or 0.0)
+        meant = _meant(hull, symbol, now)
         away = now - meant
         if symbol in ANGLES:
             away = math.remainder(away, math.tau)
@@ -86,6 +86,18 @@ def _pose(hull: Hull) -> Iterator[str]:
                 f"{hull.name}.{symbol} starts at {now:.4g} {variable.unit}, coefficients "
                 f"are for {meant:.4g} {variable.unit}: {remedy}"
             )
+
+
+def _meant(hull: Hull, symbol: str, now: float) -> float:
+    """Where the coefficients are for: the start value, turned with the heading if that is set."""
+    variables = hull.network.instances[hull.component].description.variables
+    if symbol == "psi" and "heading" in variables:
+        return hull.heading
+    if symbol in ("x", "y") and f"{hull.body}.sway" in variables:
+        surge, sway = (hull.network.read(f"{hull.name}.{name}") for name in ("surge", "sway"))
+        c, s = math.cos(hull.heading), math.sin(hull.heading)
+        return now - (c * surge - s * sway if symbol == "x" else s * surge + c * sway)
+    return float(variables[f"{hull.body}.{symbol}"].start or 0.0)
 
 
 def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:

@@ -1,12 +1,13 @@
 """Unbalanced forces at the start on floating bodies that joints connect, within one component.
 
-Bodies are looked at in a vertical plane: that of a planar model, or in space the planes ahead and
-across, by the heading. The accelerations a of the bodies (surge, heave, pitch of each, or sway,
-heave and roll) follow from the forces by the mobility Y = ∂a/∂F_water: a = Y (F_water + F). F is
-the load: weight, the model's own loads and all other connected forces. The range of Y holds the
-motions that the joints allow; bodies whose blocks in the projector on it are coupled are joined by
-joints. Joint reactions do no work in an allowed motion δ, so c = Y⁺ δ gives the generalised load
-δ·F = c·a − δ·F_water.
+The accelerations a of the bodies (three motions each in a planar model, six in space) follow from
+the forces by the mobility Y = ∂a/∂F_water: a = Y (F_water + F). F is the load: weight, the model's
+own loads and all other connected forces. The range of Y holds the motions that the joints allow;
+bodies whose blocks in the projector on it are coupled are joined by joints. Joint reactions do no
+work in an allowed motion δ, so c = Y⁺ δ gives the generalised load δ·F = c·a − δ·F_water.
+
+The motions δ that are looked at are heave, and the turns in a vertical plane: that of a planar
+model, or in space the planes ahead and across, by the heading.
 """
 
 from __future__ import annotations
@@ -23,8 +24,11 @@ from m4e_fmi.cosim.exchange.network import Network
 
 WRENCH = ("force_x", "force_z", "moment_y")
 ACROSS = ("force_y", "force_z", "moment_x")
-FORCES = {*WRENCH, *ACROSS, "moment_z"}
-ACCELERATION = ("ax", "az", "alpha")
+FORCES = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+ACCELERATIONS: dict[str, str] = dict(
+    zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)
+)
+"""Of a body's centre of gravity, by the components of the force that are along them."""
 BUOYANCY = ".buoyancy_force_z"
 WATER = 1e3
 """Density [kg/m3], near enough for the size of a body by the mass that it displaces."""
@@ -34,16 +38,13 @@ COUPLED = 1e-6
 """Share of a motion that counts as rounding."""
 
 
-Terms = list[tuple[str, float]]
-"""Names of variables and their weights in a sum."""
-
-
 @dataclass(frozen=True)
 class Plane:
     """A vertical plane: `ahead` is its horizontal axis (x, y) [1] in the world.
 
-    Of the motions of a body in water `numbers` are along that axis, up, and the turn, which counts
-    with a `sign`; `forces` are named so in the water's axes. `tilt` and `turn` are words.
+    Its three motions are along that axis, up, and the turn from up towards ahead. Of the motions of
+    a body in water these are the `numbers`; the turn has the `sign` there. `forces` are named so in
+    the water's axes. `tilt` and `turn` are words.
     """
 
     ahead: tuple[float, float] = (1.0, 0.0)
@@ -58,11 +59,10 @@ class Plane:
         """Of the three motions, (3,) [1]."""
         return np.array([1.0, 1.0, self.sign])
 
-    def terms(self, base: str, symbols: Sequence[str]) -> list[Terms]:
-        """Components in this plane of a vector pair: `symbols` for x, y, up, about x, about y."""
-        (c, s), (x, y, up, roll, pitch) = self.ahead, symbols
-        parts = [[(x, c), (y, s)], [(up, 1.0)], [(pitch, c), (roll, -s)]]
-        return [[(f"{base}.{name}", w) for name, w in part if w != 0.0] for part in parts]
+    def in_world(self, motion: np.ndarray) -> np.ndarray:
+        """A motion (3,) in this plane as one of the world, (6,)."""
+        (c, s), (along, up, turn) = self.ahead, motion
+        return np.array([c * along, s * along, up, -s * turn, c * turn, 0.0])
 
 
 @dataclass(frozen=True)
@@ -99,6 +99,18 @@ class Hull:
         return float(self.network.read(f"{self.component}.{name}")) if name in known else 0.0
 
     @property
+    def symbols(self) -> tuple[str, ...]:
+        """The forces by which its holder takes it: three of a planar model, or six."""
+        holder = self.network.instances[self.link.source.component].description.variables
+        return FORCES if f"{self.base}.force_y" in holder else WRENCH
+
+    @property
+    def heading(self) -> float:
+        """Heading of the water's coefficients [rad]; 0 of water that has none."""
+        known = self.network.instances[self.component].description.variables
+        return float(self.network.read(f"{self.component}.heading")) if "heading" in known else 0.0
+
+    @property
     def is_in_space(self) -> bool:
         """True if the body has six motions in the water."""
         known = self.network.instances[self.component].description.variables
@@ -108,11 +120,9 @@ class Hull:
         """The planes in which it is looked at."""
         if not self.is_in_space:
             return [Plane()]
-        holder = self.network.instances[self.link.source.component].description.variables
-        heading = float(self.network.read(f"{self.component}.heading"))
-        c, s = math.cos(heading), math.sin(heading)
+        c, s = math.cos(self.heading), math.sin(self.heading)
         along = Plane((c, s) if s else (1.0, 0.0), (1, 3, 5))
-        if f"{self.base}.force_y" not in holder:
+        if self.symbols == WRENCH:
             return [along] if s == 0.0 else []
         return [along, Plane((-s, c), (2, 3, 4), ACROSS, -1.0, "heel", "roll")]
 
@@ -164,9 +174,10 @@ class Balance:
     """A free body, or bodies that joints join, at the start.
 
     `force` and `moment` are out of balance [N, N.m]: load and buoyancy in the reference pose, in
-    heave and pitch of all bodies as one, the moment about their middle. They are None where joints
-    forbid that motion. `load` is the vertical one downwards [N], `connected` its part by connected
-    forces, `mass` what it accelerates, without the added mass [kg].
+    heave and in the turn of all bodies as one, the moment about their middle and in the water's
+    sense. They are None where joints forbid that motion. `load` is the vertical one downwards [N],
+    `connected` its part by connected forces, `mass` what it accelerates, without the added mass
+    [kg].
     """
 
     hulls: tuple[Hull, ...]
@@ -203,39 +214,36 @@ class Balance:
 
 
 def balances(network: Network, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
-    """One for each free body and each group of joined ones, of the components that tell it."""
+    """For each free body and each group of joined ones, of the components that tell it."""
     sources = {link.target: link for link in wiring.links}
-    held: dict[tuple[str, Plane], list[Hull]] = {}
-    for hull in (hull for hull in hulls if _is_told(network, sources, hull)):
-        for plane in hull.planes():
-            group = hull.link.source.component, plane
-            held.setdefault(group, []).append(replace(hull, plane=plane))
-    for (holder, plane), group in held.items():
-        for found in _Mobility(network, wiring, holder, group).balances():
-            # the weight is told once
-            yield found if plane.forces == WRENCH else replace(found, force=None)
+    held: dict[str, list[Hull]] = {}
+    for hull in hulls:
+        if hull.planes() and _is_told(network, sources, hull):
+            held.setdefault(hull.link.source.component, []).append(hull)
+    for holder, of_it in held.items():
+        yield from _Mobility(network, wiring, holder, of_it).balances()
 
 
 def _is_told(network: Network, sources: dict[Port, Link], hull: Hull) -> bool:
     """True if the holder has exact derivatives, and the water's force comes straight to it."""
     component = hull.link.source.component
     described = network.instances[component].description
-    symbols = list(dict.fromkeys((*WRENCH, *(p for q in hull.planes() for p in q.forces))))
-    names = [f"{hull.base}.{symbol}" for symbol in (*symbols, *ACCELERATION)]
+    symbols = hull.symbols
+    names = [f"{hull.base}.{name}" for s in symbols for name in (s, ACCELERATIONS[s])]
     if not described.directional_derivatives or any(n not in described.variables for n in names):
         return False
-    given = [sources.get(Port(component, f"{hull.base}.{symbol}")) for symbol in symbols]
-    wanted = [Port(hull.component, f"{hull.body}.{symbol}") for symbol in symbols]
+    given = {s: sources.get(Port(component, f"{hull.base}.{s}")) for s in symbols}
     return all(
-        link is None or (link.is_plain and link.source == port)
-        for link, port in zip(given, wanted, strict=True)
-    ) and isinstance(given[1], Link)
+        link is None or (link.is_plain and link.source == Port(hull.component, f"{hull.body}.{s}"))
+        for s, link in given.items()
+    ) and isinstance(given["force_z"], Link)
 
 
 class _Mobility:
     """How forces on the bodies of one component accelerate them.
 
-    All is made dimensionless by `unit`, (3n,): with it mobilities of bodies and motions compare.
+    All is made dimensionless by `unit`, (m,) of all motions: with it mobilities of bodies and
+    motions compare.
     """
 
     def __init__(
@@ -243,18 +251,13 @@ class _Mobility:
     ) -> None:
         self.network, self.wiring, self.component = network, wiring, component
         self.hulls = hulls
-        forces = ("force_x", "force_y", "force_z", "moment_x", "moment_y")
-        moved = ("ax", "ay", "az", "alpha_x", "alpha")
-        self.inputs = [t for hull in hulls for t in hull.plane.terms(hull.base, forces)]
-        self.outputs = [t for hull in hulls for t in hull.plane.terms(hull.base, moved)]
+        parts = [(hull, symbol) for hull in hulls for symbol in hull.symbols]
+        self.inputs = [f"{hull.base}.{symbol}" for hull, symbol in parts]
+        self.outputs = [f"{hull.base}.{ACCELERATIONS[symbol]}" for hull, symbol in parts]
+        self.owners = np.array([hulls.index(hull) for hull, _ in parts])
         self.of_water = {f"{hull.base}.{symbol}" for hull in hulls for symbol in FORCES}
-        scales = [(1.0, 1.0, max(hull.size, 1e-9)) for hull in hulls]
-        masses = [math.sqrt(max(hull.neutral_mass, 1e-9)) for hull in hulls]
-        self.unit = np.concatenate([m * np.array(s) for m, s in zip(masses, scales, strict=True)])
-        columns = [
-            sum(weight * self._derivatives(name) for name, weight in terms) for terms in self.inputs
-        ]
-        mobility = np.array(columns).T
+        self.unit = np.array([_unit(hull, symbol) for hull, symbol in parts])
+        mobility = np.array([self._derivatives(name) for name in self.inputs]).T
         values, vectors = np.linalg.eigh(self._symmetric(mobility * np.outer(self.unit, self.unit)))
         kept = values > RANK * values.max(initial=0.0)
         self.projector = vectors[:, kept] @ vectors[:, kept].T
@@ -265,19 +268,16 @@ class _Mobility:
         return (matrix + matrix.T) / 2.0
 
     def _derivatives(self, name: str) -> np.ndarray:
-        """Of the accelerations by one input, (3n,)."""
+        """Of the accelerations by one input, (m,)."""
         slope = self.network.instances[self.component].directional_derivative
-        return np.array([sum(w * slope(out, name) for out, w in terms) for terms in self.outputs])
+        return np.array([slope(out, name) for out in self.outputs])
 
-    def _read(self, sums: Sequence[Terms]) -> np.ndarray:
-        def value(name: str) -> float:
-            return float(self.network.read(f"{self.component}.{name}"))
-
-        return np.array([sum(weight * value(name) for name, weight in terms) for terms in sums])
+    def _read(self, names: Sequence[str]) -> np.ndarray:
+        return np.array([float(self.network.read(f"{self.component}.{name}")) for name in names])
 
     @cached_property
     def connected(self) -> np.ndarray:
-        """Accelerations (3n,) by the connected forces, but for those of the water."""
+        """Accelerations (m,) by the connected forces, but for those of the water."""
         total = np.zeros(len(self.outputs))
         for link in self.wiring.links:
             component, name = link.target.component, link.target.variable
@@ -291,49 +291,59 @@ class _Mobility:
 
     def groups(self) -> list[list[int]]:
         """Indices of the bodies that joints join."""
-        count = len(self.hulls)
-        blocks = np.abs(self.projector).reshape(count, 3, count, 3).max(axis=(1, 3)) > COUPLED
-        left, found = set(range(count)), []
+        left, found = set(range(len(self.hulls))), []
+        joined = np.abs(self.projector) > COUPLED
+        pairs = set(zip(*(self.owners[k] for k in np.nonzero(joined)), strict=True))
         while left:
             group = {min(left)}
-            while (more := {j for i in group for j in left if blocks[i, j]} - group) != set():
+            while (more := {j for i in group for j in left if (i, j) in pairs} - group) != set():
                 group |= more
             left -= group
             found.append(sorted(group))
         return found
 
     def balances(self) -> Iterator[Balance]:
-        wrench = self._read(self.inputs)
-        acceleration = self._read(self.outputs)
         for group in self.groups():
-            hulls = tuple(self.hulls[k] for k in group)
-            buoyancy = np.zeros(len(self.inputs))
-            for k in group:
-                buoyancy[3 * k : 3 * k + 3] = self.hulls[k].buoyancy
-            heave, turn = (
-                self._spread(group, motion)
-                for motion in (np.tile([0.0, 1.0, 0.0], len(group)), _rotation(hulls))
-            )
-            found = Balance(hulls)
-            if (weights := self._weights(turn)) is not None:
-                moment = weights @ acceleration - turn @ (wrench - buoyancy)
-                found = Balance(hulls, moment=float(moment))
-            if (weights := self._weights(heave)) is not None:
-                load = heave @ wrench - weights @ acceleration
-                found = Balance(
-                    hulls,
-                    load=float(load),
-                    connected=-float(weights @ self.connected),
-                    mass=float(weights @ heave) - self._added_mass(hulls),
-                    force=float(heave @ buoyancy - load),
-                    moment=found.moment,
-                )
-            yield found
+            hulls = [self.hulls[k] for k in group]
+            planes = [hull.planes() for hull in hulls]
+            for number in range(min(map(len, planes))):
+                alike = [replace(h, plane=p[number]) for h, p in zip(hulls, planes, strict=True)]
+                found = self._balance(group, tuple(alike))
+                # the weight is told once, by the first plane
+                yield found if number == 0 else replace(found, force=None)
 
-    def _spread(self, group: Sequence[int], motion: np.ndarray) -> np.ndarray:
-        whole = np.zeros((len(self.hulls), 3))
-        whole[list(group)] = motion.reshape(-1, 3)
-        return whole.ravel()
+    def _balance(self, group: Sequence[int], hulls: tuple[Hull, ...]) -> Balance:
+        """That of one group, in the plane of `hulls`."""
+        wrench, acceleration = self._read(self.inputs), self._read(self.outputs)
+        heave, turn = np.tile([0.0, 1.0, 0.0], len(group)), _rotation(hulls)
+        buoyancy = np.concatenate([hull.buoyancy for hull in hulls])
+        found = Balance(hulls)
+        motion = self._spread(group, hulls, turn)
+        alike = len({hull.plane.ahead for hull in hulls}) == 1
+        if alike and (c := self._weights(motion)) is not None:
+            moment = c @ acceleration - motion @ wrench + turn @ buoyancy
+            found = Balance(hulls, moment=hulls[0].plane.sign * float(moment))
+        motion = self._spread(group, hulls, heave)
+        if (c := self._weights(motion)) is not None:
+            load = motion @ wrench - c @ acceleration
+            found = Balance(
+                hulls,
+                load=float(load),
+                connected=-float(c @ self.connected),
+                mass=float(c @ motion) - self._added_mass(hulls),
+                force=float(heave @ buoyancy - load),
+                moment=found.moment,
+            )
+        return found
+
+    def _spread(
+        self, group: Sequence[int], hulls: Sequence[Hull], motion: np.ndarray
+    ) -> np.ndarray:
+        """A motion (3n,) of a group in its plane as one of all bodies, (m,)."""
+        whole = np.zeros(len(self.inputs))
+        for k, hull, part in zip(group, hulls, motion.reshape(-1, 3), strict=True):
+            whole[self.owners == k] = part if hull.symbols == WRENCH else hull.plane.in_world(part)
+        return whole
 
     def _weights(self, motion: np.ndarray) -> np.ndarray | None:
         """c with c·a = `motion`·(all forces); None of a motion that joints forbid."""
@@ -351,6 +361,12 @@ class _Mobility:
             and link.target.variable.startswith("added_mass[")
         }
         return sum(a.added_mass(b) for a in hulls for b in hulls if a.component in carried)
+
+
+def _unit(hull: Hull, symbol: str) -> float:
+    """By which a motion of a body is made dimensionless: √mass [√kg], times the size of a turn."""
+    size = max(hull.size, 1e-9) if symbol.startswith("moment") else 1.0
+    return size * math.sqrt(max(hull.neutral_mass, 1e-9))
 
 
 def _rotation(hulls: Sequence[Hull]) -> np.ndarray:

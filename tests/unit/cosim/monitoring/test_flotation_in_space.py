@@ -6,6 +6,7 @@ A barge of 100 t displacement with stiffnesses of 1962 and 3924 kN.m/rad in roll
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program
 
 MODEL = """\
 name: barge
@@ -52,18 +54,32 @@ def warnings(
     more: str = "y: 0", lift: float = 0.0,
 ) -> tuple[str, ...]:  # fmt: skip
     """Of the start of a barge that lies in the heading of the water's coefficients."""
+    text = MODEL.format(psi=math.radians(heading), moment=moment, more=more, lift=lift)
+    water = hydrodynamics_program(coefficients(roll), name="hydro", heading=Heading(heading))
+    return told(folder, text, water)
+
+
+def told(
+    folder: Path,
+    model: str,
+    water: Program,
+    *,
+    start: Mapping[str, float] | None = None,
+    rename: Mapping[str, str] | None = None,
+) -> tuple[str, ...]:
+    """Warnings of a model in water with start values of the water, and other names in its FMU."""
     folder.mkdir(exist_ok=True)
     path = folder / "barge.model.yaml"
-    psi = math.radians(heading)
-    path.write_text(MODEL.format(psi=psi, moment=moment, more=more, lift=lift), "utf-8")
-    water = hydrodynamics_program(coefficients(roll), name="hydro", heading=Heading(heading))
-    fmus = {
-        "barge": build_fmu(model_program(load_model(path)), folder / "barge.fmu", native=True),
-        "hydro": build_fmu(water, folder / "hydro.fmu", native=True),
-    }
+    path.write_text(model, "utf-8")
+    program, there = model_program(load_model(path)), folder / "hydro.fmu"
+    barge = build_fmu(program, folder / "barge.fmu", native=True)
+    hydro = build_fmu(water, there, native=True, rename=rename or {})
     system = System(
         name="float",
-        components=tuple(Component(name, FmuFile(fmu)) for name, fmu in fmus.items()),
+        components=(
+            Component("barge", FmuFile(barge)),
+            Component("hydro", FmuFile(hydro), start=start or {}),
+        ),
         connections=("barge.hull <-> hydro.hull", "hydro.added_mass -> barge.added_mass"),
         simulation=Simulation(0.1, 0.05),
     )
@@ -81,7 +97,7 @@ def test_a_moment_across_is_told_as_heel_and_one_along_as_trim(
 ) -> None:
     """98.1 kN.m in the body's axes: 0.05 rad of heel, 0.025 rad of trim."""
     (heel,) = warnings(tmp_path / "heel", heading=heading, moment="[98.1e3, 0, 0]")
-    assert "a moment of -98.1 kN.m about its centre of gravity" in heel
+    assert "a moment of 98.1 kN.m about its centre of gravity" in heel
     assert "the heel is 2.86 deg" in heel
     (trim,) = warnings(tmp_path / "trim", heading=heading, moment="[0, 98.1e3, 0]")
     assert "a moment of 98.1 kN.m about its centre of gravity" in trim
@@ -89,17 +105,55 @@ def test_a_moment_across_is_told_as_heel_and_one_along_as_trim(
 
 
 def test_a_body_that_capsizes_over_its_side_is_told(tmp_path: Path) -> None:
-    (told,) = warnings(tmp_path, roll=-30.0)
-    assert told.startswith("barge.body.hull: it is unstable in roll, with a stiffness of -2.943e+")
+    (line,) = warnings(tmp_path, roll=-30.0)
+    assert line.startswith("barge.body.hull: it is unstable in roll, with a stiffness of -2.943e+")
 
 
 def test_the_weight_is_told_once(tmp_path: Path) -> None:
-    (told,) = warnings(tmp_path, lift=9.81e4)
-    assert "weight and connected forces are 882.9 kN" in told
+    (line,) = warnings(tmp_path, lift=9.81e4)
+    assert "weight and connected forces are 882.9 kN" in line
 
 
 def test_a_start_aside_or_turned_is_told(tmp_path: Path) -> None:
-    (told,) = warnings(tmp_path / "side", more="y: 3")
-    assert told.startswith("hydro.hull.y starts at 3 m, coefficients are for 0 m")
-    (told,) = warnings(tmp_path / "list", more="phi: 0.1")
-    assert told.startswith("hydro.hull.phi starts at 0.1 rad")
+    (line,) = warnings(tmp_path / "side", more="y: 3")
+    assert line.startswith("hydro.hull.y starts at 3 m, coefficients are for 0 m")
+    (line,) = warnings(tmp_path / "list", more="phi: 0.1")
+    assert line.startswith("hydro.hull.phi starts at 0.1 rad")
+
+
+LEVEL = MODEL.format(psi=0.0, moment="[392.4e3, 0, 0]", more="y: 0", lift=0.0)
+HINGED = """\
+name: barge
+dimensions: 3
+gravity: [0, 0, -9.81]
+bodies: {hull: {mass: 100e3, inertia: [1e6, 2e6, 3e6], added_mass: true}}
+joints: {sea: {type: revolute, child: hull, parent_to_joint: [0, 0, -1], axis: [1, 1, 0]}}
+loads: {cargo: {type: body_force, body: hull, force: [0, 0, 0], moment: [98.1e3, 0, 0]}}
+"""
+
+
+def test_a_product_of_inertia_makes_no_trim_of_a_heel(tmp_path: Path) -> None:
+    """A roll moment accelerates the hull in pitch, too, and balances in roll alone."""
+    text = LEVEL.replace("[1e6, 2e6, 3e6]", "[1.2e6, 2e6, 3e6, 6e5, 0, 0]")
+    (heel,) = told(tmp_path, text, hydrodynamics_program(coefficients(), name="hydro"))
+    assert "a moment of 392.4 kN.m about its centre of gravity" in heel
+    assert "the heel is 11.5 deg" in heel
+
+
+def test_a_hinge_that_is_neither_along_nor_across_forbids_both(tmp_path: Path) -> None:
+    assert told(tmp_path, HINGED, hydrodynamics_program(coefficients(), name="hydro")) == ()
+
+
+def test_the_heading_may_be_a_start_value(tmp_path: Path) -> None:
+    """The pose that the coefficients are for is turned with it."""
+    water = hydrodynamics_program(coefficients(), name="hydro")
+    text = MODEL.format(psi=0.5, moment="[0, 0, 0]", more="y: 0", lift=0.0)
+    assert told(tmp_path / "with", text, water, start={"heading": 0.5}) == ()
+    yaw, *_ = told(tmp_path / "without", text, water)
+    assert yaw.startswith("hydro.hull.psi starts at 0.5 rad, coefficients are for 0 rad")
+
+
+def test_water_of_others_may_have_no_heading(tmp_path: Path) -> None:
+    water = hydrodynamics_program(coefficients(), name="hydro")
+    (heel,) = told(tmp_path, LEVEL, water, rename={"heading": "course"})
+    assert "the heel is 11.5 deg" in heel
