@@ -214,14 +214,16 @@ def quaternion_of(phi: float, theta: float, psi: float) -> tuple[float, float, f
 
 
 def attitude(rotation: Rotation) -> Vector:
-    """Roll, pitch and yaw [rad] of a rotation; at a pitch of ±90° roll and yaw have no meaning.
+    """Roll, pitch and yaw [rad] of a rotation.
 
-    The angle of a turn about one coordinate axis is that itself, beyond ±180°, too.
+    At a pitch of ±90° yaw is any, and roll is such that the three are the rotation. The angle of a
+    turn about one coordinate axis is that itself, beyond ±180°, too.
     """
     if rotation.about is not None:
         parts: list[AnyScalar] = [0, 0, 0]
         parts[rotation.about] = rotation.angle
         return parts[0], parts[1], parts[2]
-    (xx, _, _), (yx, _, _), (zx, zy, zz) = rotation.rows
-    across = sqrt(xx * xx + yx * yx)
-    return atan2(zy, zz), atan2(-zx, across), atan2(yx, xx)
+    (xx, xy, xz), (yx, yy, yz), (zx, _, _) = rotation.rows
+    across, psi = sqrt(xx * xx + yx * yx), atan2(yx, xx)
+    c, s = cos(psi), sin(psi)
+    return atan2(s * xz - c * yz, c * yy - s * xy), atan2(-zx, across), psi

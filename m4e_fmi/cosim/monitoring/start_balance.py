@@ -60,7 +60,7 @@ class Plane:
         return np.array([1.0, 1.0, self.sign])
 
     def in_world(self, motion: np.ndarray) -> np.ndarray:
-        """A motion (3,) in this plane as one of the world, (6,)."""
+        """A motion (3,) [m, m, rad] in this plane as one of the world, (6,) [m, rad]."""
         (c, s), (along, up, turn) = self.ahead, motion
         return np.array([c * along, s * along, up, -s * turn, c * turn, 0.0])
 

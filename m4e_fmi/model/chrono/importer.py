@@ -10,7 +10,7 @@ from m4e_fmi.files.document import Document, Location, SectionType
 from m4e_fmi.files.files_read import depends_on
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.mechanism import SMALL, LeavesPlaneError, Mechanism
-from m4e_fmi.model.chrono.names import GROUPS, Places, entries, identifier
+from m4e_fmi.model.chrono.names import GROUPS, Places, entries
 from m4e_fmi.model.chrono.planar import PlanarMechanism
 from m4e_fmi.model.chrono.planar_loads import PlanarLoads
 from m4e_fmi.model.chrono.rotation import Vector3
@@ -25,6 +25,7 @@ from m4e_fmi.model.chrono.spatial_loads import SpatialLoads
 from m4e_fmi.model.elements import GROUND, Quantity, Vector
 from m4e_fmi.model.findings import Finding
 from m4e_fmi.model.model import Model
+from m4e_fmi.model.names import identifier
 
 GRAVITY: Vector3 = (0.0, 0.0, -9.8)
 """Chrono's own where a simulation says nothing of it [m/s²] (ChParserMbsYAML, SimParams)."""

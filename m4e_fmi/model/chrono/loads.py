@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from m4e_fmi.joints import Coordinate
 from m4e_fmi.model.chrono.functions import NEEDED, function_text, scaled, times
 from m4e_fmi.model.chrono.mechanism import Joining, Mechanism, unit
-from m4e_fmi.model.chrono.names import Named, fresh, identifier
+from m4e_fmi.model.chrono.names import Named, fresh
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
     BodyLoadSection,
@@ -26,6 +26,7 @@ from m4e_fmi.model.chrono.sections import (
 from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Point, Quantity
 from m4e_fmi.model.loads import JointEffort, Load, PointForce, TensionDamper, TensionSpring
+from m4e_fmi.model.names import identifier
 from m4e_fmi.model.table import Table
 
 

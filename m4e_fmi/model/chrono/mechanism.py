@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal
 
 from m4e_fmi.joints import JointType
-from m4e_fmi.model.chrono.names import Places, fresh, identifier
+from m4e_fmi.model.chrono.names import Places, fresh
 from m4e_fmi.model.chrono.rotation import Quaternion, Vector3, product, quaternion
 from m4e_fmi.model.chrono.sections import (
     BodySection,
@@ -19,6 +19,7 @@ from m4e_fmi.model.chrono.sections import (
 )
 from m4e_fmi.model.chrono.tree import Branch, Edge, branches
 from m4e_fmi.model.elements import GROUND, Body, Joint, Quantity, Vector
+from m4e_fmi.model.names import identifier
 
 SMALL = 1e-6
 """Size that counts as zero beside 1: of directions, of positions in metres, of rates."""

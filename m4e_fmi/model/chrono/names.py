@@ -8,17 +8,9 @@ from typing import Protocol
 
 from m4e_fmi.errors import Problem
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.model.elements import GROUND
+from m4e_fmi.model.names import identifier
 
 GROUPS = ("bodies", "joints", "tsdas", "rsdas", "motors", "body_loads")
-
-
-def identifier(name: str) -> str:
-    """A name of ours for any name: letters, digits and _, a letter first, never `ground`."""
-    text = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
-    if not text or not text[0].isalpha():
-        text = f"n{text}"
-    return f"{text}_body" if text == GROUND else text
 
 
 def fresh(name: str, taken: Container[str]) -> str:

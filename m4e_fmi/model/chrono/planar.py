@@ -15,7 +15,7 @@ from m4e_fmi.model.chrono.mechanism import (
     parallel,
     unit,
 )
-from m4e_fmi.model.chrono.names import Places, identifier
+from m4e_fmi.model.chrono.names import Places
 from m4e_fmi.model.chrono.rotation import (
     Pair,
     Quaternion,
@@ -29,6 +29,7 @@ from m4e_fmi.model.chrono.rotation import (
 from m4e_fmi.model.chrono.sections import BodySection, InertiaSection, ModelSection
 from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Joint
+from m4e_fmi.model.names import identifier
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ import math
 from m4e_fmi.model.chrono.functions import times
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.mechanism import SMALL, LeavesPlaneError, parallel
-from m4e_fmi.model.chrono.names import identifier
 from m4e_fmi.model.chrono.planar import PlanarMechanism
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import BodyLoadSection, MotorSection, RsdaSection
 from m4e_fmi.model.elements import GROUND, Quantity
 from m4e_fmi.model.loads import BodyForce, TorsionDamper, TorsionSpring
+from m4e_fmi.model.names import identifier
 
 
 class PlanarLoads(Loads):

@@ -15,7 +15,7 @@ import numpy as np
 
 from m4e_fmi.joints import JOINT_TYPES, JointType
 from m4e_fmi.model.chrono.mechanism import SMALL, Joining, Mechanism, crossed, parallel, unit
-from m4e_fmi.model.chrono.names import Places, identifier
+from m4e_fmi.model.chrono.names import Places
 from m4e_fmi.model.chrono.rotation import (
     DIGITS,
     Array,
@@ -31,6 +31,7 @@ from m4e_fmi.model.chrono.rotation import (
 from m4e_fmi.model.chrono.sections import BodySection, InertiaSection, JointSection, ModelSection
 from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Joint
+from m4e_fmi.model.names import identifier
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from m4e_fmi.model.chrono.functions import scaled, times
 from m4e_fmi.model.chrono.loads import Loads
 from m4e_fmi.model.chrono.mechanism import Joining, unit
-from m4e_fmi.model.chrono.names import identifier
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import BodyLoadSection, MotorSection, RsdaSection
 from m4e_fmi.model.chrono.spatial import SpatialMechanism
 from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Quantity
 from m4e_fmi.model.loads import BodyForce
+from m4e_fmi.model.names import identifier
 
 HINGES = ("revolute", "cylindrical")
 NOTHING = (0.0, 0.0, 0.0)

@@ -9,15 +9,17 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.model.chrono.names import identifier
 from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point, Quantity, Vector
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
 from m4e_fmi.model.model import Model
+from m4e_fmi.model.names import identifier
 from m4e_fmi.model.urdf.reading import Array, Link, Pose, Reader, Robot, UrdfJoint
 
 CREEP = 0.01
 """Rate [rad/s or m/s] at which friction has reached 76 %: URDF has none, and sticking is not known
 here."""
+WITH_DYNAMICS = ("revolute", "continuous", "prismatic")
+"""Types of joints along whose coordinate damping and friction act."""
 _UNITS = {"damping": ("N.m.s/rad", "N.s/m"), "friction": ("N.m", "N"), "creep": ("rad/s", "m/s")}
 
 
@@ -160,7 +162,7 @@ class _Conversion:
     def _loads(self) -> Iterator[tuple[str, Load]]:
         """Damping and friction of joints, with parameters of their own."""
         for joint in self.robot.joints:
-            if joint.type not in ("revolute", "continuous", "prismatic"):
+            if joint.type not in WITH_DYNAMICS:
                 continue
             name, slides = identifier(joint.name), joint.type == "prismatic"
 
@@ -180,7 +182,7 @@ class _Conversion:
         group, _, rest = problem.message.partition(".")
         name = rest.partition(":")[0].partition(".")[0]
         elements: Iterable[Link | UrdfJoint] = self.robot.joints
-        if group == "bodies":
+        if group in ("bodies", "points"):
             elements = self.robot.links.values()
         lines = [e.line for e in elements if identifier(e.name) == name]
         place = str(self.reader.path), lines[0] if lines else 0
@@ -191,9 +193,21 @@ class _Conversion:
         limited = [joint for joint in self.robot.joints if joint.limited]
         if limited:
             kinds = ", ".join(sorted({kind for joint in limited for kind in joint.limited}))
-            message = f"the limits of {len(limited)} joints ({kinds}) are not part of the model"
+            count = f"{len(limited)} joint{'s' * (len(limited) > 1)}"
+            message = f"the limits of {count} ({kinds}) are not part of the model"
             remedy = "a load of the type joint_stop keeps a joint between limits"
             yield Problem(message, remedy, str(self.reader.path), limited[0].line)
+        for joint in self.robot.joints:
+            if (joint.damping or joint.friction) and joint.type not in WITH_DYNAMICS:
+                what = f"the {joint.type} joint {joint.name!r}"
+                message = f"damping and friction of {what} are left out"
+                remedy = "URDF does not say along which of its coordinates they act"
+                yield Problem(message, remedy, str(self.reader.path), joint.line)
+        root = next(link for name, link in self.robot.links.items() if name not in self.holders)
+        if root.mass:
+            message = f"link {root.name!r} is the root and so the ground: it does not move"
+            remedy = "a link 'world' and a joint of the type floating on it let a vehicle move"
+            yield Problem(message, remedy, str(self.reader.path), root.line)
         if self.robot.others:
             tags = ", ".join(f"<{tag}>" for tag in self.robot.others)
             yield Problem(f"{tags} is no part of URDF and is left out", "", str(self.reader.path))

@@ -82,7 +82,7 @@ def test_damping_and_friction_are_loads_with_parameters(tmp_path: Path) -> None:
 def test_limits_are_told(tmp_path: Path) -> None:
     limit = '<limit lower="-1" upper="1" effort="9" velocity="1"/>'
     (warning,) = written(tmp_path, joint("revolute", limit)).warnings
-    assert "the limits of 1 joints (effort, lower, upper, velocity)" in str(warning)
+    assert "the limits of 1 joint (effort, lower, upper, velocity)" in str(warning)
     assert written(tmp_path, joint("continuous")).warnings == ()
 
 
@@ -101,3 +101,21 @@ def test_links_on_fixed_joints_are_one_body() -> None:
         "tank": "rail",
         "tool": "crank",
     }
+
+
+def test_what_is_left_out_is_told(tmp_path: Path) -> None:
+    """Damping of which no one can say along which coordinate it acts; a root that has a mass."""
+    lossy = '<dynamics damping="3" friction="1"/>'
+    for kind in ("planar", "floating"):
+        model = written(tmp_path, joint(kind, lossy))
+        (warning,) = model.warnings
+        assert f"damping and friction of the {kind} joint 'j' are left out" in str(warning)
+        assert not model.loads
+    path = tmp_path / "one.urdf"
+    text = path.read_text("utf-8").replace(lossy, "")
+    moments = 'ixx="1" iyy="1" izz="1" ixy="0" iyz="0" ixz="0"'
+    mass = f'<inertial><mass value="5"/><inertia {moments}/></inertial>'
+    path.write_text(text.replace('<link name="world"/>', f'<link name="world">{mass}</link>'))
+    (warning,) = load_model(path).warnings
+    assert "link 'world' is the root and so the ground: it does not move" in str(warning)
+    assert warning.line == 1
