@@ -12,15 +12,18 @@ from __future__ import annotations
 import importlib
 import math
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import fsolve
+from scipy.optimize import curve_fit, fsolve
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, make_hulls
+from m4e_fmi.cosim import load_system, prepare, run
+from m4e_fmi.results.results_file import Results
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "oc3_hywind"
 FEW_PANELS = 200
@@ -228,3 +231,43 @@ def test_the_lines_have_the_published_stiffness(monkeypatch: pytest.MonkeyPatch)
     full = np.vstack([about_spar, np.hstack([np.zeros((3, 3)), np.eye(3)])])
     moved_there = full.T @ stiffness @ full + turning(forces.sum(axis=0), np.zeros(3))
     assert (np.abs(moved_there - lines()) / scale).max() < 2e-3
+
+
+def decay(time: np.ndarray, values: np.ndarray, period: float) -> tuple[float, float]:
+    """Period [s], undamped, and damping ratio of the damped sine next to a series (T,)."""
+
+    def sine(t: np.ndarray, a: float, b: float, w: float, z: float, rest: float) -> np.ndarray:
+        return np.exp(-z * w * t) * (a * np.cos(w * t) + b * np.sin(w * t)) + rest
+
+    guess = [values[0] - values[-1], 0.0, 2 * math.pi / period, 0.05, values[-1]]
+    found, _ = curve_fit(sine, time, values, guess)
+    return 2 * math.pi / found[2] / math.hypot(1.0, found[3]), found[3]
+
+
+def let_go(folder: Path, panels: int, stop_time: float) -> Results:
+    """The example's run with a number of panels."""
+    for path in EXAMPLE.glob("*.yaml"):
+        text = path.read_text("utf-8").replace("panels: 800", f"panels: {panels}")
+        (folder / path.name).write_text(text, "utf-8")
+    system = load_system(folder / "system.yaml")
+    system = replace(system, simulation=replace(system.simulation, stop_time=stop_time))
+    return run(prepare(system), results=folder / "r.nc").results()
+
+
+@pytest.mark.verifies(
+    "decay of OC3-Hywind in heave, pitch and yaw, coupled with dynamic lines",
+    independent="published natural frequencies", tolerance="0.03",
+)  # fmt: skip
+def test_the_coupled_spar_decays_with_its_natural_periods(tmp_path: Path) -> None:
+    """Beside linear equations of lines that have neither mass nor drag: within 2 %."""
+    results = let_go(tmp_path, FEW_PANELS, 70.0)
+    for name, motion, linear in (
+        ("z", "heave", 30.84),
+        ("theta", "pitch", 29.74),
+        ("psi", "yaw", 8.29),
+    ):
+        values = results[f"hywind.body.spar.{name}"].values
+        period, ratio = decay(results.time, values, 1 / PUBLISHED[motion])
+        assert period == pytest.approx(1 / PUBLISHED[motion], rel=0.03)
+        assert period == pytest.approx(linear, rel=0.02)
+        assert 0.035 < ratio < 0.055
