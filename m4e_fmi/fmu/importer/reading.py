@@ -252,8 +252,11 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
     now = {name: needs & inputs for name, needs in declared(raw.outputs).items()}
     initial = declared(raw.initialUnknowns)
     outputs = [name for name, v in variables.items() if v.causality == "output"]
-    undeclared = frozenset(name for name in outputs if name not in now)
-    now |= dict.fromkeys(undeclared, inputs)
+    tool = raw.generationTool or ""
+    # native FMUs of ours leave out long lists of all, and no others
+    whole = tool.startswith(OWN_TOOL) and raw.modelExchange is not None
+    undeclared = frozenset(name for name in outputs if name not in now and not whole)
+    now |= dict.fromkeys([name for name in outputs if name not in now], inputs)
     for name, variable in variables.items():
         if variable.causality in ("output", "calculatedParameter") and name not in initial:
             initial[name] = frozenset() if variable.initial == "exact" else known
@@ -277,7 +280,7 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
         has_events=bool(raw.coSimulation.hasEventMode),
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
-        tool=raw.generationTool or "",
+        tool=tool,
     )
 
 

@@ -19,7 +19,11 @@ from m4e_fmi.fmu.export.description.xml_parts import (
     legal,
     xml_bytes,
 )
+from m4e_fmi.program.dependence import KINDS
 
+LONG = 200
+"""Dependencies beyond which a list of all that is known is left out, and of kinds that are alike:
+FMI reads them the same, and lists of n outputs of n others grow as n²."""
 XML = "modelDescription.xml"
 
 
@@ -123,6 +127,8 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
         v.name: position[v.name] for v in variables if v.causality == "input" or v.name in states
     }
     numbers = [str(k) for k in range(len(variables) + 1)]
+    at_start = {position[v.name] for v in variables if v.initial == "exact"}
+    whole = ({*known.values()}, {*known.values(), *at_start})  # later, and at the start
 
     def unknowns(title: str, listed: Iterable[FmuVariable], *, initial: bool = False) -> None:
         parent, places = Element(title), position if initial else known
@@ -135,8 +141,12 @@ def _add_structure(root: Element, description: ModelDescription, *, native: bool
                 continue
             pairs = zip(names, kinds or [""] * len(names), strict=True)
             chosen = sorted([(places[n], kind) for n, kind in pairs if n in places])
+            long = len(chosen) > LONG
+            plain = long and all(kind == KINDS[-1] for _, kind in chosen)
+            if plain and whole[initial] <= {place for place, _ in chosen}:
+                continue
             element.set("dependencies", " ".join([numbers[place] for place, _ in chosen]))
-            if kinds is not None:
+            if kinds is not None and not plain:
                 element.set("dependenciesKind", " ".join([kind for _, kind in chosen]))
         if len(parent):
             structure.append(parent)
