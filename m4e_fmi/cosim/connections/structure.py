@@ -147,7 +147,9 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> G
     def now(port: Port) -> frozenset[str]:
         described = descriptions[port.component]
         initially = described.initial_dependencies.get(port.variable, frozenset())
-        return described.dependencies[port.variable] | (initially & tuned[port.component])
+        # not known of an FMU before it is built
+        later = described.dependencies.get(port.variable, frozenset())
+        return later | (initially & tuned[port.component])
 
     ends = _ends(descriptions, wiring.links)
     needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))

@@ -17,7 +17,7 @@ class Amounts:
     """
 
     def __init__(self, signal: str, link: Link, variables: tuple[Variable, Variable]) -> None:
-        self.link = link
+        self.link, self._signal = link, signal
         self._variable = variables[0] if signal == str(link.source) else variables[1]
         self._target = variables[1]
         named_source = signal == str(link.source)
@@ -38,15 +38,28 @@ class Amounts:
         found = self._number(amount, offset=None)
         return found if self._factor == 1.0 else self._factor * found
 
+    def deviation(self, amount: object) -> float:
+        """A standard deviation, as the taker gets it."""
+        if self._number(amount, offset=None) < 0.0:
+            raise ValueError("a standard deviation is not negative")
+        return abs(self.difference(amount))
+
     def of_other(self, other: Variable) -> tuple[float, float]:
-        """Factor and offset by which another variable's value becomes one of the taker's."""
+        """Factor and offset by which another output's value becomes one of the taker's.
+
+        In place of the source it goes through the connection as the source does.
+        """
+        named = self._variable
         if (
             other.dimension is not None
-            and self._target.dimension is not None
-            and not other.dimension.same_dimension(self._target.dimension)
+            and named.dimension is not None
+            and not other.dimension.same_dimension(named.dimension)
         ):
-            raise ValueError(f"it is in {other.unit}, {self.link.target} in {self._target.unit}")
-        return conversion(other, self._target)
+            raise ValueError(f"it is in {other.unit}, {self._signal} in {named.unit}")
+        factor, offset = conversion(other, named)
+        if self._factor == 1.0 and self._offset == 0.0:
+            return factor, offset
+        return self._factor * factor, self._factor * offset + self._offset
 
     def _number(self, amount: object, *, offset: float | None) -> float:
         """The amount in the unit of the named variable; a difference without `offset`."""

@@ -206,6 +206,9 @@ class Planner:
         if description is None:
             remedy = suggestion(port.component, self.descriptions, "components")
             self._problem(at, f"{name!r}: there is no component {port.component!r}", remedy)
+        elif not port.variable:
+            remedy = f"name one of its variables: {port.component}.<variable>"
+            self._problem(at, f"{name!r} is a component, not a signal", remedy)
         elif port.variable not in description.variables:
             remedy = suggestion(port.variable, description.variables, "variables")
             self._problem(at, f"{port.component!r} has no variable {port.variable!r}", remedy)
@@ -318,12 +321,11 @@ class Planner:
             instead = amounts.value(0.0) if action.gives == "zero" else None
             share = 1.0 if action.share is None else action.share
             return SignalEffect(target, lambda: Dropout(share, draws, instead))
-        difference = amounts.difference(amount)
         if action.kind == "offset":
+            difference = amounts.difference(amount)
             return SignalEffect(target, lambda: Offset(difference))
-        if difference < 0.0:
-            raise ValueError("a standard deviation is not negative")
-        return SignalEffect(target, lambda: Noise(difference, draws))
+        deviation = amounts.deviation(amount)
+        return SignalEffect(target, lambda: Noise(deviation, draws))
 
     def _replaced(
         self, at: Location, action: Action, amount: object, amounts: Amounts

@@ -202,6 +202,32 @@ def test_a_signal_is_replaced_by_another_output(c_fmu: Fmus) -> None:
     assert force == pytest.approx(-x - 0.3 * 3.0, rel=1e-12)
 
 
+def test_an_output_in_place_of_another_goes_through_its_connection(c_fmu: Fmus) -> None:
+    """Factor and offset are those of the connection, as for a number."""
+    other = Component("other", FmuFile(c_fmu("mass+state")), {"body.m.vx": 3.0})
+    links = (LINKS[0], "body.body.m.vx * -2 + 0.1 -> spring.end.vx", LINKS[2])
+    plain = system(c_fmu)
+    for value in ("other.body.m.vx", "3 m/s"):
+        instead = {"instead": Action(at=1, replace={"body.body.m.vx": value})}
+        parts = (*plain.components, other)
+        two = replace(plain, components=parts, connections=links, scenario=instead)
+        _, x, _, force = rows(two)[-1]
+        assert force == pytest.approx(-x - 0.3 * (-2 * 3.0 + 0.1), rel=1e-12)
+
+
+def test_noise_through_a_negative_factor(c_fmu: Fmus) -> None:
+    """A standard deviation has no sign; the amounts are those of the factor's size."""
+    plain, found = system(c_fmu), []
+    for factor in (2.0, -2.0):
+        links = (LINKS[0], f"body.body.m.vx * {factor} -> {SIGNAL}", LINKS[2])
+        still = Component("body", FmuFile(c_fmu("mass+state")))
+        noise = {"n": Action(at=0, noise={"body.body.m.vx": 0.01}, seed=1, every=0.02)}
+        parts = (still, plain.components[1])
+        given = replace(plain, components=parts, connections=links, scenario=noise)
+        found.append(rows(replace(given, simulation=Simulation(0.02, 0.02)))[0, 3])
+    assert found[0] == found[1] != 0.0
+
+
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 def test_an_output_in_place_of_another_follows_the_actions_at_its_point(
     c_fmu: Fmus, algorithm: str

@@ -176,3 +176,21 @@ def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
     assert load_system(package).scenario.keys() == given.scenario.keys()
     assert outcomes[0].scenario == outcomes[1].scenario
     assert "on:" in outcomes[0].scenario[1]
+
+
+def test_outputs_in_place_of_others_before_their_fmus_are_built(tmp_path: Path) -> None:
+    """What depends on what is not known then; loops are looked for when it is."""
+    (tmp_path / "box.model.yaml").write_text(
+        "name: box\nbodies: {box: {mass: 1, inertia: 1}}\n"
+        "joints: {free: {type: floating, child: box}}\n"
+    )
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "name: pair\ncomponents:\n  a: {model: box.model.yaml}\n  b: {model: box.model.yaml}\n"
+        "connections: ['a.body.box.x -> b.body.box.force_x, units ignored']\n"
+        "scenario: {n: {at: 0.5, replace: {a.body.box.x: b.body.box.z}}}\n"
+        "simulation: {stop_time: 1, step_size: 0.1}\n"
+    )
+    problems, _ = checked_inputs(load_system(path))
+    assert problems == []
+    assert prepare(load_system(path)).system.name == "pair"
