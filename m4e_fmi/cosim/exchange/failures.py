@@ -186,7 +186,10 @@ class Explanation:
         what = self._description.variables[name].description
         told = f" ({what})" if what else ""
         message = f"{component}.{name} {when} is {value}{told}{self.words(DISCARD)}"
-        remedy = "try a smaller step_size; check parameters and start values"
+        remedy = (
+            "try a smaller step_size; check parameters and start values; an output that nobody "
+            "takes may be left out of the results (--variables)"
+        )
         if self.last_error() or self.is_logged:
             remedy = f"fix the problem stated by the FMU first; otherwise {remedy}"
         return RunError(message, remedy)

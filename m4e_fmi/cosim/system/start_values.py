@@ -146,7 +146,7 @@ def value_of(variable: Variable, start: object) -> Value:
         given = parse_quantity(given)
     if isinstance(given, Quantity):
         given = _number(variable, given)
-    if isinstance(given, float) and not math.isfinite(given):
+    if isinstance(given, float) and not math.isfinite(given) and variable.type != "String":
         raise ValueError("give a finite number")
     if variable.type == "Enumeration" and isinstance(given, str):
         if given not in variable.items:
@@ -155,7 +155,8 @@ def value_of(variable: Variable, start: object) -> Value:
     if not isinstance(given, _TYPES[variable.type]) or (
         isinstance(given, bool) and variable.type != "Boolean"
     ):
-        raise ValueError(f"it is of type {variable.type}")
+        remedy = f", to be quoted: '\"{given}\"'" if variable.type == "String" else ""
+        raise ValueError(f"it is of type {variable.type}{remedy}")
     assert isinstance(given, float | int | str)
     _check_range(variable, given)
     _check_limits(variable, given)

@@ -139,3 +139,10 @@ def test_wrong_attitudes_and_axes(tmp_path: Path, start: str, message: str) -> N
     problems, _ = checked_inputs(system_with(tmp_path, start))
     assert len(problems) == 1
     assert re.search(message, f"{problems[0]} {problems[0].remedy}".replace("\n", " "))
+
+
+@pytest.mark.parametrize("given", [5, math.nan, True])
+def test_a_text_that_looks_like_a_number_is_to_be_quoted(given: Any) -> None:
+    text = replace(variable(-math.inf, math.inf), type="String")
+    with pytest.raises(ValueError, match=f"""of type String, to be quoted: '"{given}"'"""):
+        value_of(text, given)
