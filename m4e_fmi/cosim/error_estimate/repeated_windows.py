@@ -129,7 +129,8 @@ class RepeatedWindows:
         twice = length == TWICE
         if twice and stretch.changes:
             raise UnknownError("values were set between steps")
-        unlike = set(stretch.within) if state.crowded else set()
+        # a jump within a step is an error that nothing else tells where kinks are not followed
+        unlike = set(stretch.within) if state.crowded or self._coarse else set()
         if self._coarse and HALF not in state.lengths:  # a step of the run cannot stand alone
             unlike = set(stretch.jumps)
         jumps = [time for time in stretch.jumps if time not in unlike]

@@ -18,6 +18,7 @@ from m4e_fmi.cosim import (
     Component,
     CouplingErrorReport,
     FmuFile,
+    Network,
     Simulation,
     System,
     Timing,
@@ -319,6 +320,35 @@ def test_a_step_inside_an_fmu(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> N
     assert found.notes == (
         "the system steps by 0.005 s, 5 times in each 0.025 s, to meet all points of b",
     )
+
+
+@pytest.mark.parametrize("size", [0.04, 0.02, 0.01])
+def test_jumps_beside_steps_inside_are_in_the_stated_error(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, size: float
+) -> None:
+    """A ball bounces at the end of a step inside, of 1 ms; what it drives, ∫ v dt, is h − h(0)."""
+    read = read_description
+
+    def stiff(path: Path) -> Any:
+        found = read(path)
+        return replace(found, internal_step=0.001) if "ball" in path.name else found
+
+    monkeypatch.setattr(sys.modules[prepare.__module__], "read_description", stiff)
+    parts = (
+        Component("ball", FmuFile(c_fmu("3:ball+state+events")), {"gravity": 2 / 0.455**2}),
+        Component("sum", FmuFile(c_fmu("integrator+state+inputs"))),
+    )
+    links = ("ball.v -> sum.u, units ignored",)
+    off: list[float] = []
+
+    def observe(_: float, network: Network) -> None:
+        off.append(abs(network.read("sum.y") - (network.read("ball.h") - 1.0)))
+
+    outcome = run(System("s", parts, links, Simulation(1.2, size)), observers=[observe])
+    assert outcome.prepared.rates["ball"] == ComponentStep(0.001, pieces=round(size / 0.001))
+    assert isinstance(outcome.certificate, CouplingErrorReport)
+    # over the range of the sum, 1 as that of h
+    assert max(off) / 3 < outcome.certificate.errors[0].error < 10 * max(off)
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
