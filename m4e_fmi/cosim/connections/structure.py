@@ -171,15 +171,26 @@ def _driven_parameters(
 
 
 def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Iterator[Port]:
-    """Outputs of components with connected inputs, but without connected Real outputs."""
+    """Outputs of components with connected inputs, but without connected Real outputs.
+
+    Roll and yaw of our bodies in space are left out: they jump by a turn where the motion does not.
+    """
     taken = {link.source.component for link in links if link.is_real}
     for name in dict.fromkeys(link.target.component for link in links):
         if name in taken:
             continue
-        known = descriptions[name].dependencies
-        for variable in descriptions[name].variables.values():
-            if (variable.causality, variable.type) == ("output", "Real") and variable.name in known:
+        described = descriptions[name]
+        turns = _turns_of_bodies(described) if described.is_own else ()
+        for variable in described.variables.values():
+            is_real = (variable.causality, variable.type) == ("output", "Real")
+            if is_real and variable.name in described.dependencies and variable.name not in turns:
                 yield Port(name, variable.name)
+
+
+def _turns_of_bodies(described: Description) -> frozenset[str]:
+    """Roll and yaw of bodies in space, which have angular velocities about all axes."""
+    names = [n.removesuffix("omega_x") for n in described.variables if n.endswith(".omega_x")]
+    return frozenset(f"{owner}{turn}" for owner in names for turn in ("phi", "psi"))
 
 
 def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:

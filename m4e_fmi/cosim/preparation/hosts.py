@@ -18,6 +18,7 @@ from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.processes import HERE, OWN
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.fmu.export.build_record import read_record
 from m4e_fmi.fmu.export.native import shell_binaries
 from m4e_fmi.fmu.importer.opening import opened
@@ -84,5 +85,8 @@ def _has_our_library(description: Description) -> bool:
         ours = shell_binaries(description.identifier, fmi="3" if fmi3 else "2").get(name)
     except RunError:
         return False
-    with opened(path, description.content) as file, ZipFile(file) as archive:
-        return ours is not None and name in archive.namelist() and archive.read(name) == ours
+    try:
+        with opened(path, description.content) as file, ZipFile(file) as archive:
+            return ours is not None and name in archive.namelist() and archive.read(name) == ours
+    except ERRORS:  # damaged, which is told where it is unpacked
+        return False
