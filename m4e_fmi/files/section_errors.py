@@ -153,7 +153,9 @@ def _rejected(case: _Case) -> Complaint:
 
 def _unknown_word(case: _Case) -> Complaint:
     words = str(case.context["expected"]).replace(" or ", ", ").replace("'", "").split(", ")
-    remedy = suggestion(str(case.given), words)
+    given = str(case.given)
+    quoted = isinstance(case.given, str) and given.isdecimal() and given in words
+    remedy = f"write {given} without quotes" if quoted else suggestion(given, words)
     return Complaint((*case.location, "@value"), f"unknown {case.keys[-1]} {case.given!r}", remedy)
 
 

@@ -272,7 +272,11 @@ def _inertia_findings(at: Location, entries: list[float]) -> Iterator[Finding]:
     least, middle, most = np.linalg.eigvalsh([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     if not least > 0:
         message = f"principal moments of inertia must be positive, got {least:.6g}"
-        yield Finding(at, message, "check the signs of the products: Ixy is -∫ x y dm")
+        remedy = "check the signs of the products: Ixy is -∫ x y dm"
+        if not min(xx, yy, zz) > 0:
+            name = ("Ixx", "Iyy", "Izz")[(xx, yy, zz).index(min(xx, yy, zz))]
+            remedy = f"give a positive {name}: a thin rod has a small one about its axis, too"
+        yield Finding(at, message, remedy)
     elif most > (least + middle) * (1 + PARALLEL):
         message = (
             f"no body has these moments of inertia: the principal one {most:.6g} exceeds the sum "

@@ -40,6 +40,20 @@ def quantity(owner: object, name: str) -> Expression:
     return as_expression(getattr(owner, name))
 
 
+class _Origin(tuple[float, ...]):
+    """The vector of those who give none, which has the dimensions of any model."""
+
+    __slots__ = ()
+
+
+ORIGIN = _Origin((0.0, 0.0))
+
+
+def is_origin(value: object) -> bool:
+    """True of a vector that was not given."""
+    return isinstance(value, _Origin)
+
+
 def vector(owner: object, name: str) -> tuple[Expression, ...]:
     """Field `name` of `owner`, (x, z) or (x, y, z), as expressions."""
     return tuple(map(as_expression, getattr(owner, name)))
@@ -135,10 +149,10 @@ class Joint:
     type: str
     child: str
     parent: str = GROUND
-    parent_to_joint: Vector = (0.0, 0.0)
-    joint_to_child: Vector = (0.0, 0.0)
+    parent_to_joint: Vector = ORIGIN
+    joint_to_child: Vector = ORIGIN
     direction: Vector | None = None
-    coordinate: AngleReference = "absolute"
+    coordinate: AngleReference | None = None
     initial: dict[str, Quantity] = field(default_factory=dict)
     description: str = ""
     axis: Vector | None = None

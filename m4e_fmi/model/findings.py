@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.errors import CLOSE, suggestion
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.elements import GROUND, NEUTRAL, Quantity
+from m4e_fmi.model.elements import GROUND, NEUTRAL, Quantity, is_origin
 from m4e_fmi.model.expression import (
     CONSTANTS,
     FUNCTIONS,
@@ -117,12 +117,12 @@ def quantities(
         yield from vectors((*at, field), getattr(element, field), known)
 
 
+MAY_BE_ZERO = ("moment",)
+"""Vectors in space for which a 0 stands as well."""
 PLANAR = "the model is planar (there is no 'dimensions: 3')"
 SPATIAL = "the model is spatial ('dimensions: 3')"
 VECTORS = {2: f"{PLANAR}: write [x, z]", 3: f"{SPATIAL}: write [x, y, z]"}
 """Remedies for what is no vector, by the model's dimensions."""
-ORIGIN = (0.0, 0.0)
-"""The vector of those who give none."""
 
 
 def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[Finding]:
@@ -131,7 +131,7 @@ def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[F
         count = len(value)
     else:
         count = next(iter(getattr(value, "shape", ())), None)  # of NumPy's arrays
-    if isinstance(value, tuple) and value == ORIGIN:
+    if is_origin(value):
         return
     if count != known.dimensions:
         expected = VECTORS[known.dimensions].partition("write ")[2]
@@ -156,6 +156,8 @@ def numbers(at: Location, value: Any, known: Known, counts: Collection[int]) -> 
             )
         else:
             yield from expressions(at, value, known)
+    elif at[-1] in MAY_BE_ZERO and not is_list and value == 0:  # as it is where it is not given
+        return
     elif not is_list or len(value) not in counts:
         wanted = " or ".join(map(str, counts))
         got = _entries(len(value)) if is_list else "one"

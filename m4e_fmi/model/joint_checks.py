@@ -105,10 +105,12 @@ def _joint_type_findings(
             )
         yield Finding((*at, field), message, remedy)
     yield from _reaction_axes(at, joint, joint_type)
-    if joint.coordinate not in get_args(AngleReference):
+    if joint.coordinate not in (None, *get_args(AngleReference)):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
         yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif joint.coordinate == "relative" and not joint_type.chooses_angle:
+    elif joint_type.chooses_angle or joint.coordinate is None:
+        return
+    elif joint.coordinate == "relative" or types is JOINT_TYPES[3]:
         names = " or ".join(name for name, t in types.items() if t.chooses_angle)
         message = f"only a {names} joint has a coordinate to choose"
         if not names:

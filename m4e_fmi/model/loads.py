@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import ClassVar, TypeAlias, get_args
 
-from m4e_fmi.model.elements import Axes, Quantity, Vector
+from m4e_fmi.model.elements import ORIGIN, Axes, Quantity, Vector
 
 QuantityOrVector: TypeAlias = "Quantity | Vector"
 
@@ -165,7 +165,7 @@ class BodyForce(_Described):
     """
 
     body: str
-    force: Vector = (0.0, 0.0)
+    force: Vector = ORIGIN
     moment: QuantityOrVector = 0.0
     axes: Axes = "world"
 
@@ -184,7 +184,7 @@ class PointDrag(_Described):
 
     point: str
     coefficient: Quantity
-    flow: Vector = (0.0, 0.0)
+    flow: Vector = ORIGIN
 
     type: ClassVar = "point_drag"
     scalars: ClassVar = {"coefficient": "kg/m"}
@@ -202,7 +202,7 @@ class BodyDrag(_Described):
     body: str
     coefficient: Quantity = 0.0
     moment_coefficient: Quantity = 0.0
-    flow: Vector = (0.0, 0.0)
+    flow: Vector = ORIGIN
 
     type: ClassVar = "body_drag"
     scalars: ClassVar = {"coefficient": "kg/m", "moment_coefficient": "N.m.s2/rad2"}

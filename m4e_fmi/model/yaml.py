@@ -10,7 +10,15 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, StrictFloat, ValidationInfo, create_model
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    StrictFloat,
+    Tag,
+    ValidationInfo,
+    create_model,
+)
 from pydantic_core import PydanticKnownError
 
 from m4e_fmi.errors import InputError, Problem
@@ -26,6 +34,7 @@ from m4e_fmi.model.checks import (
 )
 from m4e_fmi.model.elements import (
     GROUND,
+    ORIGIN,
     AngleReference,
     Axes,
     Body,
@@ -91,7 +100,10 @@ def _number_text_or_nothing(value: object) -> float | str | None:
 
 Quantity = Annotated[float | str, BeforeValidator(_number_or_text)]
 Vector = Annotated[tuple[Quantity, ...], BeforeValidator(_vector)]
-Numbers = Quantity | tuple[Quantity, ...]
+Numbers = Annotated[
+    Annotated[Quantity, Tag("number")] | Annotated[tuple[Quantity, ...], Tag("list")],
+    Discriminator(lambda value: "list" if isinstance(value, list | tuple) else "number"),
+]
 UnitText = Annotated[str, BeforeValidator(_unit)]
 
 
@@ -170,12 +182,12 @@ class JointSection(Section):
     type: Annotated[str, BeforeValidator(_joint_type)]
     child: str
     parent: str = GROUND
-    parent_to_joint: Vector = (0.0, 0.0)
-    joint_to_child: Vector = (0.0, 0.0)
+    parent_to_joint: Vector = ORIGIN
+    joint_to_child: Vector = ORIGIN
     direction: Vector | None = None
     axis: Vector | None = None
     second_axis: Vector | None = None
-    coordinate: AngleReference = "absolute"
+    coordinate: AngleReference | None = None
     reaction_axes: Axes = "world"
     initial: dict[str, Quantity] = Field(default_factory=dict)
     description: str = ""

@@ -365,3 +365,15 @@ def test_a_parameter_that_is_a_drag_coefficient_has_a_minimum() -> None:
     )
     (c,) = [p for p in model_program(model).parameters if p.name == "c"]
     assert c.minimum == 0.0
+
+
+def test_a_force_in_space_needs_no_moment(tmp_path: Path) -> None:
+    path = tmp_path / "push.model.yaml"
+    path.write_text(
+        "name: push\ndimensions: 3\ngravity: 0\nbodies: {a: {mass: 2, inertia: [1, 1, 1]}}\n"
+        "joints: {f: {type: floating, child: a}}\n"
+        "loads: {push: {type: body_force, body: a, force: [4, 0, 6]}}\n"
+    )
+    rates = Evaluated(model_program(load_model(path))).rates({})
+    found = [rates[f"body.a.{name}"] for name in ("vx", "vy", "vz", "omega_x", "omega", "omega_z")]
+    assert found == [2.0, 0.0, 3.0, 0.0, 0.0, 0.0]
