@@ -79,7 +79,11 @@ class LoadChecks:
             return f"a {kind} has no {variable!r} here", f"known: {', '.join(self.motion[kind])}"
         joint = self.model.joints.get(element)
         if kind == "joint" and joint is not None and not self._has(joint, variable):
+            joint_type = self.types.get(joint.type)
+            efforts = joint_type.efforts.values() if joint_type else ()
+            names = ", ".join(name for c in efforts for name in (c.position, c.velocity))
             remedy = f"use the motion of its body: body.{joint.child}.x, theta, vx, …"
+            remedy = f"it has {names}" if names else remedy
             return f"{element!r} is a {joint.type} joint and has no {variable}", remedy
         return None
 
@@ -171,9 +175,10 @@ class LoadChecks:
         angle = getattr(load, "angle", 0.0) if self.known.dimensions == 3 else 0.0
         if angle not in (0.0, "0"):
             message = "in space a torsion spring rests where its bodies are parallel"
-            yield Finding(
-                (*at, "angle"), message, "leave 'angle' out, or hold it by a revolute joint"
+            remedy = (
+                "leave 'angle' out; about a joint use a joint_effort, -k*(joint.NAME.q - angle)"
             )
+            yield Finding((*at, "angle"), message, remedy)
         axes = getattr(load, "axes", "world")
         if axes not in get_args(Axes):
             remedy = suggestion(str(axes), get_args(Axes))

@@ -54,6 +54,7 @@ CASES = {
     "dimensions in quotes": ("dimensions: 3", 'dimensions: "3"'),
     "an absolute angle": ("initial: {q: 1}", "coordinate: absolute, initial: {q: 1}"),
     "a thin rod": ("inertia: [1, 2, 2.5]", "inertia: [0, 2, 2]"),
+    "the speed of a joint with several": ("swing, effort: 1", "swing, effort: -joint.lift.u"),
     "scalar inertia": ("inertia: [1, 2, 2.5]", "inertia: 2"),
     "two moments of inertia": ("inertia: [1, 2, 2.5]", "inertia: [1, 2]"),
     "negative moment of inertia": ("inertia: [1, 2, 2.5]", "inertia: [1, -2, 2.5]"),
