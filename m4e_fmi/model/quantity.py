@@ -21,6 +21,8 @@ def as_expression(value: float | str | Expression | sympy.Expr) -> Expression:
 
     Expressions of SymPy may hold numbers, π, symbols, + − * / **, and the functions known here.
     """
+    if type(value) is float and math.isfinite(value):  # nearly all of them
+        return Expression("number", (value,))
     if isinstance(value, Expression):
         return value
     if isinstance(value, str):

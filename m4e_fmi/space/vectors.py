@@ -39,28 +39,28 @@ SMALLEST_SQUARE = 1e-300
 
 def is_zero(a: AnyScalar) -> bool:
     """True of the integer 0: what is always zero."""
-    return isinstance(a, int) and a == 0
+    return type(a) is int and a == 0
 
 
 def plus(a: AnyScalar, b: AnyScalar) -> AnyScalar:
     """a + b."""
-    if isinstance(a, int) and a == 0:
+    if type(a) is int and a == 0:
         return b
-    return a if isinstance(b, int) and b == 0 else a + b
+    return a if type(b) is int and b == 0 else a + b
 
 
 def minus(a: AnyScalar, b: AnyScalar) -> AnyScalar:
     """a − b."""
-    if isinstance(b, int) and b == 0:
+    if type(b) is int and b == 0:
         return a
-    return -b if isinstance(a, int) and a == 0 else a - b
+    return -b if type(a) is int and a == 0 else a - b
 
 
 def times(a: AnyScalar, b: AnyScalar) -> AnyScalar:
     """a · b."""
-    if isinstance(a, int):
+    if type(a) is int:
         return 0 if a == 0 else b if a == 1 else a * b
-    if isinstance(b, int):
+    if type(b) is int:
         return 0 if b == 0 else a if b == 1 else a * b
     return a * b
 
@@ -213,10 +213,11 @@ def scaled(factor: AnyScalar, a: Vector) -> Vector:
 
 
 def dot(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> AnyScalar:
-    """a · b."""
+    """a · b, of what is not always zero."""
     result: AnyScalar = 0
     for left, right in zip(a, b, strict=True):
-        result = plus(result, times(left, right))
+        if (type(left) is not int or left) and (type(right) is not int or right):
+            result = plus(result, times(left, right))
     return result
 
 
