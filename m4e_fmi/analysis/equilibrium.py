@@ -8,7 +8,8 @@ conservative system can only fall. Pseudo-transient continuation takes implicit 
 grow into Newton's as the rates fall: C. T. Kelley, D. E. Keyes, "Convergence analysis of
 pseudo-transient continuation", SIAM J. Numer. Anal. 35 (1998), pp. 508–523.
 
-Then, or at once for the nearest equilibrium, Newton's method. Its steps are shortened by the
+Then, or for the nearest equilibrium as soon as something depends on the coordinates, Newton's
+method. Its steps are shortened by the
 natural monotonicity test, which does not depend on units or on the scaling of the equations: P.
 Deuflhard, "Newton Methods for Nonlinear Problems" (Springer, 2004), section 3.3, algorithm
 NLEQ-ERR. Where nothing says how far to move, as along the sea for a body that floats freely, the

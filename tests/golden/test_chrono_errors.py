@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.golden import check_messages, refused
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
 
 GOLDEN = Path(__file__).with_name("chrono_errors.txt")
@@ -100,20 +100,11 @@ CASES = {
 }  # fmt: skip
 
 
-def message(folder: Path, old: str, new: str) -> str:
-    assert old in GOOD, old
-    path = folder / "crane.yaml"
-    path.write_text(GOOD.replace(old, new), "utf-8")
-    with pytest.raises(InputError) as error:
-        load_model(path)
-    return str(error.value).replace(f"{folder}/", "")
-
-
 def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    found = "\n".join(f"== {name}\n{message(tmp_path, *case)}\n" for name, case in CASES.items())
-    if request.config.getoption("--update"):
-        GOLDEN.write_text(found, "utf-8")
-    assert found == GOLDEN.read_text("utf-8")
+    def message(change: tuple[str, str]) -> str:
+        return refused(tmp_path / "crane.yaml", GOOD, dict([change]), load_model)
+
+    check_messages(GOLDEN, CASES, message, request)
 
 
 def test_the_good_file_is_good(tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.golden import check_messages, refused
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
 
 GOLDEN = Path(__file__).with_name("spatial_errors.txt")
@@ -110,20 +110,11 @@ CASES = {
 }
 
 
-def message(folder: Path, old: str, new: str) -> str:
-    assert GOOD.count(old) == 1, old
-    path = folder / "crane.model.yaml"
-    path.write_text(GOOD.replace(old, new), "utf-8")
-    with pytest.raises(InputError) as caught:
-        load_model(path)
-    return str(caught.value).replace(f"{folder}/", "")
-
-
 def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    found = [f"== {case}\n{message(tmp_path, *change)}\n" for case, change in CASES.items()]
-    if request.config.getoption("--update"):
-        GOLDEN.write_text("\n".join(found), "utf-8")
-    assert "\n".join(found) == GOLDEN.read_text("utf-8")
+    def message(change: tuple[str, str]) -> str:
+        return refused(tmp_path / "crane.model.yaml", GOOD, dict([change]), load_model)
+
+    check_messages(GOLDEN, CASES, message, request)
 
 
 def test_the_model_itself_is_right(tmp_path: Path) -> None:

@@ -8,9 +8,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.golden import check_messages, refused
 
 from m4e_fmi.cosim import load_system, prepare
-from m4e_fmi.errors import InputError
 
 GOLDEN = Path(__file__).with_name("water_errors.txt")
 SPACE = """\
@@ -99,25 +99,14 @@ CASES: dict[str, dict[str, str]] = {
 }  # fmt: skip
 
 
-def message(folder: Path, changes: dict[str, str]) -> str:
-    (folder / "space.model.yaml").write_text(SPACE, "utf-8")
-    (folder / "plane.model.yaml").write_text(PLANE, "utf-8")
-    text = GOOD
-    for old, new in changes.items():
-        assert text.count(old) == 1, old
-        text = text.replace(old, new)
-    path = folder / "system.yaml"
-    path.write_text(text, "utf-8")
-    with pytest.raises(InputError) as caught:
-        prepare(load_system(path))
-    return str(caught.value).replace(f"{folder}/", "")
-
-
 def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
-    found = [f"== {case}\n{message(tmp_path, changes)}\n" for case, changes in CASES.items()]
-    if request.config.getoption("--update"):
-        GOLDEN.write_text("\n".join(found), "utf-8")
-    assert "\n".join(found) == GOLDEN.read_text("utf-8")
+    (tmp_path / "space.model.yaml").write_text(SPACE, "utf-8")
+    (tmp_path / "plane.model.yaml").write_text(PLANE, "utf-8")
+
+    def message(changes: dict[str, str]) -> str:
+        return refused(tmp_path / "system.yaml", GOOD, changes, lambda p: prepare(load_system(p)))
+
+    check_messages(GOLDEN, CASES, message, request)
 
 
 def test_the_system_itself_is_right(tmp_path: Path) -> None:

@@ -117,17 +117,6 @@ def angle_about(axis: Array, turn: Array) -> float:
     return round(math.atan2(sine, (np.trace(turn) - 1) / 2), DIGITS) + 0.0
 
 
-def roll_pitch_yaw(turn: Array) -> Vector3:
-    """Roll, pitch and yaw [rad] of the rotation `turn` (3, 3) [1], at a pitch of ±90°, too.
-
-    It is R_z·R_y·R_x.
-    """
-    yaw = math.atan2(turn[1, 0], turn[0, 0])
-    c, s = math.cos(yaw), math.sin(yaw)
-    roll = math.atan2(s * turn[0, 2] - c * turn[1, 2], c * turn[1, 1] - s * turn[0, 1])
-    return roll, math.atan2(-turn[2, 0], c * turn[0, 0] + s * turn[1, 0]), yaw
-
-
 def rounded(v: Array) -> Vector3:
     """The vector `v` (3,) [1 or m], in which what rounding leaves of a zero is a zero."""
     x, y, z = (round(float(part), DIGITS) + 0.0 for part in v)

@@ -13,7 +13,7 @@ from itertools import cycle
 
 import numpy as np
 
-from m4e_fmi.joints import JOINT_TYPES, JointType
+from m4e_fmi.joints import JOINT_TYPES, JointType, attitude
 from m4e_fmi.model.chrono.mechanism import SMALL, Joining, Mechanism, crossed, parallel, unit
 from m4e_fmi.model.chrono.names import Places
 from m4e_fmi.model.chrono.rotation import (
@@ -24,7 +24,6 @@ from m4e_fmi.model.chrono.rotation import (
     angle_about,
     matrix,
     quaternion,
-    roll_pitch_yaw,
     rounded,
     turned_about,
 )
@@ -32,6 +31,7 @@ from m4e_fmi.model.chrono.sections import BodySection, InertiaSection, JointSect
 from m4e_fmi.model.chrono.tree import Branch
 from m4e_fmi.model.elements import GROUND, Joint
 from m4e_fmi.model.names import identifier
+from m4e_fmi.space import Rotation
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ def _freedoms(kind: JointType, lines: list[Array]) -> tuple[list[Array], list[Ar
 def _coordinates(kind: JointType, pose: Pose, angle: float) -> list[float]:
     """Start values of a joint's coordinates and attitude; `angle` [rad] is that of a hinge."""
     if kind.has_quaternion:
-        return [*(pose.place if kind.is_free else ()), *roll_pitch_yaw(pose.turn)]
+        return [*(pose.place if kind.is_free else ()), *attitude(Rotation(pose.turn.tolist()))]
     return [angle if kind.axes == ("axis",) and c.is_angle else 0.0 for c in kind.coordinates]
 
 
