@@ -78,7 +78,7 @@ def added_mass(found: Results) -> np.ndarray:
 
 @pytest.mark.verifies(
     "a barge in waves that has yawed by 60°, its heading filtered",
-    independent="the barge with that heading from the start", tolerance="1e-4 of the motion",
+    analytic="symmetry: the barge with that heading from the start", tolerance="1e-4 of the motion",
 )  # fmt: skip
 def test_a_heading_that_followed_is_one_that_was_given(tmp_path: Path) -> None:
     turned = results(tmp_path / "turned", start=0.0, heading=0.0, filter_time=10.0)
@@ -94,7 +94,7 @@ def test_a_heading_that_followed_is_one_that_was_given(tmp_path: Path) -> None:
 
 @pytest.mark.verifies(
     "a barge that yaws with its heading filtered, in a world turned by 37° about Z",
-    independent="the same barge, not turned", tolerance="1e-10",
+    analytic="symmetry: the same barge, not turned", tolerance="1e-10",
 )  # fmt: skip
 def test_a_turned_world_has_the_turned_motion(tmp_path: Path) -> None:
     plain = results(tmp_path / "plain", start=0.0, heading=0.0, filter_time=10.0, stop=40.0)

@@ -187,7 +187,7 @@ def _flipped(content: bytearray) -> bytes:
 
 @pytest.mark.verifies(
     "yaw of a float of revolution that turns about a vertical beside its axis",
-    independent="a body of revolution does not move the water when it spins",
+    analytic="symmetry: a body of revolution does not move the water when it spins",
     tolerance="1e-12",
 )
 def test_a_body_of_revolution_spins_freely() -> None:

@@ -74,7 +74,7 @@ def results(folder: Path, joint: str, degrees: float) -> Results:
 
 @pytest.mark.verifies(
     "two hulls in one water, joined by a hinge or a ball joint, in a world turned by 37° about Z",
-    independent="the same hulls, not turned", tolerance="1e-10",
+    analytic="symmetry: the same hulls, not turned", tolerance="1e-10",
 )  # fmt: skip
 @pytest.mark.parametrize("joint", ["revolute", "spherical"])
 def test_joined_hulls_in_a_turned_world(joint: str, tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def path(t: float) -> tuple[float, float]:
 
 
 @pytest.mark.verifies(
-    "mooring lines turned by 37° about Z", independent="the same lines in the plane",
+    "mooring lines turned by 37° about Z", analytic="symmetry: the same lines in the plane",
     tolerance="1e-6",
 )  # fmt: skip
 def test_turned_lines_exert_turned_forces() -> None:

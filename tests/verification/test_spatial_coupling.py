@@ -92,7 +92,7 @@ def results(folder: Path, turn: float) -> Results:
 
 @pytest.mark.verifies(
     "a body in space on MoorDyn's lines, in a world turned by 37° about Z",
-    independent="the same system, not turned",
+    analytic="symmetry: the same system, not turned",
     tolerance="1e-6",
 )
 def test_a_turned_world_has_the_turned_motion(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def simulated(model: Model) -> tuple[Engine, Run]:
 
 @pytest.mark.verifies(
     "examples in space, turned by 37° about Z: rates, and 100 s of RK4",
-    independent="the same model, not turned", tolerance="1e-10",
+    analytic="symmetry: the same model, not turned", tolerance="1e-10",
 )  # fmt: skip
 @pytest.mark.parametrize("name", ["gyroscope/gyroscope.model.yaml", "arm/arm.urdf"])
 def test_turned_examples(name: str) -> None:

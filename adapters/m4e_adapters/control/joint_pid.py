@@ -3,6 +3,7 @@ derivative action."""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from pydantic import Field, StringConstraints
@@ -14,6 +15,8 @@ Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+SHORTEST = 1e-6
+"""Least duration [s] that the parameter of the FMU may have."""
 
 
 class JointSection(Section):
@@ -40,7 +43,7 @@ class JointPidConfig(Section):
     """
 
     joints: Annotated[dict[Name, JointSection], Field(min_length=1)]
-    duration: Positive
+    duration: Annotated[float, Field(ge=SHORTEST, allow_inf_nan=False)]
     after: NonNegative = 0.0
 
 
@@ -51,8 +54,10 @@ def joint_pid(config: JointPidConfig, *, name: str) -> Program:
     derivative (ṙ − u), between −most and most.
     """
     r = Recorder(name, f"controller of {', '.join(config.joints)}")
-    duration = r.parameter(Variable("duration", "s", "time from begin to target", config.duration))
-    after = r.parameter(Variable("after", "s", "time at which the way begins", config.after))
+    text = "time from begin to target"
+    duration = r.parameter(Variable("duration", "s", text, config.duration, minimum=SHORTEST))
+    text = "time at which the way begins"
+    after = r.parameter(Variable("after", "s", text, config.after, minimum=0.0))
     way, rate = _way(maximum(0.0, minimum(1.0, (r.time - after) / duration)))
     for joint, section in config.joints.items():
         _add_joint(r, joint, section, way, rate / duration)
@@ -76,7 +81,9 @@ def _add_joint(r: Recorder, joint: str, section: JointSection, way: Scalar, rate
     value: dict[str, Scalar] = {}
     for key, unit in units.items():
         text, start = f"{key} of {joint}", getattr(section, key)
-        value[key] = r.parameter(Variable(f"{joint}.{key}", unit, text, start, tunable=True))
+        least = -math.inf if unit == angle else 0.0
+        variable = Variable(f"{joint}.{key}", unit, text, start, minimum=least, tunable=True)
+        value[key] = r.parameter(variable)
     q = r.input(Variable(f"{joint}.q", angle, f"coordinate of {joint}", section.begin))
     u = r.input(Variable(f"{joint}.u", f"{angle}/s", f"rate of {joint}"))
     stroke = value["target"] - value["begin"]

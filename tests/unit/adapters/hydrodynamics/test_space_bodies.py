@@ -156,7 +156,7 @@ VECTORS = (("x", "y", "z"), ("vx", "vy", "vz"), ("omega_x", "omega", "omega_z"))
 
 @pytest.mark.verifies(
     "loads on two bodies in a world turned by 37° about Z",
-    independent="the same bodies, not turned", tolerance="1e-10",
+    analytic="symmetry: the same bodies, not turned", tolerance="1e-10",
 )  # fmt: skip
 def test_two_bodies_in_a_turned_world(found: Coefficients) -> None:
     smooth, r = memory_of(found), np.random.default_rng(4)
