@@ -216,10 +216,11 @@ def warn_of_coarse_panels(
             float(wavenumber(np.array(w), depth=water.depth, gravity=water.gravity))
             for w in (matters, limit)
         )
+        radius = 2 * math.pi / (PANELS_PER_WAVELENGTH * longest)  # of those that feel such waves
         count = len(hull.panels.faces) * (k / longest) ** 2
         about = f" (about {float(f'{count:.2g}'):.0f})" if count <= MOST_PANELS else ""
         progress(
-            f"warning: the panels of body {hull.name!r} (radius up to {hull.panels.radius:.3g}"
+            f"warning: the panels of body {hull.name!r} (radius up to {radius:.3g}"
             f" m) are coarse for waves above {limit:.3g} rad/s, the highest that matter to it are "
             f"of {matters:.3g}: use more panels{about} or a lower frequencies.maximum"
         )

@@ -43,11 +43,6 @@ class Panels:
         return np.linalg.norm(self.corners - self.centers[:, None], axis=2).max(axis=1)
 
     @property
-    def radius(self) -> float:
-        """The largest of `radii` [m]."""
-        return float(self.radii.max())
-
-    @property
     def triangles(self) -> np.ndarray:
         """The panels as triangles, (2·nf, 3, 3) in m; those of triangular panels may be empty."""
         corners = self.corners

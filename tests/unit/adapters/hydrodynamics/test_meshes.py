@@ -435,6 +435,9 @@ def test_panels_are_compared_with_the_waves_that_matter_to_their_body() -> None:
     assert "that matter to it are of 1.4:" in text
     panels = int(re.findall(r"about (\d+)", text)[0])
     assert 300 < panels < 2000
+    # of the panels at the limit, w² = g k and 8 radii in a wave: a barge's are alike
+    radius, limit = (float(re.findall(rf"{word} ([\d.]+)", text)[0]) for word in ("to", "above"))
+    assert radius == pytest.approx(2 * np.pi / 8 * 9.80665 / limit**2, rel=0.01)
     (text,) = coarse(300.0, needed=6.6)
     assert "use more panels or a lower frequencies.maximum" in text
 
