@@ -104,7 +104,12 @@ def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     (tmp_path / "plane.model.yaml").write_text(PLANE, "utf-8")
 
     def message(changes: dict[str, str]) -> str:
-        return refused(tmp_path / "system.yaml", GOOD, changes, lambda p: prepare(load_system(p)))
+        return refused(
+            tmp_path / "system.yaml",
+            GOOD,
+            changes,
+            lambda p: prepare(load_system(p), build_directory=tmp_path),
+        )
 
     check_messages(GOLDEN, CASES, message, request)
 
@@ -113,4 +118,4 @@ def test_the_system_itself_is_right(tmp_path: Path) -> None:
     (tmp_path / "space.model.yaml").write_text(SPACE, "utf-8")
     path = tmp_path / "system.yaml"
     path.write_text(GOOD, "utf-8")
-    assert prepare(load_system(path)).wiring.links
+    assert prepare(load_system(path), build_directory=path.parent).wiring.links

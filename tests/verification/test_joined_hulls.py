@@ -69,7 +69,9 @@ def results(folder: Path, joint: str, degrees: float) -> Results:
     )
     path = folder / "system.yaml"
     path.write_text(SYSTEM.format(heading=degrees, direction=30 + degrees), "utf-8")
-    return run(prepare(load_system(path)), results=folder / "r.nc").results()
+    return run(
+        prepare(load_system(path), build_directory=path.parent), results=folder / "r.nc"
+    ).results()
 
 
 @pytest.mark.verifies(

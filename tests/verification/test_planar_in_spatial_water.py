@@ -66,7 +66,9 @@ def written(folder: Path, body: int, water: int, connections: list[str]) -> Path
 
 def results(folder: Path, body: int, water: int, connections: list[str]) -> Results:
     path = written(folder, body, water, connections)
-    return run(prepare(load_system(path)), results=folder / "r.nc").results()
+    return run(
+        prepare(load_system(path), build_directory=path.parent), results=folder / "r.nc"
+    ).results()
 
 
 @pytest.mark.verifies(
@@ -89,6 +91,6 @@ def test_head_waves(tmp_path: Path) -> None:
 def test_the_added_mass_of_other_dimensions_is_refused_with_the_way(tmp_path: Path) -> None:
     path = written(tmp_path, 2, 3, ["hydro.added_mass -> buoy.added_mass"])
     with pytest.raises(InputError) as error:
-        prepare(load_system(path))
+        prepare(load_system(path), build_directory=path.parent)
     assert "hydro.added_mass[1,1] -> buoy.added_mass[1,1]" in str(error.value)
     assert "hydro.added_mass[1,3] -> buoy.added_mass[1,2]" in str(error.value)

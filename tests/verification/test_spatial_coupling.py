@@ -83,7 +83,9 @@ def files(folder: Path, turn: float) -> Path:
 
 
 def results(folder: Path, turn: float) -> Results:
-    outcome = run(prepare(load_system(files(folder, turn))), results=folder / "r.nc")
+    outcome = run(
+        prepare(load_system(files(folder, turn)), build_directory=folder), results=folder / "r.nc"
+    )
     for bond in outcome.energy:
         # of the energy that a line and the barge exchange; its sign changes with the motion
         assert abs(bond.given - bond.received) < 0.02 * max(abs(bond.given), 2e4)
@@ -118,4 +120,4 @@ def test_a_planar_component_is_not_connected_with_one_in_space_unawares(tmp_path
     lines = [f"    {planar}" if "anchors:" in line else line for line in text.splitlines()]
     path.write_text("\n".join(lines), "utf-8")
     with pytest.raises(InputError, match=r"mooring\.f1 is planar, and what it is connected with"):
-        prepare(load_system(path))
+        prepare(load_system(path), build_directory=path.parent)

@@ -193,4 +193,4 @@ def test_outputs_in_place_of_others_before_their_fmus_are_built(tmp_path: Path) 
     )
     problems, _ = checked_inputs(load_system(path))
     assert problems == []
-    assert prepare(load_system(path)).system.name == "pair"
+    assert prepare(load_system(path), build_directory=path.parent).system.name == "pair"

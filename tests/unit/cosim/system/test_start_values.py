@@ -120,7 +120,7 @@ def test_attitudes_start_at_angles(tmp_path: Path) -> None:
     """Also after the FMU was built: it is described by itself then."""
     system = system_with(tmp_path, "body.ship.theta: 20 deg")
     for _ in range(2):
-        result = run(system, results=tmp_path / "r.nc").results()
+        result = run(system, results=tmp_path / "r.nc", build_directory=tmp_path).results()
         assert result["a.body.ship.theta"][0] == pytest.approx(0.3490658503988659, abs=1e-15)
         assert result["a.body.ship.phi"][0] == pytest.approx(0.1, abs=1e-15)
 
