@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Set
 
-from m4e_fmi.cosim.connections.links import Port, Wiring
+from m4e_fmi.cosim.connections.links import Port, Wiring, is_carried, is_varying
 from m4e_fmi.cosim.connections.missing.matching_connectors import fits
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -16,7 +16,7 @@ def unconnected_parameters(
     """Warnings of calculated parameters that are not carried to another component, one line each.
 
     The other component has a parameter of the same name, added mass for example, which would be
-    left at its start value. So are matrices that are outputs, if that parameter is tunable.
+    left at its start value. So are matrices that are outputs.
     """
     taken = {link.source for link in wiring.all_links}
     given = {Port(c.name, name) for c in system.components for name in c.start}
@@ -34,7 +34,6 @@ def unconnected_parameters(
         for (source, name), members in offered.items()
         for (target, other), others in wanted.items()
         if name == other and source != target
-        if (source, name) in calculated or all(v.variability == "tunable" for v in others.values())
     ]
 
 
@@ -65,4 +64,6 @@ def _advice(
         )
     if not all(fits(members[index], others[index]) for index in members):
         return f"{target}, which is of another type or unit, keeps its start value"
+    if any(is_varying(v) and not is_carried(v, others[index]) for index, v in members.items()):
+        return f"{target}, which is fixed, keeps its start value while {source} varies"
     return f"'{source} -> {target}'"
