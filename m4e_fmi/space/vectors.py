@@ -174,21 +174,24 @@ def coordinate_axis(axis: Vector) -> tuple[int, int] | None:
 
 def cross(a: Vector, b: Vector) -> Vector:
     """a × b: the moment of a force b at an arm a, or the velocity of an arm b that turns with a."""
-    return (
-        minus(times(a[1], b[2]), times(a[2], b[1])),
-        minus(times(a[2], b[0]), times(a[0], b[2])),
-        minus(times(a[0], b[1]), times(a[1], b[0])),
-    )
+    return swung(ZERO, a, b)
 
 
 def swung(vector: Vector, rate: Vector, arm: Vector) -> Vector:
     """vector + rate × arm: what turning adds at the end of an arm."""
     x, y, z = vector
-    return (
-        minus(plus(x, times(rate[1], arm[2])), times(rate[2], arm[1])),
-        minus(plus(y, times(rate[2], arm[0])), times(rate[0], arm[2])),
-        minus(plus(z, times(rate[0], arm[1])), times(rate[1], arm[0])),
-    )
+    p, q, r = rate
+    a, b, c = arm
+    return _turned(x, q, c, r, b), _turned(y, r, a, p, c), _turned(z, p, b, q, a)
+
+
+def _turned(start: AnyScalar, a: AnyScalar, b: AnyScalar, c: AnyScalar, d: AnyScalar) -> AnyScalar:
+    """start + a b − c d, of what is not always zero."""
+    if (type(a) is not int or a) and (type(b) is not int or b):
+        start = plus(start, times(a, b))
+    if (type(c) is not int or c) and (type(d) is not int or d):
+        start = minus(start, times(c, d))
+    return start
 
 
 def outward(omega: Vector, arm: Vector) -> Vector:
