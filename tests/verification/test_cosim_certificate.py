@@ -328,7 +328,8 @@ def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> N
     assert finer is not None
     # third order or better: an eighth at most
     assert worst.error / finer.errors[0].error > 7
-    line = f"largest coupling error {worst.error:.1e} of range, at {worst.source}"
+    span = f"{worst.span:.2g} {worst.unit}"
+    line = f"largest coupling error {worst.error:.1e} of range ({span}), at {worst.source}"
     assert str(certificate).startswith(line)
     assert str(certificate).endswith(f"halve the step for {worst.error / 8:.1e}")
     assert run(system).checked is None

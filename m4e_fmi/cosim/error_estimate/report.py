@@ -44,13 +44,19 @@ LITTLE = 0.8
 class CouplingError:
     """The largest error over the range of one connection, and the output that has it.
 
-    `halved` is what half the step would give.
+    `halved` is what half the step would give. Both are shares [1] of `span`, the range in `unit`.
     """
 
     connection: str
     source: Port
     error: float
     halved: float
+    span: float
+    unit: str = ""
+
+    def __str__(self) -> str:
+        span = f"{self.span:.2g} {self.unit}".rstrip()
+        return f"{self.error:.1e} of range ({span}), at {self.source}"
 
     @property
     def falls(self) -> bool:
@@ -71,8 +77,7 @@ class CouplingErrorReport:
         if not self.errors or self.errors[0].error <= LARGE:
             return ""
         worst = self.errors[0]
-        told = f"the coupling error is {worst.error:.1e} of range, at {worst.source}: "
-        told += "the results are unusable"
+        told = f"the coupling error is {worst}: the results are unusable"
         if not advice:
             return told
         if not worst.falls:
@@ -86,10 +91,7 @@ class CouplingErrorReport:
         remedy = f"halve the step for {worst.halved:.1e}"
         if not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        return (
-            f"largest coupling error {worst.error:.1e} of range, at {worst.source} "
-            f"({worst.connection}); {remedy}"
-        )
+        return f"largest coupling error {worst} ({worst.connection}); {remedy}"
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
@@ -172,11 +174,13 @@ def certificate(
     `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     """
     largest: dict[int, CouplingError] = {}
-    shares = over(np.array([errors, halved]), Spans(network)(ranges)).T.tolist()
-    for (connection, port), (error, half) in zip(network.monitored_outputs, shares, strict=True):
-        known = largest.get(connection)
+    spans = Spans(network)(ranges)
+    shares = np.array([*over(np.array([errors, halved]), spans), spans]).T.tolist()
+    for (number, port), (error, half, span) in zip(network.monitored_outputs, shares, strict=True):
+        known = largest.get(number)
         if known is None or error > known.error:
-            largest[connection] = CouplingError(connections[connection], port, error, half)
+            unit = network.unit(port)
+            largest[number] = CouplingError(connections[number], port, error, half, span, unit)
     ordered = sorted(largest.values(), key=lambda found: -found.error)
     return CouplingErrorReport(tuple(ordered), coverage)
 
