@@ -79,6 +79,7 @@ CASES: dict[str, dict[str, str]] = {
     "water of space without dimensions": {WATER: "kind: hydrodynamics\n"},
     "lines of space without dimensions": {LINES: "kind: mooring\n"},
     "a planar centre of gravity": {"center_of_gravity: [0, 0, -0.5]": "center_of_gravity: [0, -1]"},
+    "an unknown spectrum": {"spectrum: regular, height: 0.2, period: 5": "spectrum: none"},
     "a planar anchor": {"[80, 20, -50]": "[80, -50]"},
     "a filter for two bodies": {
         WATER: FILTER,

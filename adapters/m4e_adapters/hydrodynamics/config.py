@@ -294,7 +294,7 @@ class Regular(_Waves):
 class Still(Section):
     """No waves."""
 
-    spectrum: Literal["still"] = "still"
+    spectrum: Literal["still"]
 
 
 Waves = Annotated[Jonswap | PiersonMoskowitz | Regular | Still, Discriminator("spectrum")]
@@ -317,7 +317,7 @@ class HydrodynamicsConfig(Section):
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
-    waves: Waves = Still()
+    waves: Waves = Still(spectrum="still")
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:

@@ -76,7 +76,7 @@ def hydrodynamics_program(
         `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
         `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
-    waves, turning = waves or Still(), heading or Heading()
+    waves, turning = waves or Still(spectrum="still"), heading or Heading()
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = _record_motions(recorder, coefficients, turning)
     fitted = fit_radiation(
