@@ -132,9 +132,10 @@ class Peer:
             force = R.T @ [values[f"{body}.force_{a}"] for a in "xyz"]
             moment = R.T @ [values[f"{body}.moment_{a}"] for a in "xyz"]
             forces[joint] += child.act(pin.Force(force, moment))
-            effort = values.get(f"joint.{link.joint_name}.effort")
-            if effort is not None:
-                tau[self.peer.joints[joint].idx_v] = effort
+            efforts = [values[f"joint.{link.joint_name}.{n}"] for n in link.joint_type.efforts]
+            if efforts:  # those of the last joints of the chain
+                last = self.peer.joints[joint].idx_v
+                tau[last + 1 - len(efforts) : last + 1] = efforts
         a = pin.aba(self.peer, data, q, v, tau, forces)
         pin.forwardKinematics(self.peer, data, q, v, a)
         found: list[float] = []
