@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from numbers import Real
 
 from m4e_fmi.program import AnyScalar, maximum, minimum
@@ -52,17 +51,6 @@ class Table:
                 passed = minimum(maximum(time, start), end) - start
                 total = total + rise / (end - start) * passed
         return total
-
-    @property
-    def kinks(self) -> list[float]:
-        """The times [s] at which the slope changes."""
-        rows = list(zip(self.times, self.values, strict=True))
-        slopes = [0.0, *((b[1] - a[1]) / (b[0] - a[0]) for a, b in pairwise(rows)), 0.0]
-        return [
-            time
-            for time, (before, after) in zip(self.times, pairwise(slopes), strict=True)
-            if before != after
-        ]
 
     def check(self) -> None:
         """TableError if there is no line through times and values."""

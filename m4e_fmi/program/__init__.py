@@ -5,11 +5,12 @@ with a unit and a description, and one tape of arithmetic that computes derivati
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
 This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
-`program`; `derivatives` and `feedback` make programs of programs; `python_form`, `symbolic_form`
-and `binary_form` are the forms a program is written out in.
+`program`; `derivatives`, `feedback` and `composition` make programs of programs; `python_form`,
+`symbolic_form` and `binary_form` are the forms a program is written out in.
 """
 
 from m4e_fmi.program.comparison import differences, listing
+from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
@@ -30,14 +31,18 @@ from m4e_fmi.program.functions import (
     tan,
     tanh,
 )
-from m4e_fmi.program.program import TIME, Program, Recorder, Solution, Variable
+from m4e_fmi.program.kinks import kinks
+from m4e_fmi.program.program import TIME, Part, Program, Recorder, Solution, Variable
 from m4e_fmi.program.program_file import load_program, save_program
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
     "TIME",
+    "AlgebraicLoopError",
     "AnyScalar",
+    "Connection",
     "Jacobian",
+    "Part",
     "Program",
     "Recorder",
     "Scalar",
@@ -49,10 +54,12 @@ __all__ = [
     "asin",
     "atan",
     "atan2",
+    "compose",
     "cos",
     "differences",
     "exp",
     "jacobian",
+    "kinks",
     "listing",
     "load_program",
     "log",

@@ -1,7 +1,8 @@
 """Exact derivatives of programs: tangents and sparse Jacobians, recorded like everything else.
 
 Forward mode on the tape, operation by operation. Where a program knows how its rates were solved
-for (`Solution`), derivatives go around the solution instead of through it.
+for (`Solution`), derivatives go around the solution instead of through it; around several, each
+after those that its balance depends on.
 
 Functions with corners have the derivative that their operations say: abs' = sign, which is 0 at 0;
 sign' = 0; of minimum and maximum that of the argument taken, and the mean of both where they are
@@ -11,7 +12,7 @@ equal. sqrt and the powers have none at 0 where it is infinite: a division by ze
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Literal
 
@@ -141,36 +142,61 @@ def _like(program: Program, description: str) -> Recorder:
 
 
 def _around(program: Program, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:
-    """Slopes of `roots`, those of a solution by a solve of its own."""
-    solution = program.solution
-    if solution is None:
-        return slopes(program.tape, roots, given)
-    unknowns: dict[int, Slopes] = {s.index: {} for s in solution.unknowns}
-    for direction, drive in _drives(program.tape, solution, given).items():
-        for unknown, slope in zip(solution.unknowns, solution.response(drive), strict=True):
-            if isinstance(slope, Scalar) and program.tape.value(slope.index) != 0.0:
-                unknowns[unknown.index][direction] = slope
-    return slopes(program.tape, roots, {**unknowns, **given})
+    """Slopes of `roots`, those of solutions by solves of their own."""
+    known = dict(given)
+    for solution in _ordered(program):
+        for direction, drive in _drives(program.tape, solution, given, known).items():
+            for unknown, slope in zip(solution.unknowns, solution.response(drive), strict=True):
+                if isinstance(slope, Scalar) and program.tape.value(slope.index) != 0.0:
+                    known.setdefault(unknown.index, {})[direction] = slope
+        for unknown in solution.unknowns:
+            known.setdefault(unknown.index, {})
+    return slopes(program.tape, roots, {**known, **given})
+
+
+def _ordered(program: Program) -> list[Solution]:
+    """The solutions of a program, each after those whose unknowns its balance needs.
+
+    Those that need one another are left out: derivatives then go through them.
+    """
+    waiting = list(program.solutions)
+    if len(waiting) < 2:
+        return waiting
+    tape, order = program.tape, list[Solution]()
+    balances = [{s.index for s in solution.balance()} for solution in waiting]
+    own = [{s.index for s in solution.unknowns} for solution in waiting]
+    reached = [set(tape.reachable(balance)) for balance in balances]
+    left = set(range(len(waiting)))
+    while True:
+        free = [
+            k for k in sorted(left) if all(reached[k].isdisjoint(own[j]) for j in left if j != k)
+        ]
+        if not free:
+            return order
+        order += [waiting[k] for k in free]
+        left.difference_update(free)
 
 
 def _drives(
-    tape: Tape, solution: Solution, given: Mapping[int, Slopes]
+    tape: Tape, solution: Solution, given: Mapping[int, Slopes], known: Mapping[int, Slopes]
 ) -> dict[int, dict[int, Scalar]]:
     """Right-hand side of the solved equations for each direction.
 
-    Nodes that depend on few symbols are derived by partial derivatives: turning a vector gives its
-    neighbour, so most of them are on the tape already.
+    `known` has slopes of symbols, as `given`, and of other solutions' unknowns. Nodes that depend
+    on few symbols, and on no such unknown, are derived by partial derivatives: turning a vector
+    gives its neighbour, so most of them are on the tape already.
     """
     balance = [s.index for s in solution.balance()]
     symbols = {tape.operations[k][1]: k for k in given}
     readers = {k: names & symbols.keys() for k, names in tape.symbols_of_each(balance).items()}
+    mixed = _depending(tape, balance, known.keys() - given.keys())
     partials: dict[int, dict[int, Scalar]] = defaultdict(dict)
     changes: dict[int, dict[int, Scalar]] = defaultdict(dict)
     one = tape.constant(1.0)
     units: dict[int, Slopes] = {k: {k: one} for k in given}
-    few = [k for k in readers if len(readers[k]) <= FEW]
-    many = [k for k in readers if len(readers[k]) > FEW]
-    for found, nodes, seeds in ((partials, few, units), (changes, many, given)):
+    few = [k for k in readers if len(readers[k]) <= FEW and k not in mixed]
+    many = [k for k in readers if len(readers[k]) > FEW or k in mixed]
+    for found, nodes, seeds in ((partials, few, units), (changes, many, known)):
         by_node = dict(zip(nodes, slopes(tape, nodes, seeds), strict=True))
         for place, k in enumerate(balance):
             for key, slope in by_node.get(k, {}).items():
@@ -184,6 +210,16 @@ def _drives(
                 more = value * slope
                 total[place] = total[place] + more if place in total else more
     return drives
+
+
+def _depending(tape: Tape, roots: Sequence[int], on: Set[int]) -> set[int]:
+    """Those nodes below `roots` that are computed from one of the nodes `on`."""
+    found = set(on)
+    if on:
+        for k in tape.reachable(roots):
+            if not found.isdisjoint(tape.arguments(k)):
+                found.add(k)
+    return found
 
 
 def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> list[Slopes]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from m4e_fmi.errors import Named, UnknownNameError
+from m4e_fmi.program.copying import TapeCopy
 from m4e_fmi.program.program import TIME, Program, Recorder
 from m4e_fmi.program.tape import Scalar
 
@@ -31,13 +32,13 @@ def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
     scalars |= {v.name: recorder.state(v) for v in program.states}
     readable = Named("no law can depend on", scalars)
     given = {name: _scalar(recorder, law(readable)) for name, law in laws.items()}
-    copied = _copied(program, recorder, {**scalars, **given})
+    copy = TapeCopy(program.tape, recorder.tape, {**scalars, **given})
     for v, rate in zip(program.states, program.rates, strict=True):
-        recorder.rate(v.name, copied[rate])
+        recorder.rate(v.name, copy(rate))
     for v, result in zip(program.outputs, program.results, strict=True):
-        recorder.output(v, copied[result])
+        recorder.output(v, copy(result))
     for v, constant in zip(program.calculated, program.constants, strict=True):
-        recorder.calculate(v, copied[constant])
+        recorder.calculate(v, copy(constant))
     for v in program.inputs:
         if v.name in laws:
             recorder.output(v, given[v.name])
@@ -46,20 +47,3 @@ def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
 
 def _scalar(recorder: Recorder, value: Scalar | float) -> Scalar:
     return value if isinstance(value, Scalar) else recorder.tape.constant(value)
-
-
-def _copied(
-    program: Program, recorder: Recorder, symbols: Mapping[str, Scalar]
-) -> dict[int, Scalar]:
-    """The copy of each node that `program` needs, by node."""
-    copied: dict[int, Scalar] = {}
-    for k in program.tape.reachable([*program.rates, *program.results, *program.constants]):
-        kind, *arguments = program.tape.operations[k]
-        if kind == "constant":
-            copied[k] = recorder.tape.constant(arguments[0])
-        elif kind == "symbol":
-            copied[k] = symbols[arguments[0]]
-        else:
-            first, *others = (copied[a] for a in arguments)
-            copied[k] = first.record(kind, *others)
-    return copied

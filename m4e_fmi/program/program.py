@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -71,14 +71,28 @@ class Solution(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class Part:
+    """A program that is part of another one, there called `name`.
+
+    `nodes` are the values of its parameters, inputs and states, by name, as nodes of the other's
+    tape. `origin` is what it was recorded from, such as a model; None if that is not known.
+    """
+
+    name: str
+    program: Program = field(repr=False)
+    nodes: Mapping[str, int] = field(repr=False)
+    origin: object = field(default=None, repr=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """A recorded system of ordinary differential equations.
 
     Each tuple of `Variable`s is in the order of its vector. `rates[i]` is the tape node of the time
     derivative of `states[i]`, `results[i]` that of `outputs[i]`, `constants[i]` that of
-    `calculated[i]`, which depends on parameters only. `solution` says how the rates were solved
-    for, if they were; it is not needed to run the program.
+    `calculated[i]`, which depends on parameters only. `solutions` say how the rates were solved
+    for, if they were, and `parts` what programs it was composed of; neither is needed to run it.
 
     Programs are equal if their variables and operations are: see `comparison`.
     """
@@ -94,7 +108,8 @@ class Program:
     rates: tuple[int, ...] = field(repr=False)
     results: tuple[int, ...] = field(repr=False)
     constants: tuple[int, ...] = field(repr=False)
-    solution: Solution | None = field(default=None, repr=False, compare=False)
+    solutions: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
+    parts: tuple[Part, ...] = field(default=(), repr=False, compare=False)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Program) and not differences(self, other)
@@ -237,7 +252,11 @@ class Recorder:
     def _index(self, value: Scalar | float) -> int:
         return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
 
-    def program(self, *, solution: Solution | None = None) -> Program:
+    def variables(self, *groups: str) -> Iterator[Variable]:
+        """All that is declared in these groups, such as "parameters", in their order."""
+        return chain.from_iterable(self._variables[group].values() for group in groups)
+
+    def program(self, *, solutions: tuple[Solution, ...] = ()) -> Program:
         """The finished program.
 
         ValueError if a state has no rate, or if a scalar or a `derivative_of` names no variable.
@@ -247,8 +266,7 @@ class Recorder:
             raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")
         rates = tuple(self._rates[name] for name in self._variables["states"])
         self._check_symbols([*rates, *self._results, *self._constants])
-        groups = {group: tuple(members.values()) for group, members in self._variables.items()}
-        self._check_derivatives(chain.from_iterable(groups.values()))
+        self._check_derivatives(self.variables(*self._variables))
         return Program(
             name=self.name,
             description=self.description,
@@ -256,8 +274,12 @@ class Recorder:
             rates=rates,
             results=tuple(self._results),
             constants=tuple(self._constants),
-            solution=solution,
-            **groups,
+            solutions=solutions,
+            parameters=tuple(self.variables("parameters")),
+            inputs=tuple(self.variables("inputs")),
+            states=tuple(self.variables("states")),
+            outputs=tuple(self.variables("outputs")),
+            calculated=tuple(self.variables("calculated")),
         )
 
     def _check_derivatives(self, variables: Iterable[Variable]) -> None:

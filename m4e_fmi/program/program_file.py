@@ -17,7 +17,7 @@ def save_program(program: Program, path: str | Path) -> None:
     """Write a program to a file in its binary form.
 
     The program that is read back is equal to the saved one and runs to the same bits; only its
-    `solution` is not kept. RunError if the file cannot be written.
+    `solutions` and `parts` are not kept. RunError if the file cannot be written.
     """
     with written(path) as part:
         part.write_bytes(encode(program))

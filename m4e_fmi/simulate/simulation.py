@@ -20,7 +20,7 @@ from m4e_fmi.errors import (
 )
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program, Variable
+from m4e_fmi.program import Program, Variable, kinks
 from m4e_fmi.results.series import Series
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
@@ -116,7 +116,7 @@ def simulate(
     `tolerance` is relative and absolute, per step. `method` is one of the runtime's, dop853, rk45,
     rodas (stiff) or rk4 (fixed steps), `python` (no compiled library, and what others are replaced
     by where there is none), or SciPy's by name, such as `scipy.RK45`. Output times are met exactly,
-    and steps end at the kinks of a model's tables.
+    and steps end at kinks and jumps that depend on time alone, such as those of tables.
 
     rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
     equal steps that are not longer than `step_size` [s]; one step by default.
@@ -148,7 +148,7 @@ def simulate(
             step_size=step_size or np.inf,
             quadratures=works,
             watches=watches,
-            kinks=_kinks(system, stop_time),
+            kinks=kinks(program, stop_time),
             progress=progress,
             explain=functools.partial(_explained, system, program),
         )
@@ -197,14 +197,6 @@ def _check_step_size(step_size: float | None, method: str) -> None:
     if method != FIXED:
         message = f"{method} chooses its steps: it takes no step size"
         raise InputError.single(message, f"give a tolerance, or the method {FIXED}")
-
-
-def _kinks(system: Program | Model, stop_time: float) -> list[float]:
-    """The times between 0 and `stop_time` [s] at which a table of a model has a kink."""
-    if isinstance(system, Program):
-        return []
-    times = {time for table in system.tables.values() for time in table.kinks}
-    return sorted(time for time in times if 0 < time < stop_time)
 
 
 def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[Watch, ...]]:

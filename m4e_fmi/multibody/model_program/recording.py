@@ -94,7 +94,8 @@ def recorded(
         for name, j in zip(velocities, link.speeds, strict=True):
             recorder.rate(name, solved.rates[j])
     add_outputs(recorder, assembly, solved)
-    return recorder.program(solution=solution if isinstance(solution, Recursion) else None)
+    solutions = (solution,) if isinstance(solution, Recursion) else ()
+    return recorder.program(solutions=solutions)
 
 
 def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:

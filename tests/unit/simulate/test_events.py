@@ -139,19 +139,19 @@ def driven_exactly(times: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
 def test_steps_end_at_the_rows_of_tables(method: str) -> None:
-    ended, crossed = (
-        simulate(system, stop_time=10.0, output_interval=0.7, method=method)
-        for system in (driven(), model_program(driven(), inputs=()))
-    )
+    ended = simulate(driven(), stop_time=10.0, output_interval=0.7, method=method)
+    crossed = simulate(driven(), stop_time=10.0, output_interval=0.7, method="scipy.RK45")
     errors = [
         np.abs(result["joint.rail.q"] - driven_exactly(result.time)).max()
         for result in (ended, crossed)
     ]
     # each of 40 smooth pieces is off by some 1e-8; across a kink the order is lost
     assert errors[0] < min(1e-7, errors[1])
-    assert ended.evaluations < crossed.evaluations
 
 
-def test_kinks_are_where_slopes_change() -> None:
-    assert Table((0.0, 1.0, 2.0, 3.0, 5.0), (1.0, 1.0, 2.0, 3.0, 3.0)).kinks == [1.0, 3.0]
-    assert Table((0.0, 1.0), (0.0, 1.0)).kinks == [0.0, 1.0]
+def test_a_program_of_a_model_has_its_kinks() -> None:
+    model, program = (
+        simulate(system, stop_time=10.0, output_interval=0.7)["joint.rail.q"]
+        for system in (driven(), model_program(driven(), inputs=()))
+    )
+    assert model.tolist() == program.tolist()

@@ -1,0 +1,1 @@
+"""A whole system as one program: its equations connected, without steps between them."""

@@ -1,0 +1,191 @@
+"""The program of a system: those of its components, connected as its connections say."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import Link, Wiring
+from m4e_fmi.cosim.input_checks.drafts import Tell, drafted
+from m4e_fmi.cosim.input_checks.inputs import no_component
+from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
+from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.start_values import start_values
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.importer.reading import resized
+from m4e_fmi.model import load_model
+from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
+
+
+def system_program(
+    system: System, *, keep_open: Collection[str] = (), tell: Tell | None = None
+) -> Program:
+    """The equations of all components as one program, with variables ``component.variable``.
+
+    Connected inputs and parameters become what their connections carry; others stay. Components
+    named in `keep_open` are left out: what they take are outputs, what they give are inputs. Those
+    that are no equations (FMUs, Python code such as MoorDyn) must be named. Start values are the
+    system's. The components' own steps, the algorithm and the scenario do not take part.
+
+    `tell` gets lines of progress. InputError with all problems of the system; with components that
+    are no equations, connections that are delayed, and loops that have no solution as linear ones.
+    """
+    found = _looked_at(system, frozenset(keep_open), tell)
+    wiring = connect(system, found.descriptions)
+    inner = _inner_links(system, wiring, found.programs)
+    given = {c.name: c for c in system.components}
+    parts: dict[str, Program] = {}
+    for name, program in found.programs.items():
+        start = start_values(given[name], found.descriptions[name])
+        parts[name] = program.with_start({k: float(value) for k, value in start.items()})
+    links = [
+        Connection(
+            (link.source.component, link.source.variable),
+            (link.target.component, link.target.variable),
+            link.factor,
+            link.offset,
+        )
+        for link in inner
+    ]
+    try:
+        return compose(
+            system.name,
+            parts,
+            links,
+            description=system.description,
+            inputs=dict(_outer_inputs(system, found.programs)),
+            outputs=dict(_outer_outputs(system, found.programs)),
+            origins=found.origins,
+        )
+    except AlgebraicLoopError as error:
+        raise _of_loop(system, inner, error) from None
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Programs of components by name, what models they are from, descriptions of all components."""
+
+    programs: Mapping[str, Program]
+    origins: Mapping[str, object]
+    descriptions: Mapping[str, Description]
+
+
+def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> _Found:
+    """All components; InputError with all problems of them."""
+    if not system.components:
+        raise InputError([no_component(system)])
+    problems = list(_unknown(system, keep_open))
+    programs: dict[str, Program] = {}
+    origins: dict[str, object] = {}
+    descriptions: dict[str, Description] = {}
+    for component in system.components:
+        name, source = component.name, component.source
+        try:
+            if isinstance(source, FmuFile):
+                made = None
+                description = resized(read_description(source.path), component.start)
+            else:
+                draft = drafted(system, component, _named(name, tell))
+                made = draft.made
+                description = expected_description(made, Path(f"{name}.fmu"))
+            descriptions[name] = with_units(component, description)
+        except InputError as error:
+            problems += [system.located(name, problem) for problem in error.problems]
+            continue
+        if name in keep_open:
+            continue
+        if isinstance(made, Program):
+            programs[name] = made
+            problems += _sampled(system, component)
+            if isinstance(source, ModelFile):
+                origins[name] = load_model(source.path)
+        else:
+            problems.append(_no_equations(system, component))
+    if problems:
+        raise InputError(problems)
+    return _Found(programs, origins, descriptions)
+
+
+def _unknown(system: System, keep_open: frozenset[str]) -> Iterator[Problem]:
+    names = [c.name for c in system.components]
+    for name in sorted(keep_open.difference(names)):
+        message = f"{system.name}: there is no component {name!r} to be kept open"
+        yield Problem(message, suggestion(name, names, "components"))
+
+
+def _named(component: str, tell: Tell | None) -> Tell:
+    """Lines of progress with the name of the component in front."""
+    return (lambda line: tell(f"{component}: {line}")) if tell else (lambda _: None)
+
+
+def _no_equations(system: System, component: Component) -> Problem:
+    what = "is an FMU, whose equations are not known"
+    if not isinstance(component.source, FmuFile):
+        what = "is computed by Python code, not by equations"
+    message = f"{component.name} {what}: it cannot be part of one program"
+    remedy = (
+        f"keep it open (--open {component.name}): what it gives becomes inputs of the rest; or "
+        "couple it, with `m4e-fmi run`"
+    )
+    return system.problem(("components", component.name), message, remedy)
+
+
+def _sampled(system: System, component: Component) -> Iterator[Problem]:
+    """The problem of a component that holds its outputs for longer than a step of the system."""
+    own = component.own_step
+    if own is not None and own > system.simulation.step:
+        message = (
+            f"{component.name} is stepped every {float(own):g} s, and holds its outputs between: "
+            "one program has no steps"
+        )
+        remedy = f"leave out its step_size, or keep it open (--open {component.name})"
+        yield system.problem(("components", component.name, "step_size"), message, remedy)
+
+
+def _inner_links(system: System, wiring: Wiring, programs: Mapping[str, Program]) -> list[Link]:
+    """Links between two programs; InputError with those that are delayed."""
+    inner = [
+        link
+        for link in wiring.all_links
+        if link.source.component in programs and link.target.component in programs
+    ]
+    delayed = dict.fromkeys(link.connection for link in inner if link.delayed)
+    if delayed:
+        message = "this connection is delayed by a step: one program has no steps"
+        remedy = "leave out the delay, or keep one of its components open"
+        raise InputError([system.problem(("connections", k), message, remedy) for k in delayed])
+    return inner
+
+
+def _outer_inputs(
+    system: System, programs: Mapping[str, Program]
+) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """The system's own inputs that lead into programs."""
+    for name, texts in system.inputs.items():
+        ends = [text.partition(".")[::2] for text in texts]
+        if inner := [(part, variable) for part, variable in ends if part in programs]:
+            yield name, inner
+
+
+def _outer_outputs(
+    system: System, programs: Mapping[str, Program]
+) -> Iterator[tuple[str, tuple[str, str]]]:
+    """The system's own outputs that programs give."""
+    for name, text in system.outputs.items():
+        part, _, variable = text.partition(".")
+        if part in programs:
+            yield name, (part, variable)
+
+
+def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> InputError:
+    """The problem of a loop, at the connection that closes it."""
+    names = [f"{part}.{variable}" for part, variable in error.cycle]
+    numbers = {str(link.target): link.connection for link in links}
+    message = f"algebraic loop of {', '.join(names)}: {error.reason}"
+    remedy = "keep one of the components open, or couple them, with `m4e-fmi run`, which iterates"
+    return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])

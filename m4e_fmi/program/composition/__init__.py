@@ -1,0 +1,9 @@
+"""Several connected programs as one: start reading in `compose`.
+
+`loops` solves algebraic loops that are linear, `moved_solution` keeps what is known of how the
+rates of the parts were solved for.
+"""
+
+from m4e_fmi.program.composition.compose import AlgebraicLoopError, Connection, compose
+
+__all__ = ["AlgebraicLoopError", "Connection", "compose"]
