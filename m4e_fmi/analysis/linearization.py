@@ -10,6 +10,11 @@ and a multibody system, whose mass matrix M is known,
 
 with K = −M ∂q̈/∂q, C = −M ∂q̈/∂q̇, F = M ∂q̈/∂input. That is the derivative of M q̈ − f(t, q, q̇, input)
 itself, (∂M/∂q) q̈ included, so both forms are exact about any point: moving, accelerated, loaded.
+A system of several programs has other states s, too, such as the memory of water: then S δs with
+S = −M ∂q̈/∂s is added on the left.
+
+States that are integrals of others and on which nothing depends, such as an energy that is counted,
+would be eigenvalues of zero; they are left out, unless an output asks for them.
 """
 
 from __future__ import annotations
@@ -22,6 +27,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.analysis.attitudes import SmallRotations, attitudes
+from m4e_fmi.analysis.mass import mass_matrix
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
@@ -31,13 +37,13 @@ from m4e_fmi.analysis.points import (
     OperatingPoint,
     System,
     causes,
+    integrals,
     motion,
     observed,
     operating_point,
     program_and_model,
 )
 from m4e_fmi.errors import RunError
-from m4e_fmi.multibody import mass_matrix_program
 from m4e_fmi.program import Variable, jacobian, tangent
 from m4e_fmi.shown import listing, short
 
@@ -52,16 +58,17 @@ Coefficients = Any
 @short
 @dataclass(frozen=True)
 class Mechanical:
-    """M δq̈ + C δq̇ + K δq = F δinput: n×n, n×n, n×n, n×m, of the coordinates' generalised forces.
+    """M δq̈ + C δq̇ + K δq + S δs = F δinput, of the coordinates' generalised forces.
 
-    Rows of angles and small rotations are in N·m, others in N. Of a free attitude δq̇ is that of its
-    angular velocity.
+    For n coordinates, m inputs and k other states M, C, K are n×n, F n×m, S n×k. Rows of angles and
+    small rotations are in N·m, others in N. Of a free attitude δq̇ is that of its angular velocity.
     """
 
     M: Coefficients
     C: Coefficients
     K: Coefficients
     F: Coefficients
+    S: Coefficients
 
 
 @dataclass(frozen=True)
@@ -70,7 +77,7 @@ class Linearization:
 
     `states` are in the order of x: coordinates, their velocities, other states. `rates` = ẋ and
     `values` = y at the point itself, of which the equations give the change. `mechanical` is None
-    of a program that comes from no model.
+    where a coordinate belongs to no model.
     """
 
     point: OperatingPoint
@@ -149,7 +156,8 @@ class Linearizer:
         # in the order of the mass matrix
         pairs = sorted([*(((q,), (u,)) for q, u in motion(self.program)), *turned])
         moved = [k for pair in zip(*pairs, strict=True) for part in pair for k in part]
-        rest = [k for k in range(len(known)) if k not in set(moved)]
+        counted = integrals(self.program, outputs or ()) - set(moved)
+        rest = [k for k in range(len(known)) if k not in counted.union(moved)]
         self._order = [*moved, *rest]
         self._small = SmallRotations(self._attitudes, self._order)
         coordinates = [v for q, _ in pairs for v in rotations.get(q) or (known[q[0]],)]
@@ -172,14 +180,13 @@ class Linearizer:
         by = [*names, *(v.name for v in self.inputs)]
         self._slopes = Matrix(jacobian(everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
-        mass = mass_matrix_program(self._model) if self._model else None
-        self._mass = Evaluation(mass) if mass else None
+        self._mass = mass_matrix(self.program, self._model, len(coordinates))
 
     def at(self, at: At = None, *, time: float | None = None) -> Linearization:
         """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
-        n = len(self.program.states)
+        n = len(self._order)
         values, slopes = self._values.at(point), self._slopes.at(point)
         x, turning = point.states[self._order], self._small.turns(values[:n])
         T, back = self._small.tangent(x), self._small.inverse(x)
@@ -205,7 +212,7 @@ class Linearizer:
         Exact second derivatives. Variables that `direction` does not name do not change; a free
         attitude changes by the numbers of its quaternion.
         """
-        n = len(self.program.states)
+        n = len(self._order)
         rates, slopes = self._changed(point, direction)
         if not self._attitudes:
             return slopes
@@ -221,7 +228,7 @@ class Linearizer:
         self, point: OperatingPoint, direction: Mapping[str, float]
     ) -> tuple[Floats, Floats]:
         """Changes of the rates (n,) of the program's states and of ∂rates/∂states (n, n)."""
-        along, n = tuple(direction), len(self.program.states)
+        along, n = tuple(direction), len(self._order)
         slopes = self._slopes.derivatives
         places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
         kept = {k: place for k, place in places if max(place) < n}
@@ -239,9 +246,10 @@ class Linearizer:
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:
             return None
-        n = len(self.states) // 2
-        M = self._mass.at(point).reshape(n, n)
-        return Mechanical(M, C=-M @ A[n:, n:], K=-M @ A[n:, :n], F=M @ B[n:])
+        n = self._coordinates
+        M, speeds = self._mass(point), slice(n, 2 * n)
+        K, C, S = (-M @ A[speeds, columns] for columns in (slice(n), speeds, slice(2 * n, None)))
+        return Mechanical(M, C=C, K=K, F=M @ B[speeds], S=S)
 
     def __repr__(self) -> str:
         return listing(

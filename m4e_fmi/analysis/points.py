@@ -85,7 +85,7 @@ LARGEST_DERIVATIVE = 1e100
 """Beyond this it is that of a direction whose length is zero: see `planar.norm`."""
 COINCIDING = 1e-100
 """Distance [m] below which points coincide."""
-MEASURE = re.compile(r"load\.\w+\.(distance|extension|gap|power)")
+MEASURE = re.compile(r"(?:.+\.)?load\.\w+\.(distance|extension|gap|power)")
 
 At = OperatingPoint | Mapping[str, float | str] | None
 """Where: values by name, as for `simulate`; what is not named has its start value."""
@@ -179,13 +179,14 @@ class Lines:
         outputs = zip(self._observed.outputs, self._evaluation.at(point), strict=True)
         loads: dict[str, dict[str, float]] = {}
         for variable, value in outputs:
-            _, load, measure = variable.name.split(".")
+            load, _, measure = variable.name.rpartition(".")
             loads.setdefault(load, {})[measure] = float(value)
         for load, measures in loads.items():
             free = measures.get("gap", 0.0) > 0.0
             resting = "power" not in measures and abs(measures.get("extension", 1.0)) < COINCIDING
             if measures.get("distance", 1.0) < COINCIDING and not free and not resting:
                 name = self._observed.name
+                load = load.replace("load.", "", 1)
                 message = f"{name}: the two points of load {load} coincide at t = {point.time:g} s"
                 why = "its force acts along the line between them, and has no derivative there"
                 remedy = "take another point, or a bushing, which is linear in place and velocity"
@@ -245,3 +246,21 @@ def motion(program: Program) -> list[tuple[int, int]]:
         for k, v in enumerate(program.states)
         if v.derivative_of in place
     )
+
+
+def integrals(program: Program, outputs: Sequence[str]) -> set[int]:
+    """Positions of the states on which no rate depends, of other states than such, and no output.
+
+    `outputs` names outputs, states, or rates of states as ``der(name)``.
+    """
+    seen = observed(program, outputs)
+    read = set[str]().union(*(seen.dependencies(node) for node in seen.results))
+    needs = [program.dependencies(node) for node in program.rates]
+    found: set[int] = set()
+    while True:
+        kept = [names for k, names in enumerate(needs) if k not in found]
+        used = read.union(*kept)
+        more = {k for k, v in enumerate(program.states) if v.name not in used} - found
+        if not more:
+            return found
+        found |= more

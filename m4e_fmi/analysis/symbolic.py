@@ -42,7 +42,7 @@ class SymbolicLinearization:
         rest = e.mass_matrix * e.u_dot - e.forcing
         F = -rest.jacobian(self._inputs) if self._inputs else _empty(rest.rows, 0)
         K = rest.jacobian(e.q) * self._tangent
-        return Mechanical(e.mass_matrix, rest.jacobian(e.u), K, F)
+        return Mechanical(e.mass_matrix, rest.jacobian(e.u), K, F, _empty(rest.rows, 0))
 
     @cached_property
     def A(self) -> sympy.Matrix:

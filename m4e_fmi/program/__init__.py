@@ -12,6 +12,7 @@ This package is the bottom layer: of m4e_fmi it imports `errors` only. Start rea
 from m4e_fmi.program.comparison import differences, listing
 from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
+from m4e_fmi.program.evaluation import evaluated
 from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
     AnyScalar,
@@ -57,6 +58,7 @@ __all__ = [
     "compose",
     "cos",
     "differences",
+    "evaluated",
     "exp",
     "jacobian",
     "kinks",

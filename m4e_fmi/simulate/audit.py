@@ -18,7 +18,9 @@ from m4e_fmi.program import Program, Variable
 from m4e_fmi.shown import short
 
 KINETIC, POTENTIAL, TOTAL = "energy.kinetic", "energy.potential", "energy.total"
-POWER = re.compile(r"(load\.\w+|inputs)\.power")
+POWER = re.compile(r"(?:.+\.)?(load\.\w+|inputs)\.power")
+
+WORK = re.compile(r"(load\.\w+|inputs)\.work")
 
 
 @short
@@ -56,12 +58,21 @@ def with_works(program: Program) -> tuple[Program, int]:
 def energy_audit(values: Mapping[str, np.ndarray]) -> EnergyAudit | None:
     """Audit of `values` over time, arrays (n_times,) by name, energies and works in J.
 
-    None where there is no total energy.
+    Of a program of several parts the energies and works of all are added up. None where there is
+    no total energy.
     """
-    if TOTAL not in values:
+    owners = [name.removesuffix(TOTAL) for name in values if f".{name}".endswith(f".{TOTAL}")]
+    if not owners:
         return None
-    works = [value for name, value in values.items() if name.endswith(".work")]
-    kinetic, potential, total = (values[name] for name in (KINETIC, POTENTIAL, TOTAL))
-    residual = total - total[0] - sum(works)
-    exchanged = [kinetic, potential - potential[0], *works]
-    return EnergyAudit(residual, max(float(np.abs(value).max()) for value in exchanged))
+    residual, exchanged = 0.0, list[np.ndarray]()
+    for owner in owners:
+        works = [value for name, value in values.items() if _is_work(name, owner)]
+        kinetic, potential, total = (values[owner + name] for name in (KINETIC, POTENTIAL, TOTAL))
+        residual = residual + total - total[0] - sum(works)
+        exchanged += [kinetic, potential - potential[0], *works]
+    return EnergyAudit(np.asarray(residual), max(float(np.abs(value).max()) for value in exchanged))
+
+
+def _is_work(name: str, owner: str) -> bool:
+    """True for a work that changes the total energy of the part with the prefix `owner`."""
+    return name.startswith(owner) and WORK.fullmatch(name.removeprefix(owner)) is not None

@@ -20,7 +20,7 @@ from m4e_fmi.errors import (
 )
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program, Variable, kinks
+from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
 from m4e_fmi.results.series import Series
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
@@ -223,14 +223,23 @@ def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[
 
 
 def _explained(system: Program | Model, program: Program, t: float, x: Sequence[float]) -> str:
-    """Defect of a model at time t [s] and states x, works after them; "" if there is none."""
-    if isinstance(system, Program):
-        return ""
+    """Defect of a model at time t [s] and states x, works after them; "" if there is none.
+
+    Of a program of several parts, that of the first model which has one, with the part's name.
+    """
     from m4e_fmi.multibody.diagnosis import diagnosis
 
     values = {v.name: v.start for v in (*program.parameters, *program.inputs)}
     values |= {v.name: value for v, value in zip(program.states, x, strict=False)}
-    return diagnosis(system, values, t)
+    if not isinstance(system, Program):
+        return diagnosis(system, values, t)
+    for part in program.parts:
+        if isinstance(part.origin, Model):
+            found = evaluated(program.tape, list(part.nodes.values()), {**values, TIME: t})
+            own = {name: found[node] for name, node in part.nodes.items()}
+            if why := diagnosis(part.origin, own, t):
+                return f"{part.name}: {why}"
+    return ""
 
 
 def output_times(stop_time: float, interval: float) -> list[float]:

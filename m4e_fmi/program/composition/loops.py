@@ -14,7 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from m4e_fmi.program.derivatives import slopes
-from m4e_fmi.program.tape import BINARY, UNARY, Scalar, Tape
+from m4e_fmi.program.evaluation import evaluated
+from m4e_fmi.program.tape import Scalar
 
 LEAST_PIVOT = 1e-10
 """Least pivot over the terms that it is the difference of: fewer than six digits are left below."""
@@ -107,21 +108,3 @@ def _eliminated(matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots
             total = total - matrix[k][j] * value
         solution[k] = total / matrix[k][k]
     return [solution[k] for k in range(size)]
-
-
-def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> dict[int, float]:
-    """The values of `nodes` for those of the symbols they need; nan where there is none."""
-    found: dict[int, float] = {}
-    for k in tape.reachable(nodes):
-        kind, *arguments = tape.operations[k]
-        if kind == "constant":
-            found[k] = arguments[0]
-        elif kind == "symbol":
-            found[k] = values[arguments[0]]
-        else:
-            try:
-                function = UNARY[kind] if len(arguments) == 1 else BINARY[kind]
-                found[k] = function(*(found[a] for a in arguments))
-            except (ValueError, ZeroDivisionError, OverflowError):
-                found[k] = math.nan
-    return {k: found[k] for k in nodes}

@@ -71,7 +71,7 @@ def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:
         result[name] = [{"name": v.name, "unit": v.unit} for v in group]
     result |= {name: getattr(linear, name).tolist() for name in "ABCD"}
     if mechanical is not None:
-        names = ("M", "C", "K", "F")
+        names = ("M", "C", "K", "F", "S")
         result["mechanical"] = {name: getattr(mechanical, name).tolist() for name in names}
     return result
 
