@@ -1,17 +1,25 @@
-"""`m4e-fmi equations` prints the equations of motion of a model."""
+"""`m4e-fmi equations` prints the equations of motion of a model, or the program of a system."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import MODEL_FILE, load_model
+from m4e_fmi.cli.options import MODEL_OR_SYSTEM, add_open, load_equations
+from m4e_fmi.errors import InputError
+
+if TYPE_CHECKING:
+    from m4e_fmi.program import Program
 
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `equations` to the command line."""
-    command = commands.add_parser("equations", help="print the equations of motion of a model")
-    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command = commands.add_parser(
+        "equations", help="print the equations of motion of a model or a system"
+    )
+    command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
+    add_open(command)
     form = command.add_mutually_exclusive_group()
     form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     form.add_argument(
@@ -30,10 +38,30 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.multibody import Equations
+    from m4e_fmi.program import Program
 
-    equations = Equations(load_model(options.model))
+    source = load_equations(options)
+    if isinstance(source, Program):
+        _print_program(source, options)
+        return
+    equations = Equations(source)
     if options.code:
         print(equations.code(options.code), end="")
         return
     explicit = options.explicit or None
     print(equations.text(latex=options.latex, reactions=options.reactions, explicit=explicit))
+
+
+def _print_program(program: Program, options: argparse.Namespace) -> None:
+    """The operations of a system's program, one a line; or its functions in Python."""
+    from m4e_fmi.program import listing
+    from m4e_fmi.program.python_form import python_source
+
+    for flag in ("latex", "explicit", "reactions"):
+        if getattr(options, flag):
+            message = f"--{flag} is for a model: a system has straight-line equations"
+            raise InputError.single(message, "leave it out, or give the file of a model")
+    if options.code == "c":
+        message = "--code c is for a model"
+        raise InputError.single(message, "build --single --native --sources has a system's")
+    print(python_source(program) if options.code else listing(program), end="\n")

@@ -1,4 +1,4 @@
-"""`m4e-fmi linearize` finds the equilibrium, frequencies and state space of a model."""
+"""`m4e-fmi linearize` finds equilibrium, frequencies and state space of a model or system."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.options import (
-    MODEL_FILE,
+    MODEL_OR_SYSTEM,
+    add_open,
     add_start_values,
     finite,
-    load_model,
+    load_equations,
     print_files,
     start_values,
 )
@@ -25,9 +26,10 @@ POINTS = {
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `linearize` to the command line."""
     command = commands.add_parser(
-        "linearize", help="equilibrium, frequencies, damping and state space of a model"
+        "linearize", help="equilibrium, frequencies, damping, state space of a model or a system"
     )
-    command.add_argument("model", type=Path, help=MODEL_FILE)
+    command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
+    add_open(command)
     command.add_argument(
         "--at",
         choices=tuple(POINTS),
@@ -56,7 +58,7 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.files.writing import written
     from m4e_fmi.report import linear_json, linear_text
 
-    model, at = load_model(options.model), start_values(options)
+    model, at = load_equations(options), start_values(options)
     if options.at != "start":
         nearest = options.at == "nearest"
         try:

@@ -17,12 +17,14 @@ from m4e_fmi.shown import one_line
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
+    from m4e_fmi.program import Program
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML), or a robot (URDF)"
+MODEL_OR_SYSTEM = f"{MODEL_FILE}; or a system file, whose equations are connected to one program"
 
 
 def add_start_values(command: argparse.ArgumentParser, name: str) -> None:
@@ -132,6 +134,46 @@ def load_model(path: Path) -> Model:
     for warning in found.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     return found
+
+
+def add_open(command: argparse.ArgumentParser) -> None:
+    """Add --open, for systems."""
+    command.add_argument(
+        "--open",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="COMPONENT",
+        help="of a system: components that are left out, as those that are no equations; what they "
+        "give are inputs then",
+    )
+
+
+def load_equations(options: argparse.Namespace) -> Model | Program:
+    """The model in the file `model`, or the program of the system in it."""
+    path: Path = options.model
+    if is_system(path):
+        return load_program(load_system(path), options)
+    if options.open:
+        raise InputError.single("--open is for the components of a system, not for a model")
+    return load_model(path)
+
+
+def load_program(system: System, options: argparse.Namespace) -> Program:
+    """The program of a system, without the components that --open names; each of these is told."""
+    from m4e_fmi.cosim import system_program
+
+    def warn(line: str) -> None:
+        if "warning" in line:
+            print(line, file=sys.stderr)
+
+    program = system_program(system, keep_open=options.open, tell=warn)
+    if options.open:
+        inputs = ", ".join(v.name for v in program.inputs[:6])
+        more = ", …" if len(program.inputs) > 6 else ""
+        names = ", ".join(dict.fromkeys(options.open))
+        print(f"left open: {names}; inputs of the rest: {inputs}{more}", file=sys.stderr)
+    return program
 
 
 def load_system(path: Path) -> System:

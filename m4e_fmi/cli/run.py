@@ -60,6 +60,11 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="run again at half the step, and report the coupling errors",
     )
     command.add_argument(
+        "--reference",
+        action="store_true",
+        help="compare with the solution of the same equations as one program",
+    )
+    command.add_argument(
         "--variables",
         nargs="+",
         action="extend",
@@ -124,6 +129,7 @@ def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
     from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+    from m4e_fmi.cosim.master.reference import reference_problems
     from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
     with Gathered() as gathered:
@@ -140,6 +146,8 @@ def _system(options: argparse.Namespace) -> System:
         times = ("stop_time", "step_size", "output_interval", "algorithm", *CHECKPOINTS)
         settings = {key: getattr(options, key) for key in times}
         system = gathered.of(system.changed, origin="command line", **settings) or system
+        if options.reference:
+            gathered.problems += reference_problems(system)
         if gathered.problems:
             gathered.problems += checked_inputs(system)[0]
     return system
@@ -170,7 +178,7 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import ExportError, prepare, run
+    from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
     from m4e_fmi.cosim.master.run import begun_at
     from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
     from m4e_fmi.results.results_file import as_given
@@ -178,6 +186,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)
+    program = system_program(system) if options.reference else None
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
@@ -211,6 +220,8 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         raise
     assert outcome.path is not None
     print(run_summary(outcome, told))
+    if program is not None:
+        print(reference(outcome, program))
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])

@@ -1,4 +1,4 @@
-"""`m4e-fmi simulate` simulates one model in this process."""
+"""`m4e-fmi simulate` simulates one model, or a system as one program, in this process."""
 
 from __future__ import annotations
 
@@ -9,27 +9,36 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.options import (
-    MODEL_FILE,
+    MODEL_OR_SYSTEM,
+    add_open,
     add_output_file,
     add_start_values,
-    load_model,
+    is_system,
+    load_equations,
+    load_program,
+    load_system,
     output_file,
     print_files,
     start_values,
 )
+from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.model import Model
+    from m4e_fmi.program import Program
 
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `simulate` to the command line."""
-    command = commands.add_parser("simulate", help="simulate one model in this process")
-    command.add_argument("model", type=Path, help=MODEL_FILE)
-    command.add_argument("--stop-time", type=float, default=10.0, metavar="S", help="default 10 s")
-    command.add_argument(
-        "--output-interval", type=float, default=0.01, metavar="S", help="default 0.01 s"
+    command = commands.add_parser(
+        "simulate", help="simulate one model, or a system as one program, in this process"
     )
+    command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
+    add_open(command)
+    for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
+        command.add_argument(
+            flag, type=float, metavar="S", help=f"default {text}; of a system as in its file"
+        )
     command.add_argument("--tolerance", type=float, default=1e-8, help="default 1e-8")
     command.add_argument(
         "--method",
@@ -69,18 +78,51 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.files.locks import claimed
+    from m4e_fmi.program import Program
     from m4e_fmi.results.results_file import stream_of
 
-    model = load_model(options.model)
-    output = output_file(options, model.name)
-    animation = _animation_file(options, model.name)
+    source, name = _source(options)
+    output = output_file(options, name)
+    animation = _animation_file(options, name)
+    if animation and isinstance(source, Program):
+        message = "--animate is for a model: bodies of a system are drawn one model at a time"
+        raise InputError.single(message, "leave it out")
     with claimed(stream_of(output)):  # and the pictures
-        _simulate_to(output, animation, model, options)
+        _simulate_to(output, animation, source, options)
+
+
+def _source(options: argparse.Namespace) -> tuple[Model | Program, str]:
+    """The model, or the program of the system, and a name for the results.
+
+    Times that are not given become those of the system, or the default.
+    """
+    stop_time, interval = 10.0, 0.01
+    if is_system(options.model):
+        system = load_system(options.model)
+        times = system.simulation
+        if times.start_time:
+            message = f"start_time is {times.start_time:g} s: a program starts at 0"
+            raise InputError([system.problem(("simulation", "start_time"), message, "set it to 0")])
+        stop_time, interval = times.stop_time, times.output_interval or times.step_size
+        found: tuple[Model | Program, str] = load_program(system, options), f"{system.name}_whole"
+        if system.scenario:
+            print(
+                "warning: the scenario takes no part: one program has no actions", file=sys.stderr
+            )
+    else:
+        model = load_equations(options)
+        found = model, model.name
+    if options.stop_time is None:
+        options.stop_time = stop_time
+    if options.output_interval is None:
+        options.output_interval = interval
+    return found
 
 
 def _simulate_to(
-    output: Path, animation: Path | None, model: Model, options: argparse.Namespace
+    output: Path, animation: Path | None, model: Model | Program, options: argparse.Namespace
 ) -> None:
+    from m4e_fmi.program import Program
     from m4e_fmi.report import (
         animate,
         plot_simulation,
@@ -107,14 +149,14 @@ def _simulate_to(
         )
     files = write_simulation(result, output)
     print(simulation_summary(result))
-    for name in _unmoved(model, start_values(options)):
+    for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
         print(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
     if not options.no_plot:
         picture = output.with_suffix(".png")
         print_files([plot_simulation(result, picture, variables=options.variables)])
-    if animation:
+    if animation and not isinstance(model, Program):
         print_files([animate(model, result, animation)])
 
 

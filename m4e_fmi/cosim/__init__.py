@@ -17,6 +17,7 @@ from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
+from m4e_fmi.cosim.master.reference import ActualError, Reference, reference
 from m4e_fmi.cosim.master.run import run, start
 from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.preparation.components import fmu_files
@@ -32,6 +33,7 @@ from m4e_fmi.results.results_file import Results, Series, load
 
 __all__ = [
     "Action",
+    "ActualError",
     "Bond",
     "BondEnergy",
     "CommunicationPoint",
@@ -49,6 +51,7 @@ __all__ = [
     "Outcome",
     "Port",
     "Prepared",
+    "Reference",
     "Results",
     "Series",
     "Simulation",
@@ -61,6 +64,7 @@ __all__ = [
     "load_system",
     "prepare",
     "read_parameters",
+    "reference",
     "run",
     "save_system",
     "start",

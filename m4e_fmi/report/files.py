@@ -32,7 +32,6 @@ def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
 
 def _write_netcdf(simulation: Simulation, path: Path) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
-    columns = tuple(Column(n, v.unit, v.description) for n, v in simulation.variables.items())
     given = simulation.start_values.items()
     attributes = {
         "title": program.name,
@@ -41,6 +40,25 @@ def _write_netcdf(simulation: Simulation, path: Path) -> None:
         "tolerance": "none" if simulation.tolerance is None else f"{simulation.tolerance:g}",
         "start_values": "\n".join(f"{name} = {value}" for name, value in given),
     }
-    rows = np.array([values[column.name] for column in columns]).T
-    section = Section(file_stem(program.name), columns)  # a path for netCDF
-    write_netcdf(path, [section], attributes, len(time), [(time[:, np.newaxis], rows)])
+    sections = _sections(simulation)
+    rows = [np.array([values[name] for name in names]).T for _, names in sections]
+    only = [section for section, _ in sections]
+    write_netcdf(path, only, attributes, len(time), [(time[:, np.newaxis], *rows)])
+
+
+def _sections(simulation: Simulation) -> list[tuple[Section, list[str]]]:
+    """Sections of the results, and the names of their variables in the simulation.
+
+    Each part of a program has its own, as components of a run have; all else is under the program.
+    """
+    program = simulation.program
+    parts = {part.name for part in program.parts}
+    rest = file_stem(program.name)  # a path for netCDF
+    columns: dict[str, list[Column]] = {}
+    names: dict[str, list[str]] = {}
+    for name, v in simulation.variables.items():
+        part, _, own = name.partition(".")
+        section, own = (part, own) if part in parts else (rest, name)
+        columns.setdefault(section, []).append(Column(own, v.unit, v.description))
+        names.setdefault(section, []).append(name)
+    return [(Section(name, tuple(found)), names[name]) for name, found in columns.items()]

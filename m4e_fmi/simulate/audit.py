@@ -30,11 +30,13 @@ class EnergyAudit:
 
     `residual` [J], shape (n_times,), is E(t) − E(0) − Σ works: of kinetic and potential energy
     together, and of all loads and inputs that change it. `scale` [J] is the largest value of the
-    kinetic energy, the change of the potential energy or the work of one load.
+    kinetic energy, the change of the potential energy or the work of one load. `total` [J], shape
+    (n_times,), is E(t).
     """
 
     residual: np.ndarray
     scale: float
+    total: np.ndarray
 
     @property
     def relative(self) -> float:
@@ -64,13 +66,14 @@ def energy_audit(values: Mapping[str, np.ndarray]) -> EnergyAudit | None:
     owners = [name.removesuffix(TOTAL) for name in values if f".{name}".endswith(f".{TOTAL}")]
     if not owners:
         return None
-    residual, exchanged = 0.0, list[np.ndarray]()
+    energy, residual, exchanged = 0.0, 0.0, list[np.ndarray]()
     for owner in owners:
         works = [value for name, value in values.items() if _is_work(name, owner)]
         kinetic, potential, total = (values[owner + name] for name in (KINETIC, POTENTIAL, TOTAL))
-        residual = residual + total - total[0] - sum(works)
+        energy, residual = energy + total, residual + total - total[0] - sum(works)
         exchanged += [kinetic, potential - potential[0], *works]
-    return EnergyAudit(np.asarray(residual), max(float(np.abs(value).max()) for value in exchanged))
+    scale = max(float(np.abs(value).max()) for value in exchanged)
+    return EnergyAudit(np.asarray(residual), scale, np.asarray(energy))
 
 
 def _is_work(name: str, owner: str) -> bool:

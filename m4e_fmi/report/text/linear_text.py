@@ -20,7 +20,7 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     lines += [
         f"  {v.name:<32} {value: .9g} {v.unit}"
         for v, value in _values(point.program.states, point.values)
-        if v in linear.coordinates or v.unit == "1" or value
+        if v in linear.coordinates or v.unit == "1" or (value and not v.local)
     ]
     lines += [
         "",

@@ -198,6 +198,7 @@ def simulation_summary(simulation: Simulation) -> str:
     lines += [
         f"  {state.name:<32} {simulation[state.name][-1]: .9g} {state.unit}"
         for state in simulation.program.states
+        if not state.local
     ]
     return "\n".join(lines)
 
@@ -207,7 +208,7 @@ def _energy(simulation: Simulation) -> list[str]:
     audit = simulation.energy
     if audit is None:
         return []
-    total, span = simulation["energy.total"], float(simulation.time[-1])
+    total, span = audit.total, float(simulation.time[-1])
     works = {name: work for name, work in simulation.values.items() if name.endswith(".work")}
     lines = [f"total energy {total[0]:.6g} J at the start, {total[-1]:.6g} J at the end"]
     if works:
