@@ -1,23 +1,29 @@
-"""`m4e-fmi build` builds the FMU of a model, or all of a system."""
+"""`m4e-fmi build` builds the FMU of a model, all of a system, or one of a whole system."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.cli.options import (
     MODEL_FILE,
     add_build_folder,
     add_native,
+    add_open,
     is_system,
     load_model,
+    load_program,
     load_system,
     print_files,
     say,
 )
 from m4e_fmi.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from m4e_fmi.fmu import Options
+    from m4e_fmi.program import Program
 
 ARGUMENTS = {
     "fmi": "2",
@@ -37,7 +43,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")
     add_native(command, "no Python inside, model exchange too; default for a system, not a model")
-    of_model = command.add_argument_group("of a model")
+    of_model = command.add_argument_group("of a model, and with --single")
     of_model.add_argument(
         "--fmi", choices=("2", "3"), help="version of the standard; 3 of native FMUs; default 2"
     )
@@ -69,38 +75,78 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--ssp", action="store_true", help="for a system: one package (.ssp) with all its FMUs"
     )
+    command.add_argument(
+        "--single",
+        action="store_true",
+        help="for a system: one FMU of the whole, its equations connected to one program; takes "
+        "the options of a model",
+    )
+    add_open(command)
     add_build_folder(command)
     command.set_defaults(command=_run, **ARGUMENTS)
 
 
 def _run(options: argparse.Namespace) -> None:
-    if is_system(options.source):
+    system = is_system(options.source)
+    if options.open and not (system and options.single):
+        raise InputError.single("--open is for the components of a system with --single")
+    if options.ssp and (options.single or not system):
+        raise InputError.single("--ssp packs the FMUs of a system, not one FMU")
+    if options.single and not system:
+        raise InputError.single("--single is for a system: a model is one FMU already")
+    if system and not options.single:
         _build_system(options)
         return
-    if options.ssp:
-        raise InputError.single("--ssp packs a system, not the FMU of a model")
     from m4e_fmi.files.files_read import files_read
     from m4e_fmi.files.writing import remove_leftovers
     from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
 
     remove_leftovers(options.build_folder)
     with files_read() as files:
-        path, content = _build_model(options)
+        path, content = (_build_whole if system else _build_model)(options)
     write_record(path, BuildRecord(fmu=content, files=files))
     print_files([path])
 
 
-def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
-    """The FMU of a model, and the SHA-256 of its content."""
+def _chosen(options: argparse.Namespace, *, native: bool) -> dict[str, Any]:
+    """Arguments of `Options`; `native` unless the command line says so or not."""
+    chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
+    chosen["native"] = native if options.native is None else options.native
+    chosen["rename"] = _renamings(options.rename)
+    return chosen
+
+
+def _written(program: Program, asked: Options, folder: Path) -> tuple[Path, str]:
+    """The FMU of a program in a folder, and the SHA-256 of its content."""
     from m4e_fmi.files.file_names import file_stem
-    from m4e_fmi.fmu import Options, matching
     from m4e_fmi.fmu.export.archive import write_archive
     from m4e_fmi.fmu.export.build import fmu_files
+
+    path = folder / f"{file_stem(program.name)}.fmu"
+    return path, write_archive(fmu_files(program, asked), path)
+
+
+def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
+    """One FMU of a system, and the SHA-256 of its content; times are those of the system."""
+    from m4e_fmi.fmu import Options
+
+    if options.inputs is not None:
+        raise InputError.single("--inputs is for a model: a system has those that are left open")
+    system = load_system(options.source)
+    program = load_program(system, options)
+    chosen = _chosen(options, native=True)
+    times = system.simulation
+    chosen["stop_time"] = chosen["stop_time"] or times.stop_time
+    chosen["step_size"] = chosen["step_size"] or times.step_size
+    return _written(program, Options(**chosen), options.build_folder)
+
+
+def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
+    """The FMU of a model, and the SHA-256 of its content."""
+    from m4e_fmi.fmu import Options, matching
     from m4e_fmi.multibody import model_program
 
-    chosen: dict[str, Any] = {name: getattr(options, name) for name in ARGUMENTS}
-    chosen["native"] = bool(options.native)
-    chosen["rename"] = _renamings(options.rename)
+    chosen = _chosen(options, native=False)
     model = load_model(options.source)
     for name in model.lacking:
         say(f"note: {name} has no value: the FMU runs when it is set")
@@ -112,9 +158,7 @@ def _build_model(options: argparse.Namespace) -> tuple[Path, str]:
         from m4e_fmi.report import fmu_documentation
 
         documentation = fmu_documentation(model, program, Options(**chosen))
-    path = options.build_folder / f"{file_stem(program.name)}.fmu"
-    asked = Options(documentation=documentation, **chosen)
-    return path, write_archive(fmu_files(program, asked), path)
+    return _written(program, Options(documentation=documentation, **chosen), options.build_folder)
 
 
 def _build_system(options: argparse.Namespace) -> None:

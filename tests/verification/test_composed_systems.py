@@ -1,0 +1,87 @@
+"""Coupled runs beside the solution of the same equations as one program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.random_systems import random_system
+
+from m4e_fmi.analysis import linearize
+from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
+from m4e_fmi.simulate import simulate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NOISE = 1e-8
+"""Tolerance of the FMUs' own steps, which is no coupling error."""
+
+
+def compared(system: System, folder: Path) -> Reference:
+    outcome = run(system, build_directory=folder / "build", results=folder / "results.nc")
+    return reference(outcome, system_program(system))
+
+
+@pytest.mark.verifies(
+    "coupling errors of 25 random systems, by all algorithms",
+    independent="the same equations as one program, DOP853 at 1e-11",
+    tolerance="3 times the stated error",
+)
+@pytest.mark.parametrize("seed", range(25))
+def test_stated_errors_of_random_systems(seed: int, tmp_path: Path) -> None:
+    found = compared(random_system(tmp_path, seed), tmp_path)
+    assert found.errors
+    for error in found.errors:
+        assert error.actual <= 3 * error.stated + NOISE, str(error.source)
+
+
+@pytest.mark.parametrize(("name", "stop_time"), [("sphere_decay", 30.0), ("arm", 1.0)])
+def test_stated_errors_of_examples(name: str, stop_time: float, tmp_path: Path) -> None:
+    system = load_system(EXAMPLES / name / "system.yaml").changed(stop_time=stop_time)
+    worst = compared(system, tmp_path).errors[0]
+    assert worst.actual <= 3 * worst.stated
+
+
+def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
+    system = random_system(tmp_path, 1)
+    result = simulate(system_program(system), stop_time=2.0, tolerance=1e-11)
+    assert result.energy is not None
+    assert result.energy.relative < 1e-9
+    kinetic = sum(result[f"m{k}.energy.kinetic"] for k in range(2))
+    potential = sum(result[f"m{k}.energy.potential"] for k in range(2))
+    assert result.energy.total == pytest.approx(kinetic + potential, rel=1e-14)
+
+
+def test_the_linear_equations_are_those_of_differences(tmp_path: Path) -> None:
+    """A of a system with a controller and a take-off, by central differences of its rates."""
+    program = system_program(random_system(tmp_path, 1))
+    linear = linearize(program)
+    # the energy that the take-off counts is no state of the linear equations
+    names = [v.name for v in linear.states]
+    assert {v.name for v in program.states} - set(names) == {"pto.energy"}
+
+    def rates(at: dict[str, float]) -> np.ndarray:
+        return linearize(program, at=at).rates
+
+    start = {v.name: v.start for v in program.states}
+    for column, name in enumerate(names):
+        h = 1e-5
+        change = (
+            rates(start | {name: start[name] + h}) - rates(start | {name: start[name] - h})
+        ) / (2 * h)
+        assert linear.A[:, column] == pytest.approx(change, rel=1e-7, abs=1e-6)
+
+
+def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path) -> None:
+    program = system_program(random_system(tmp_path, 1))
+    linear = linearize(program)
+    found, n = linear.mechanical, linear.degrees_of_freedom
+    assert found is not None
+    assert (n, found.M.shape, found.S.shape) == (4, (4, 4), (4, len(linear.states) - 8))
+    # carts with their bobs: no inertia is shared between two models
+    assert not found.M[:2, 2:].any()
+    speed = np.random.default_rng(0).normal(size=n)
+    names = [v.name for v in linear.states[n : 2 * n]]
+    at = dict(zip(names, speed, strict=True))
+    energies = linearize(program, at=at, outputs=["m0.energy.kinetic", "m1.energy.kinetic"])
+    assert 0.5 * speed @ found.M @ speed == pytest.approx(energies.values.sum(), rel=1e-13)
