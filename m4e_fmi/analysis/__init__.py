@@ -21,6 +21,7 @@ from m4e_fmi.analysis.sensitivity import (
 )
 from m4e_fmi.analysis.symbolic import SymbolicLinearization
 from m4e_fmi.analysis.trajectory import TrajectorySensitivity, trajectory_sensitivity
+from m4e_fmi.analysis.trim import trimmed
 
 __all__ = [
     "EigenvalueSensitivity",
@@ -41,4 +42,5 @@ __all__ = [
     "modes",
     "sensitivity",
     "trajectory_sensitivity",
+    "trimmed",
 ]

@@ -16,7 +16,18 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import m4e_fmi
-from m4e_fmi.cli import build, doctor, draw, equations, info, linearize, run, simulate, validate
+from m4e_fmi.cli import (
+    build,
+    doctor,
+    draw,
+    equations,
+    equilibrium,
+    info,
+    linearize,
+    run,
+    simulate,
+    validate,
+)
 from m4e_fmi.cli.options import EXIT_FAILED
 from m4e_fmi.cli.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
@@ -26,7 +37,7 @@ EXIT_USAGE = 2
 EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
-COMMANDS = (equations, draw, simulate, linearize, build, info, validate, run, doctor)
+COMMANDS = (equations, draw, simulate, equilibrium, linearize, build, info, validate, run, doctor)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

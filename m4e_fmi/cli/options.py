@@ -7,7 +7,7 @@ import math
 import re
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
@@ -72,17 +72,23 @@ def start_values(options: argparse.Namespace) -> dict[str, float | str]:
 
     InputError with all variables that are given twice.
     """
-    from m4e_fmi.errors import InputError, Problem
+    return pairs("--start-value", options.start_value)
 
-    counts = Counter(name for name, _ in options.start_value)
+
+def pairs(flag: str, given: Sequence[Sequence[str]]) -> dict[str, float | str]:
+    """Names and values of an option `flag` that may be given several times.
+
+    InputError with all names that are given twice.
+    """
+    counts = Counter(name for name, _ in given)
     twice = [
-        Problem(f"--start-value {name} is given {count} times", "give it once")
+        Problem(f"{flag} {name} is given {count} times", "give it once")
         for name, count in counts.items()
         if count > 1
     ]
     if twice:
         raise InputError(twice)
-    return {name: _scalar(text) for name, text in options.start_value}
+    return {name: _scalar(text) for name, text in given}
 
 
 def finite(text: str) -> float:
@@ -163,17 +169,11 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
     """The program of a system, without the components that --open names; each of these is told."""
     from m4e_fmi.cosim import system_program
 
-    def warn(line: str) -> None:
-        if "warning" in line:
+    def tell(line: str) -> None:
+        if "warning" in line or line.startswith("left open"):
             print(line, file=sys.stderr)
 
-    program = system_program(system, keep_open=options.open, tell=warn)
-    if options.open:
-        inputs = ", ".join(v.name for v in program.inputs[:6])
-        more = ", …" if len(program.inputs) > 6 else ""
-        names = ", ".join(dict.fromkeys(options.open))
-        print(f"left open: {names}; inputs of the rest: {inputs}{more}", file=sys.stderr)
-    return program
+    return system_program(system, keep_open=options.open, tell=tell)
 
 
 def load_system(path: Path) -> System:

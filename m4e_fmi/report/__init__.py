@@ -14,6 +14,7 @@ from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
 from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
+from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
 from m4e_fmi.report.text.fmu_text import fmu_text
 from m4e_fmi.report.text.linear_text import linear_json, linear_text
 from m4e_fmi.report.text.summaries import run_summary, simulation_summary
@@ -26,6 +27,8 @@ __all__ = [
     "check_picture_path",
     "draw_model",
     "draw_system",
+    "equilibrium_text",
+    "equilibrium_values",
     "fmu_documentation",
     "fmu_text",
     "linear_json",

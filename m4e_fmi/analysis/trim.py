@@ -1,0 +1,151 @@
+"""Equilibria with given properties: the ballast for a draft, the pretension for a place.
+
+Newton's method on the parameters that may vary, with the exact derivatives of the equilibrium that
+moves with them (`sensitivity`); after each step the equilibrium is found anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from m4e_fmi.analysis.equilibrium import equilibrium
+from m4e_fmi.analysis.points import (
+    At,
+    Evaluation,
+    OperatingPoint,
+    System,
+    causes,
+    observed,
+    operating_point,
+    program_and_model,
+)
+from m4e_fmi.analysis.sensitivity import Sensitivities
+from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.units import number_in
+
+MOST_STEPS = 30
+ACCURACY = 1e-10
+"""Difference from a target, over the target or 1, at which it is met."""
+SHORTEST = 1e-3
+"""Part of a step below which the search is given up."""
+RANK = 1e-12
+"""Smallest over largest singular value, both scaled, below which parameters have no effect of their
+own."""
+
+
+def trimmed(
+    system: System,
+    *,
+    such_that: Mapping[str, float | str],
+    vary: Sequence[str],
+    at: At = None,
+    time: float | None = None,
+    nearest: bool = False,
+) -> OperatingPoint:
+    """The equilibrium with `such_that` outputs or states at their values, by parameters `vary`.
+
+    There are as many of the one as of the other; parameters and inputs start from `at`, and stay
+    within their limits. Values are in SI or texts with a unit, as ``"25 cm"``. The other arguments
+    are those of `equilibrium`. InputError for unknown names and other counts, RunError if no such
+    equilibrium is found, with what is left of each target.
+    """
+    program, model = program_and_model(system)
+    targets = observed(program, list(such_that)).outputs
+    varied = causes(program, vary, states=False)
+    problems = []
+    wanted = np.zeros(len(targets))
+    for k, (v, given) in enumerate(zip(targets, such_that.values(), strict=True)):
+        try:
+            wanted[k] = number_in(v.unit, given)
+        except ValueError as error:
+            problems.append(Problem(f"the value {given!r} of {v.name} is wrong", str(error)))
+    if len(varied) != len(targets):
+        message = f"{len(targets)} values are given, {len(varied)} parameters may vary"
+        problems.append(Problem(f"{program.name}: {message}", "name one parameter for each value"))
+    if problems:
+        raise InputError(problems)
+    search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
+    start = operating_point(program, at, time=time, model=model)
+    return search.found(start, [(v.minimum, v.maximum) for v in varied])
+
+
+class _Search:
+    """Newton's method for the parameters; `wanted` (n,) are the values of the outputs `of`."""
+
+    def __init__(
+        self,
+        program: System,
+        of: Sequence[str],
+        wanted: np.ndarray,
+        by: Sequence[str],
+        *,
+        nearest: bool,
+    ) -> None:
+        self._of, self._by, self._wanted, self._nearest = list(of), list(by), wanted, nearest
+        self._slopes = Sensitivities(program, of=of, by=by, moving=True)
+        self._values = Evaluation(observed(self._slopes.program, of))
+        self._sizes = np.maximum(np.abs(wanted), 1.0)
+
+    def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
+        low, high = np.array(limits).T
+        point = equilibrium(start.program, at=start, nearest=self._nearest)
+        off = self._off(point)
+        for _ in range(MOST_STEPS):
+            if np.max(np.abs(off)) <= ACCURACY:
+                return point
+            now = np.array([point.values[name] for name in self._by])
+            step, part = self._step(point, off), 1.0
+            while True:
+                values = np.clip(now + part * step, low, high)
+                ahead = self._settled(point, values)
+                if ahead is not None:
+                    left = self._off(ahead)
+                    if np.linalg.norm(left) <= (1.0 - part / 4.0) * np.linalg.norm(off):
+                        break
+                part /= 2.0
+                if part < SHORTEST:
+                    raise self._lost(point)
+            point, off = ahead, left
+        raise self._lost(point)
+
+    def _off(self, point: OperatingPoint) -> np.ndarray:
+        """The difference to each target (n,), over its size."""
+        return (self._wanted - self._values.at(point)) / self._sizes
+
+    def _step(self, point: OperatingPoint, off: np.ndarray) -> np.ndarray:
+        """The change of the parameters (n,), in SI."""
+        slopes = self._slopes.at(point).values / self._sizes[:, None]
+        columns = np.linalg.norm(slopes, axis=0)
+        columns[columns == 0.0] = 1.0
+        shares = np.linalg.svd(slopes / columns, compute_uv=False)
+        if not shares[-1] > RANK * shares[0]:
+            raise self._lost(point, "the parameters do not change them one by one")
+        return np.linalg.solve(slopes / columns, off) / columns
+
+    def _settled(self, point: OperatingPoint, values: np.ndarray) -> OperatingPoint | None:
+        """The equilibrium near `point` with other `values` of the parameters; None without one."""
+        given = dict(zip(self._by, values.tolist(), strict=True))
+        program = point.program.with_start(given)
+        ahead = replace(operating_point(program, {**point.values, **given}), time=point.time)
+        try:
+            return equilibrium(program, at=ahead, nearest=self._nearest)
+        except RunError:
+            return None
+
+    def _lost(self, point: OperatingPoint, why: str = "") -> RunError:
+        left = ", ".join(
+            f"{name} = {value:.6g} instead of {goal:.6g}"
+            for name, value, goal in zip(
+                self._of, self._values.at(point), self._wanted, strict=True
+            )
+        )
+        by = ", ".join(f"{name} = {point.values[name]:.6g}" for name in self._by)
+        because = f": {why}" if why else ""
+        return RunError(
+            f"{point.program.name}: no equilibrium with these values was found{because}; the "
+            f"nearest has {left} with {by}",
+            "start nearer, or let other parameters vary",
+        )

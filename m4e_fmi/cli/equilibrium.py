@@ -1,0 +1,75 @@
+"""`m4e-fmi equilibrium` finds where a model or a system is at rest."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import (
+    MODEL_OR_SYSTEM,
+    add_open,
+    add_start_values,
+    finite,
+    load_equations,
+    pairs,
+    start_values,
+)
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    """Add `equilibrium` to the command line."""
+    command = commands.add_parser(
+        "equilibrium", help="where a model or a system is at rest, and the forces there"
+    )
+    command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
+    add_open(command)
+    command.add_argument(
+        "--nearest",
+        action="store_true",
+        help="the equilibrium nearest to the start values, stable or not; default: where it "
+        "settles from them",
+    )
+    command.add_argument(
+        "--such-that",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="the equilibrium in which this output or state has this value; may be given again",
+    )
+    command.add_argument(
+        "--vary",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="NAME",
+        help="parameters or inputs that are changed for that, one for each value",
+    )
+    command.add_argument("--time", type=finite, default=0.0, metavar="S", help="default 0 s")
+    add_start_values(command, "NAME")
+    command.add_argument("--json", action="store_true", help="print all values as JSON")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    import json
+
+    from m4e_fmi.analysis import equilibrium, trimmed
+    from m4e_fmi.report import equilibrium_text, equilibrium_values
+
+    source, at = load_equations(options), start_values(options)
+    if options.such_that or options.vary:
+        point = trimmed(
+            source,
+            such_that=pairs("--such-that", options.such_that),
+            vary=options.vary,
+            at=at,
+            time=options.time,
+            nearest=options.nearest,
+        )
+    else:
+        point = equilibrium(source, at=at, time=options.time, nearest=options.nearest)
+    if options.json:
+        print(json.dumps(equilibrium_values(point), indent=2))
+    else:
+        print(equilibrium_text(point, varied=options.vary))
