@@ -28,6 +28,7 @@ PAGES_THAT_RUN = (
     "parameters",
     "pictures",
     "analysis",
+    "whole_systems",
     "programs",
     "stepping",
 )
