@@ -26,7 +26,7 @@ LAYERS = {
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections scenario input_checks composition ssp system_file load exchange "
+        "system connections scenario input_checks ssp composition system_file load exchange "
         "preparation results stepping algorithms time_loop error_estimate monitoring checkpoint "
         "master save"
     ),

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.input_checks.drafts import Tell, drafted
 from m4e_fmi.cosim.input_checks.inputs import no_component
+from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.start_values import start_values
@@ -91,7 +93,7 @@ def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> 
         try:
             if isinstance(source, FmuFile):
                 made = None
-                description = resized(read_description(source.path), component.start)
+                description = resized(_described(source), component.start)
             else:
                 draft = drafted(system, component, _named(name, tell))
                 made = draft.made
@@ -112,6 +114,14 @@ def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> 
     if problems:
         raise InputError(problems)
     return _Found(programs, origins, descriptions)
+
+
+def _described(source: FmuFile) -> Description:
+    """The description of an FMU, which may be packed."""
+    if not source.member:
+        return read_description(source.path)
+    with TemporaryDirectory() as folder:
+        return read_description(unpack_member(source.path, source.member, Path(folder)))
 
 
 def _left_open(

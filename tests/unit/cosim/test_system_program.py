@@ -1,0 +1,110 @@
+"""Systems as one program: loops through accelerations, buses, own inputs, what is left open."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.programs import Evaluated
+
+from m4e_fmi.cosim import load_system, save_system, system_program
+from m4e_fmi.errors import InputError
+from m4e_fmi.simulate import simulate
+
+CART = """\
+name: {name}
+gravity: 0
+parameters: {{k: {{value: 50, unit: N/m}}}}
+bodies: {{cart: {{mass: {mass}, inertia: 1}}}}
+joints: {{rail: {{type: prismatic, child: cart, direction: [1, 0], initial: {{q: 0.2}}}}}}
+loads: {{spring: {{type: joint_effort, joint: rail, effort: -k*joint.rail.q}}}}
+"""
+TIMES = "simulation: {stop_time: 1, step_size: 0.01}\n"
+
+
+def system(folder: Path, text: str, **masses: float) -> Path:
+    for name, mass in masses.items():
+        model = CART.format(name=name, mass=mass)
+        (folder / f"{name}.model.yaml").write_text(model, encoding="utf-8")
+    parts = "".join(f"  {name}: {{model: {name}.model.yaml}}\n" for name in masses)
+    path = folder / "system.yaml"
+    path.write_text(f"name: carts\ncomponents:\n{parts}{text}{TIMES}", encoding="utf-8")
+    return path
+
+
+def test_a_force_of_the_acceleration_is_a_mass(tmp_path: Path) -> None:
+    """F = −3 kg · a in a loop through the connection: as 5 kg more than 2 kg."""
+    added = "connections: ['a.body.cart.ax * -3 -> a.body.cart.force_x, units ignored']\n"
+    looped = system_program(load_system(system(tmp_path, added, a=2)))
+    (tmp_path / "heavy").mkdir()
+    heavy = system_program(load_system(system(tmp_path / "heavy", "connections: []\n", a=5)))
+    found, exact = (
+        simulate(p, stop_time=1.0, output_interval=0.1, tolerance=1e-12)["a.joint.rail.q"]
+        for p in (looped, heavy)
+    )
+    assert np.abs(found - exact).max() < 1e-12
+
+
+def test_a_loop_of_two_bodies_without_a_solution(tmp_path: Path) -> None:
+    text = "connections: ['a.body.cart.ax * 2 -> a.body.cart.force_x, units ignored']\n"
+    path = system(tmp_path, text, a=2)
+    with pytest.raises(
+        InputError, match="algebraic loop of a.body.cart.force_x: it is singular"
+    ) as e:
+        system_program(load_system(path))
+    assert e.value.problems[0].line == 4
+
+
+def test_a_bus_and_the_inputs_and_outputs_of_the_system(tmp_path: Path) -> None:
+    text = """\
+buses: {net: {force: N}}
+connections:
+  - a.body.cart.x * -10 -> net.force, units ignored
+  - net.force -> b.body.cart.force_x
+inputs: {push: [a.joint.rail.effort]}
+outputs: {place: b.body.cart.x}
+"""
+    program = system_program(load_system(system(tmp_path, text, a=2, b=4)))
+    names = [v.name for v in program.inputs]
+    assert "push" in names
+    assert "b.body.cart.force_x" not in names
+    assert "place" in [v.name for v in program.outputs]
+    states = {"a.joint.rail.q": 0.3, "b.joint.rail.q": 0.1}
+    rates = Evaluated(program).rates({**states, "push": 7.0})
+    assert rates["a.joint.rail.u"] == pytest.approx((7.0 - 50 * 0.3) / 2, rel=1e-14)
+    assert rates["b.joint.rail.u"] == pytest.approx((-10 * 0.3 - 50 * 0.1) / 4, rel=1e-14)
+
+
+def test_start_values_of_the_system(tmp_path: Path) -> None:
+    text = "connections: []\n"
+    path = system(tmp_path, text, a=2)
+    start = {"a.k": "0.1 kN/m", "a.joint.rail.q": "5 cm"}
+    program = system_program(load_system(path).changed(start=start))
+    values = {v.name: v.start for v in (*program.parameters, *program.states)}
+    assert values["a.k"] == 100.0
+    assert values["a.joint.rail.q"] == 0.05
+
+
+def test_packed_fmus_are_named_or_left_open(tmp_path: Path) -> None:
+    text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
+    path = system(tmp_path, text, a=2, b=4)
+    package = save_system(load_system(path), tmp_path / "carts.ssp", build_directory=tmp_path / "b")
+    packed = load_system(package)
+    with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
+        system_program(packed)
+    with pytest.raises(InputError) as caught:
+        system_program(packed, keep_open=["a"])
+    assert len(caught.value.problems) == 1
+    nothing = system_program(packed, keep_open=["a", "b"])
+    assert not nothing.states
+
+
+def test_what_is_left_open_is_told(tmp_path: Path) -> None:
+    text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
+    told: list[str] = []
+    path = system(tmp_path, text, a=2, b=4)
+    program = system_program(load_system(path), keep_open=["a"], tell=told.append)
+    assert "left open: a; inputs instead of it: b.body.cart.force_x" in told
+    assert [part.name for part in program.parts] == ["b"]
+    assert "b.body.cart.force_x" in [v.name for v in program.inputs]
