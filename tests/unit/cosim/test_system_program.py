@@ -49,9 +49,7 @@ def test_a_force_of_the_acceleration_is_a_mass(tmp_path: Path) -> None:
 def test_a_loop_of_two_bodies_without_a_solution(tmp_path: Path) -> None:
     text = "connections: ['a.body.cart.ax * 2 -> a.body.cart.force_x, units ignored']\n"
     path = system(tmp_path, text, a=2)
-    with pytest.raises(
-        InputError, match="algebraic loop of a.body.cart.force_x: it is singular"
-    ) as e:
+    with pytest.raises(InputError, match=r"cart\.force_x: it is singular") as e:
         system_program(load_system(path))
     assert e.value.problems[0].line == 4
 
