@@ -9,7 +9,7 @@ import pytest
 from support.programs import Evaluated
 
 from m4e_fmi.cosim import load_system, save_system, system_program
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.simulate import simulate
 
 CART = """\
@@ -106,3 +106,13 @@ def test_what_is_left_open_is_told(tmp_path: Path) -> None:
     assert "left open: a; inputs instead of it: b.body.cart.force_x" in told
     assert [part.name for part in program.parts] == ["b"]
     assert "b.body.cart.force_x" in [v.name for v in program.inputs]
+
+
+def test_a_failure_names_the_component(tmp_path: Path) -> None:
+    """The second cart's load is the root of a negative number."""
+    path = system(tmp_path, "connections: []\n", a=2, b=4)
+    model = tmp_path / "b.model.yaml"
+    wrong = "effort: 20*sqrt(0.1 - joint.rail.q)"
+    model.write_text(model.read_text("utf-8").replace("effort: -k*joint.rail.q", wrong), "utf-8")
+    with pytest.raises(RunError, match=r"b: load spring cannot be computed"):
+        simulate(system_program(load_system(path)), stop_time=5.0)
