@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-
-import networkx as nx
+from typing import TYPE_CHECKING, TypeAlias
 
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.composition.loops import LinearLoop, LoopError
@@ -19,8 +18,13 @@ from m4e_fmi.program.copying import TapeCopy
 from m4e_fmi.program.program import TIME, Part, Program, Recorder, Variable
 from m4e_fmi.program.tape import Scalar
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 Place = tuple[str, str]
 """Name of a part, and of a variable in it."""
+Graph: TypeAlias = "nx.DiGraph[Place]"
+"""Connected inputs and parameters, with an edge to each that needs another."""
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,8 @@ class _Composer:
 
     def connect(self) -> None:
         """Let each target stand for what its source computes, loops solved."""
+        import networkx as nx
+
         needs = {
             target: [
                 place
@@ -153,7 +159,7 @@ class _Composer:
             ]
             for target, c in self.into.items()
         }
-        graph: nx.DiGraph[Place] = nx.DiGraph()
+        graph: Graph = nx.DiGraph()
         graph.add_nodes_from(self.into)
         graph.add_edges_from((k, target) for target, places in needs.items() for k in places)
         for members in _in_order(graph):
@@ -176,8 +182,10 @@ class _Composer:
         value = value if c.factor == 1.0 else c.factor * value
         return value if c.offset == 0.0 else value + c.offset
 
-    def _solve(self, loop: nx.DiGraph[Place], members: Sequence[Place]) -> None:
+    def _solve(self, loop: Graph, members: Sequence[Place]) -> None:
         """Solve a loop for the inputs that cut it, then give all of its members."""
+        import networkx as nx
+
         cuts = _cuts(loop, members)
         rest = loop.subgraph([place for place in members if place not in cuts])
         order = list(nx.lexicographical_topological_sort(rest, key=members.index))
@@ -279,8 +287,10 @@ def _by_target(connections: Sequence[Connection]) -> dict[Place, Connection]:
     return found
 
 
-def _in_order(graph: nx.DiGraph[Place]) -> list[list[Place]]:
+def _in_order(graph: Graph) -> list[list[Place]]:
     """Strongly connected places, each group after those it needs; in the order of the graph."""
+    import networkx as nx
+
     number = {place: k for k, place in enumerate(graph)}
     condensed = nx.condensation(graph)
     members = {
@@ -291,10 +301,12 @@ def _in_order(graph: nx.DiGraph[Place]) -> list[list[Place]]:
     return [members[group] for group in order]
 
 
-def _cuts(loop: nx.DiGraph[Place], members: Sequence[Place]) -> list[Place]:
+def _cuts(loop: Graph, members: Sequence[Place]) -> list[Place]:
     """Places without which the loop is none, few of them: those with most neighbours first."""
+    import networkx as nx
+
     cuts: list[Place] = []
-    graph: nx.DiGraph[Place] = nx.DiGraph(loop)
+    graph: Graph = nx.DiGraph(loop)
     while True:
         looped = [
             place
