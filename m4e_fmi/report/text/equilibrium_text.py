@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.points import Evaluation, motion
+from m4e_fmi.program import TIME
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
@@ -36,6 +37,8 @@ def equilibrium_text(point: OperatingPoint, *, varied: Sequence[str] = ()) -> st
     for v in (*states, *outputs):
         largest[v.unit] = max(largest.get(v.unit, 1.0), abs(values[v.name]))
     lines = [f"{program.name}: equilibrium, t = {point.time:g} s"]
+    if any(TIME in program.dependencies(node) for node in program.rates):
+        lines[0] += " (its loads depend on time: it is their balance at that time)"
     units = {v.name: v.unit for v in (*program.parameters, *program.inputs)}
     lines += [f"  {name:<40} {values[name]: .9g} {units[name]} (found)" for name in varied]
     for v in states:
