@@ -7,7 +7,7 @@ parameters alone: rows of tables, ramps, switches. Corners of what moves are eve
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ JUMPS = frozenset({"sign"})
 BESIDE_JUMP = 0.5e-9
 """How far before and after a jump a step ends [s]: half a nanosecond, in which time is counted."""
 BISECTIONS = 60
+ROUNDING = 2
+"""Units in the last place by which one corner may be found at two times."""
 MOST_INNER = 2000
 """Inner corners of an operation, above which its own are not looked for."""
 FUNCTIONS = {
@@ -62,7 +64,16 @@ def kinks(program: Program, stop_time: float) -> list[float]:
         for time in corners.of(node):
             width = max(BESIDE_JUMP, 4.0 * math.ulp(time))
             found |= {time - width, time + width} if jumps else {time}
-    return sorted(time for time in found if 0.0 < time < stop_time)
+    return _apart(time for time in sorted(found) if 0.0 < time < stop_time)
+
+
+def _apart(times: Iterable[float]) -> list[float]:
+    """Ascending `times` without those that differ from the one before by rounding only."""
+    kept: list[float] = []
+    for time in times:
+        if not kept or time - kept[-1] > ROUNDING * math.ulp(time):
+            kept.append(time)
+    return kept
 
 
 class _Corners:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from m4e_fmi.model import Table
 from m4e_fmi.program import Recorder, Scalar, Variable, kinks, maximum, minimum, sign, sin
 from m4e_fmi.program.kinks import BESIDE_JUMP
 from m4e_fmi.simulate import simulate
@@ -49,6 +50,14 @@ def test_corners_of_what_moves_or_comes_in_are_none() -> None:
     x = r.state(Variable("x", "m", ""))
     r.rate("x", abs(u - r.time) + maximum(x, r.time))
     assert kinks(r.program(), 10.0) == []
+
+
+def test_each_row_of_a_table_is_one_time() -> None:
+    r = Recorder("table", "")
+    times = tuple(0.01 * k for k in range(1000))
+    table = Table(times, tuple((-1.0) ** k for k in range(1000)))
+    found = rate(table.at(r.time), r)
+    assert found == pytest.approx(times[1:], abs=1e-14)
 
 
 def test_a_thousand_jumps_are_met() -> None:
