@@ -55,6 +55,17 @@ class Modes:
         rows = self.right[: len(self.coordinates)]
         return rows / rows[_largest(rows), np.arange(rows.shape[1])]
 
+    @cached_property
+    def participation(self) -> NDArray[np.float64]:
+        """Part that each state has in each mode [1], shape (states, modes); columns add up to 1.
+
+        |w̄ᵢ vᵢ| over its sum, which does not depend on units: I. J. Pérez-Arriaga, G. C. Verghese,
+        F. C. Schweppe, "Selective modal analysis with applications to electric power systems",
+        IEEE Trans. Power Apparatus and Systems 101 (1982), pp. 3117–3125.
+        """
+        parts = np.abs(self.left.conj() * self.right)
+        return parts / np.maximum(parts.sum(axis=0), np.finfo(float).tiny)
+
     @property
     def stable(self) -> bool:
         """True if no motion grows; eigenvalues within rounding of the imaginary axis do not."""

@@ -91,7 +91,7 @@ def _run(options: argparse.Namespace) -> None:
     if options.open and not (system and options.single):
         raise InputError.single("--open is for the components of a system with --single")
     if options.ssp and (options.single or not system):
-        raise InputError.single("--ssp packs the FMUs of a system, not one FMU")
+        raise InputError.single("--ssp packs a system with all its FMUs, not one FMU")
     if options.single and not system:
         raise InputError.single("--single is for a system: a model is one FMU already")
     if system and not options.single:

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.points import Evaluation, motion
+from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import TIME
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
 
-NOISE = 1e-12
+NOISE = 1e-9
 """Share of the largest value of its unit, or of 1, below which a value is rounding."""
 
 
@@ -28,9 +30,12 @@ def equilibrium_text(point: OperatingPoint, *, varied: Sequence[str] = ()) -> st
     `varied` names parameters and inputs that were found for it.
     """
     program, values = point.program, equilibrium_values(point)
-    speeds = {program.states[k].name for _, k in motion(program)}
-    states = [v for v in program.states if not v.local and v.name not in speeds]
-    known = {v.name for v in states}
+    free = attitudes(program)
+    turned = {f"{a.owner}.{angle}" for a in free for angle in ATTITUDE}
+    passed = {k for _, k in motion(program)}.union(*((*a.quaternion, *a.turning) for a in free))
+    states = [v for k, v in enumerate(program.states) if not v.local and k not in passed]
+    states += [v for v in program.outputs if v.name in turned]
+    known = {v.name for v in program.states} | turned
     # rates are zero at rest
     outputs = [v for v in program.outputs if not (v.local or v.name in known or v.derivative_of)]
     largest: dict[str, float] = {}

@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from m4e_fmi.analysis import Linearization, Modes
     from m4e_fmi.program import Variable
 
+LEAST_PART = 0.3
+"""Part of coordinates and their velocities in a mode, from which on it counts as a motion."""
+
 
 def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     """The point, and a table of its modes; `title` says what point it is."""
@@ -22,21 +25,42 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
         for v, value in _values(point.program.states, point.values)
         if v in linear.coordinates or v.unit == "1" or (value and not v.local)
     ]
-    lines += [
+    lines += _table(linear, modes)
+    lines += ["", "no motion grows" if modes.stable else "UNSTABLE: a motion grows"]
+    return "\n".join(lines)
+
+
+def _table(linear: Linearization, modes: Modes) -> list[str]:
+    """The table of the modes; of a system with other states, of those that are motions."""
+    n = linear.degrees_of_freedom
+    has_others = len(linear.states) > 2 * n > 0
+    name = f"  {'mostly':<32}" if has_others else ""
+    lines = [
         "",
-        f"  {'mode':>4} {'frequency':>12} {'period':>12} {'damping':>9}   eigenvalue [1/s]",
+        f"  {'mode':>4} {'frequency':>12} {'period':>12} {'damping':>9} {name}  eigenvalue [1/s]",
         f"  {'':>4} {'[Hz]':>12} {'[s]':>12} {'ratio':>9}",
     ]
+    parts = modes.participation[:n] + modes.participation[n : 2 * n]
+    left_out = 0
     for k, eigenvalue in enumerate(modes.eigenvalues, start=1):
+        if has_others:
+            share = parts[:, k - 1]
+            if share.sum() < LEAST_PART and not eigenvalue.real > 0:
+                left_out += 1
+                continue
+            name = f"  {linear.coordinates[int(np.argmax(share))].name:<32}"
         hertz = abs(eigenvalue) / (2 * np.pi)
         oscillates = eigenvalue.imag != 0
         frequency = f"{hertz:12.6g}" if oscillates else f"{'–':>12}"
         period = f"{1 / hertz:12.6g}" if oscillates else f"{'–':>12}"
         ratio = modes.damping_ratios[k - 1]
         shown = f"{ratio:9.5f}" if np.isfinite(ratio) else f"{'–':>9}"
-        lines.append(f"  {k:>4} {frequency} {period} {shown}   {_complex(eigenvalue)}")
-    lines += ["", "no motion grows" if modes.stable else "UNSTABLE: a motion grows"]
-    return "\n".join(lines)
+        lines.append(f"  {k:>4} {frequency} {period} {shown} {name}  {_complex(eigenvalue)}")
+    if left_out:
+        lines.append(
+            f"  and {left_out} in which other states, as the memory of water, have most part"
+        )
+    return lines
 
 
 def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:

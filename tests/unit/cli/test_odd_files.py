@@ -557,13 +557,13 @@ def test_an_unexpected_error_is_one_line_and_a_report(
     monkeypatch.setattr("m4e_fmi.model.load_model", defective)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setenv("M4E_SECRET", "hidden in the environment")
-    assert main(["equations", "a.model.yaml"]) == 1
+    assert main(["draw", "a.model.yaml"]) == 1
     first, second = capsys.readouterr().err.splitlines()
     assert first == "failed: KeyError: 'surprise'"
     assert DEFECT in second
     report = Path(second.split("report ")[1]).read_text(encoding="utf-8")
     assert "Traceback" in report
-    assert "['equations', 'a.model.yaml']" in report
+    assert "['draw', 'a.model.yaml']" in report
     assert "hidden in the environment" not in report
 
 

@@ -151,7 +151,7 @@ def test_what_has_steps_is_named(
 def test_flags_that_do_not_go_together(system: str, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, told in (
         (["build", "m0.model.yaml", "--single"], "--single is for a system"),
-        (["build", system, "--single", "--ssp"], "--ssp packs the FMUs of a system"),
+        (["build", system, "--single", "--ssp"], "--ssp packs a system"),
         (["build", system, "--open", "m0"], "--open is for the components"),
         (["simulate", "m0.model.yaml", "--open", "m0"], "--open is for the components"),
         (["simulate", system, "--animate"], "--animate is for a model"),
