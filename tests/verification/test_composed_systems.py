@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Model
 from support.cart_systems import cart_system
 
 from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
+from m4e_fmi.fmu import build_fmu
 from m4e_fmi.report import linear_text
 from m4e_fmi.simulate import simulate
 
@@ -105,3 +109,30 @@ def test_the_table_has_the_modes_of_the_motions() -> None:
     eigenvalue = found.eigenvalues[int(rows[0].split()[0]) - 1]
     # after the first swings only the least damped motion is left
     assert crossings[-1] - crossings[-2] == pytest.approx(2 * np.pi / eigenvalue.imag, rel=1e-3)
+
+
+def test_the_one_fmu_has_the_same_derivatives(tmp_path: Path) -> None:
+    """A by directional derivatives of the FMU of the whole, in model exchange."""
+    program = system_program(cart_system(tmp_path, 1))
+    linear = linearize(program)
+    path = build_fmu(program, tmp_path / "whole.fmu", native=True)
+    described: Any = fmpy.read_model_description(str(path))
+    fmu = FMU2Model(
+        guid=described.guid,
+        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
+        modelIdentifier=described.modelExchange.modelIdentifier,
+        instanceName="whole",
+    )
+    fmu.instantiate()
+    fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    states = {d.variable.derivative.name: d.variable for d in described.derivatives}
+    rates = [states[v.name].valueReference for v in linear.states]
+    A = [
+        fmu.getDirectionalDerivative(rates, [states[v.name].derivative.valueReference], [1.0])
+        for v in linear.states
+    ]
+    fmu.terminate()
+    fmu.freeInstance()
+    assert pytest.approx(linear.A, rel=1e-12, abs=1e-12) == np.array(A).T
