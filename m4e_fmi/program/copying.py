@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from m4e_fmi.program.tape import Scalar, Tape
 
@@ -42,10 +42,6 @@ class TapeCopy:
                     first, *others = (self._copied[a] for a in arguments)
                     self._copied[k] = first.record(kind, *others)
         return self._copied[node]
-
-    def all(self, nodes: Iterable[int]) -> list[Scalar]:
-        """The copies of several nodes."""
-        return [self(node) for node in nodes]
 
     def _missing(self, node: int) -> list[int]:
         """`node` and all that it needs and that is not copied yet, in order."""

@@ -47,6 +47,19 @@ def test_stated_errors_of_examples(name: str, stop_time: float, tmp_path: Path) 
     assert worst.actual <= 3 * worst.stated
 
 
+def test_rows_between_the_output_times_are_not_compared(tmp_path: Path) -> None:
+    """Adaptive steps end at times that the solution has no row of."""
+    system = cart_system(tmp_path, 1).changed(algorithm="corrector", coupling_tolerance=1e-6)
+    outcome = run(system, build_directory=tmp_path / "build", results=tmp_path / "results.nc")
+    gaps = np.diff(outcome.results().time)
+    assert gaps.min() < 0.9 * gaps.max()
+    found = reference(outcome, system_program(system))
+    assert 1 < found.compared < found.rows == len(outcome.results().time)
+    assert f"at {found.compared} of {found.rows} rows" in str(found)
+    for error in found.errors:
+        assert error.actual <= 3 * error.stated + NOISE, str(error.source)
+
+
 def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
     system = cart_system(tmp_path, 1)
     result = simulate(system_program(system), stop_time=2.0, tolerance=1e-11)
