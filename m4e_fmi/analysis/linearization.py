@@ -44,7 +44,7 @@ from m4e_fmi.analysis.points import (
     program_and_model,
 )
 from m4e_fmi.errors import RunError
-from m4e_fmi.program import Variable, jacobian, tangent
+from m4e_fmi.program import Jacobian, Variable, jacobian, tangent
 from m4e_fmi.shown import listing, short
 
 if TYPE_CHECKING:
@@ -158,8 +158,9 @@ class Linearizer:
         moved = [k for pair in zip(*pairs, strict=True) for part in pair for k in part]
         counted = integrals(self.program, outputs or ()) - set(moved)
         rest = [k for k in range(len(known)) if k not in counted.union(moved)]
-        self._order = [*moved, *rest]
-        self._small = SmallRotations(self._attitudes, self._order)
+        self.order = [*moved, *rest]
+        """Indices of the program's states that are linearised, with all numbers of quaternions."""
+        self.small = SmallRotations(self._attitudes, self.order)
         coordinates = [v for q, _ in pairs for v in rotations.get(q) or (known[q[0]],)]
         self._coordinates = len(coordinates)
         self.states = (
@@ -169,27 +170,34 @@ class Linearizer:
         )
         """Coordinates (of a free attitude small rotations), their velocities, other states."""
         self.inputs = causes(self.program, inputs, states=False)
-        names = [known[k].name for k in self._order]
+        names = [known[k].name for k in self.order]
         wanted = names if outputs is None else list(outputs)
         self.outputs = observed(self.program, wanted).outputs
         rows = list(dict.fromkeys([*(f"der({name})" for name in names), *wanted]))
-        self._rows = [rows.index(name) for name in wanted]
-        everything = observed(self.program, rows)
-        self._values = Evaluation(everything)
+        self.rows = [rows.index(name) for name in wanted]
+        """Places of `outputs` among those of `everything`."""
+        self.everything = observed(self.program, rows)
+        """The program with the rates of the states of `order` as outputs, then `outputs`."""
+        self._values = Evaluation(self.everything)
         self._lines = Lines(self.program)
         by = [*names, *(v.name for v in self.inputs)]
-        self._slopes = Matrix(jacobian(everything, "outputs", by))
+        self._slopes = Matrix(jacobian(self.everything, "outputs", by))
         self._changes: dict[tuple[str, ...], Evaluation] = {}
         self._mass = mass_matrix(self.program, self._model, len(coordinates))
+
+    @property
+    def derivatives(self) -> Jacobian:
+        """Those of the outputs of `everything` by the states of `order`, then by `inputs`."""
+        return self._slopes.derivatives
 
     def at(self, at: At = None, *, time: float | None = None) -> Linearization:
         """The linear equations about a point; RunError where a force has no derivative."""
         point = operating_point(self.program, at, time=time, model=self._model)
         self._lines.check(point)
-        n = len(self._order)
+        n = len(self.order)
         values, slopes = self._values.at(point), self._slopes.at(point)
-        x, turning = point.states[self._order], self._small.turns(values[:n])
-        T, back = self._small.tangent(x), self._small.inverse(x)
+        x, turning = point.states[self.order], self.small.turns(values[:n])
+        T, back = self.small.tangent(x), self.small.inverse(x)
         A, B = back @ (slopes[:n, :n] @ T - turning), back @ slopes[:n, n:]
         return Linearization(
             point=point,
@@ -198,10 +206,10 @@ class Linearizer:
             outputs=self.outputs,
             A=A,
             B=B,
-            C=slopes[self._rows, :n] @ T,
-            D=slopes[self._rows, n:],
+            C=slopes[self.rows, :n] @ T,
+            D=slopes[self.rows, n:],
             rates=back @ values[:n],
-            values=values[self._rows],
+            values=values[self.rows],
             mechanical=self._mechanical(point, A, B),
             degrees_of_freedom=self._coordinates,
         )
@@ -212,12 +220,12 @@ class Linearizer:
         Exact second derivatives. Variables that `direction` does not name do not change; a free
         attitude changes by the numbers of its quaternion.
         """
-        n = len(self._order)
+        n = len(self.order)
         rates, slopes = self._changed(point, direction)
         if not self._attitudes:
             return slopes
-        small, x = self._small, point.states[self._order]
-        moved = np.array([direction.get(self.program.states[k].name, 0.0) for k in self._order])
+        small, x = self.small, point.states[self.order]
+        moved = np.array([direction.get(self.program.states[k].name, 0.0) for k in self.order])
         T, back = small.tangent(x), small.inverse(x)
         still = self._slopes.at(point)[:n, :n]
         inner = still @ T - small.turns(self._values.at(point)[:n])
@@ -228,7 +236,7 @@ class Linearizer:
         self, point: OperatingPoint, direction: Mapping[str, float]
     ) -> tuple[Floats, Floats]:
         """Changes of the rates (n,) of the program's states and of ∂rates/∂states (n, n)."""
-        along, n = tuple(direction), len(self._order)
+        along, n = tuple(direction), len(self.order)
         slopes = self._slopes.derivatives
         places = enumerate(zip(slopes.row_indices, slopes.column_indices, strict=True))
         kept = {k: place for k, place in places if max(place) < n}
@@ -241,7 +249,7 @@ class Linearizer:
         result = np.zeros((n, n))
         for place, entry in zip(kept.values(), found[n:], strict=True):
             result[place] = entry
-        return found[:n][self._order], result
+        return found[:n][self.order], result
 
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:

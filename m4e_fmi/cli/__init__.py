@@ -24,6 +24,7 @@ from m4e_fmi.cli import (
     equilibrium,
     info,
     linearize,
+    rao,
     run,
     simulate,
     validate,
@@ -37,7 +38,9 @@ EXIT_USAGE = 2
 EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
-COMMANDS = (equations, draw, simulate, equilibrium, linearize, build, info, validate, run, doctor)
+COMMANDS = (
+    equations, draw, simulate, equilibrium, linearize, rao, build, info, validate, run, doctor,
+)  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -15,6 +15,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
+    from m4e_fmi.analysis.response import InWaves
     from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
@@ -169,11 +170,19 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
     """The program of a system, without the components that --open names; each of these is told."""
     from m4e_fmi.cosim import system_program
 
-    def tell(line: str) -> None:
-        if "warning" in line or line.startswith("left open"):
-            print(line, file=sys.stderr)
+    return system_program(system, keep_open=options.open, tell=_tell_warnings)
 
-    return system_program(system, keep_open=options.open, tell=tell)
+
+def load_in_waves(system: System, options: argparse.Namespace, *, highest: float) -> InWaves:
+    """As `load_program`, with forces of waves as inputs, up to `highest` [rad/s]."""
+    from m4e_fmi.cosim import system_in_waves
+
+    return system_in_waves(system, highest=highest, keep_open=options.open, tell=_tell_warnings)
+
+
+def _tell_warnings(line: str) -> None:
+    if "warning" in line or line.startswith("left open"):
+        print(line, file=sys.stderr)
 
 
 def load_system(path: Path) -> System:

@@ -8,7 +8,7 @@ runs it all. See docs/architecture.md.
 """
 
 from m4e_fmi.cosim.checkpoint.state import State
-from m4e_fmi.cosim.composition.compose import system_program
+from m4e_fmi.cosim.composition.compose import system_in_waves, system_program
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
@@ -68,5 +68,6 @@ __all__ = [
     "run",
     "save_system",
     "start",
+    "system_in_waves",
     "system_program",
 ]

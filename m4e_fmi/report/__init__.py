@@ -11,6 +11,7 @@ from m4e_fmi.report.drawing.motion import plot_modes, plot_phase
 from m4e_fmi.report.drawing.pictures import check_picture_path
 from m4e_fmi.report.drawing.schematic import draw_model, model_figure
 from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
+from m4e_fmi.report.drawing.wave_figure import plot_waves
 from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
@@ -20,11 +21,20 @@ from m4e_fmi.report.text.linear_text import linear_json, linear_text
 from m4e_fmi.report.text.summaries import run_summary, simulation_summary
 from m4e_fmi.report.text.tables import model_tables
 from m4e_fmi.report.text.validation_text import validation_text
+from m4e_fmi.report.text.wave_text import (
+    comparison_text,
+    sea_json,
+    sea_text,
+    wave_json,
+    wave_text,
+)
+from m4e_fmi.report.wave_file import write_sea, write_waves
 
 __all__ = [
     "animate",
     "check_animation_path",
     "check_picture_path",
+    "comparison_text",
     "draw_model",
     "draw_system",
     "equilibrium_text",
@@ -39,11 +49,18 @@ __all__ = [
     "plot_phase",
     "plot_run",
     "plot_simulation",
+    "plot_waves",
     "progress_bar",
     "run_summary",
     "say_beside",
+    "sea_json",
+    "sea_text",
     "simulation_summary",
     "system_figure",
     "validation_text",
+    "wave_json",
+    "wave_text",
+    "write_sea",
     "write_simulation",
+    "write_waves",
 ]

@@ -13,8 +13,9 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
-from m4e_adapters.hydrodynamics.load import Heading, hydrodynamics_program
-from m4e_adapters.hydrodynamics.sea import needed_frequency, waves_beyond
+from m4e_adapters.hydrodynamics.load import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.sea import needed_frequency, record_sea, waves_beyond
+from m4e_adapters.hydrodynamics.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
@@ -25,10 +26,15 @@ SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate
 
 
 def coefficients_from_config(
-    config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object] = print
+    config: HydrodynamicsConfig,
+    *,
+    folder: Path,
+    highest: float = 0.0,
+    progress: Callable[[str], object] = print,
 ) -> Coefficients:
     """Coefficients of the configured bodies; from the cache if they were computed before.
 
+    The frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
     Raises InputError for meshes that do not bound a volume in the water.
     """
     hulls = make_hulls(config, folder, progress=progress)
@@ -44,9 +50,9 @@ def coefficients_from_config(
     return solve_hulls(
         hulls,
         water=config.water,
-        omega=frequency_table(config, hulls),
+        omega=frequency_table(config, hulls, highest=highest),
         wave_direction=_direction(config),
-        needed=needed_frequency(config.waves),
+        needed=max(needed_frequency(config.waves), highest),
         progress=progress,
     )
 
@@ -68,11 +74,32 @@ def program_from_config(
     return _program(config, coefficients, name=name, progress=progress)
 
 
+def program_in_waves(
+    config: HydrodynamicsConfig,
+    *,
+    name: str,
+    folder: Path,
+    highest: float,
+    progress: Callable[[str], object] = print,
+) -> tuple[Program, HullWaves]:
+    """The configured load with the forces of waves as inputs, and what these are.
+
+    Computed up to `highest` [rad/s] at least, unless the configuration has a `maximum`.
+    """
+    coefficients = coefficients_from_config(
+        config, folder=folder, highest=highest, progress=progress
+    )
+    forces = HullWaves(coefficients, config.waves)
+    program = _program(config, coefficients, name=name, sea=forces.record, progress=progress)
+    return program, forces
+
+
 def _program(
     config: HydrodynamicsConfig,
     coefficients: Coefficients,
     *,
     name: str,
+    sea: RecordSea = record_sea,
     progress: Callable[[str], object],
 ) -> Program:
     return hydrodynamics_program(
@@ -82,17 +109,21 @@ def _program(
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
+        sea=sea,
         progress=progress,
     )
 
 
-def frequency_table(config: HydrodynamicsConfig, hulls: Sequence[Hull]) -> np.ndarray:
+def frequency_table(
+    config: HydrodynamicsConfig, hulls: Sequence[Hull], *, highest: float = 0.0
+) -> np.ndarray:
     """Angular frequencies (nω,) [rad/s] for the potential flow, as `Frequencies` says.
 
-    Another sea changes at most how far the table goes, and no frequency in it: cached solutions of
-    one sea serve the next. InputError with all problems of the table.
+    It reaches `highest` [rad/s] too, unless a `maximum` is given. Another sea changes at most how
+    far the table goes, and no frequency in it: cached solutions of one sea serve the next.
+    InputError with all problems of the table.
     """
-    table, problems = table_and_problems(config, hulls)
+    table, problems = table_and_problems(config, hulls, highest=highest)
     if problems:
         raise InputError(problems)
     return table
@@ -116,9 +147,9 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
 
 
 def table_and_problems(
-    config: HydrodynamicsConfig, hulls: Sequence[Hull]
+    config: HydrodynamicsConfig, hulls: Sequence[Hull], *, highest: float = 0.0
 ) -> tuple[np.ndarray, list[Problem]]:
-    """The frequency table (nω,) [rad/s], and all its problems."""
+    """The frequency table (nω,) [rad/s] of `frequency_table`, and all its problems."""
     wanted, water = config.frequencies, config.water
     limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
     maximum = wanted.maximum or limit
@@ -142,7 +173,8 @@ def table_and_problems(
     if wanted.maximum is not None or problems:
         return table, problems
     step = EXTENSION_STEP * (table[1] - table[0])
-    more = math.ceil((needed_frequency(config.waves) - maximum) / step - 1e-9)
+    needed = max(needed_frequency(config.waves), highest)
+    more = math.ceil((needed - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
 
 

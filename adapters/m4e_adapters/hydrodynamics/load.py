@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import Protocol
 
 import numpy as np
 
@@ -39,6 +40,23 @@ from m4e_fmi.program import Program, Recorder, Scalar, Variable, atan2
 
 Vector = list[Scalar | float]
 
+
+class RecordSea(Protocol):
+    """Records waves; the excitation of each motion [N, N.m], in the axes of the heading."""
+
+    def __call__(
+        self,
+        recorder: Recorder,
+        waves: AnyWaves,
+        coefficients: Coefficients,
+        *,
+        heading: Number,
+        places: Sequence[tuple[Number, Number]],
+    ) -> Vector:
+        """As `sea.record_sea`."""
+        ...
+
+
 YAW_PLACE = SPACE.index(YAW)
 ANGLES = ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
 SMALL = 1e-9  # relative: stiffness and added mass below it are panels' noise
@@ -56,6 +74,7 @@ def hydrodynamics_program(
     drag: Mapping[str, Drag] | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
+    sea: RecordSea = record_sea,
     progress: Callable[[str], object] = _silent,
 ) -> Program:
     """The load on all bodies of `coefficients`, from any source of these.
@@ -66,6 +85,7 @@ def hydrodynamics_program(
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
+    sea : records the waves and gives the excitation of each motion.
     progress : is told the accuracy of the memory.
 
     Returns
@@ -84,7 +104,7 @@ def hydrodynamics_program(
     )
     memory = _record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    excitation = record_sea(recorder, waves, coefficients, heading=angle, places=moved.places)
+    excitation = sea(recorder, waves, coefficients, heading=angle, places=moved.places)
     restoring, carried = _record_hydrostatics(recorder, coefficients, moved.displacement)
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)

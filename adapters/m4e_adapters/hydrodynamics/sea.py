@@ -105,13 +105,15 @@ def record_sea(
     if isinstance(waves, Still):
         recorder.output(Variable("wave.elevation", "m", text), 0.0)
         return forces
-    _check(waves, coefficients)
-    omega, amplitudes, phases = _components(recorder, waves)
+    check_directions(waves, coefficients)
+    check_frequencies(waves, coefficients)
+    omega, amplitudes, phases = record_components(recorder, waves)
     if coefficients.dimensions == 2:
         table = _in_plane(coefficients.excitation_at(omega))
     else:
-        table = _in_space(recorder, waves, coefficients, omega, heading, places)
-    ramp = _ramp(recorder, waves)
+        direction = record_direction(recorder, waves)
+        table = excitation_in_space(coefficients, omega, direction, heading, places)
+    ramp = record_ramp(recorder, waves)
     elevation: Scalar | float = 0.0
     for row, w, amplitude, phase in zip(table, omega, amplitudes, phases, strict=True):
         angle = float(w) * recorder.time + phase
@@ -129,19 +131,26 @@ def _in_plane(excitation: np.ndarray) -> list[list[Pair]]:
     return [[(float(x.real), float(x.imag)) for x in row] for row in excitation]
 
 
-def _in_space(
-    recorder: Recorder,
-    waves: Jonswap | PiersonMoskowitz | Regular,
-    coefficients: Coefficients,
-    omega: np.ndarray,
-    heading: Number,
-    places: Sequence[tuple[Number, Number]],
-) -> list[list[Pair]]:
-    """Real and imaginary parts of the excitation of each component [N/m, N.m/m], and motion."""
+def record_direction(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Scalar:
+    """The parameter `wave.direction` [rad]."""
     text = "direction that the waves travel to, from +X towards +Y"
     start = math.radians(waves.direction)
     variable = Variable("wave.direction", "rad", text, start=start, display_unit="deg")
-    direction = recorder.parameter(variable)
+    return recorder.parameter(variable)
+
+
+def excitation_in_space(
+    coefficients: Coefficients,
+    omega: np.ndarray,
+    direction: Number,
+    heading: Number,
+    places: Sequence[tuple[Number, Number]],
+) -> list[list[Pair]]:
+    """Real and imaginary parts of the excitation of each component [N/m, N.m/m], and motion.
+
+    For `omega` (k,) [rad/s], `direction` and `heading` [rad], reference `places` (x, y) [m] of the
+    bodies; in the axes of the heading, with the phase of a crest at x = y = 0.
+    """
     harmonics = coefficients.harmonics_at(omega)
     negligible = NEGLIGIBLE * np.abs(harmonics).max(axis=(0, 1))
     harmonics = np.where(np.abs(harmonics) > negligible, harmonics, 0.0)
@@ -160,7 +169,7 @@ def _in_space(
     return table
 
 
-def _multiples(angle: Scalar, most: int) -> list[Pair]:
+def _multiples(angle: Number, most: int) -> list[Pair]:
     """cos jb and sin jb of an angle b, j = 0 … `most`."""
     first: Pair = (cos(angle), sin(angle))
     found: list[Pair] = [(1.0, 0.0)]
@@ -186,17 +195,22 @@ def _sum(harmonics: np.ndarray, turns: Sequence[Pair]) -> Pair:
     return total
 
 
-def _check(waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficients) -> None:
+def check_frequencies(
+    waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficients
+) -> None:
+    """InputError if `waves` are shorter than those that the excitation was computed for."""
     known = float(coefficients.omega[-1])
     problem = waves_beyond(waves, known, coefficients.memory_limit)
     if problem:
         raise InputError.single(*problem)
+
+
+def check_directions(
+    waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficients
+) -> None:
+    """InputError if `waves` travel in a direction that the excitation was not computed for."""
     if coefficients.dimensions == 3:
-        if not coefficients.has_harmonics:
-            raise InputError.single(
-                "the coefficients have no harmonics of the excitation over the wave direction",
-                "compute the excitation for directions all around, or use still water",
-            )
+        check_harmonics(coefficients)
     elif waves.direction != coefficients.wave_direction:
         raise InputError.single(
             f"the waves travel at {waves.direction:g} deg, the coefficients are for "
@@ -205,10 +219,19 @@ def _check(waves: Jonswap | PiersonMoskowitz | Regular, coefficients: Coefficien
         )
 
 
-def _components(
+def check_harmonics(coefficients: Coefficients) -> None:
+    """InputError if `coefficients` in space have the excitation for one direction only."""
+    if not coefficients.has_harmonics:
+        raise InputError.single(
+            "the coefficients have no harmonics of the excitation over the wave direction",
+            "compute the excitation for directions all around, or use still water",
+        )
+
+
+def record_components(
     recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular
 ) -> tuple[np.ndarray, list[Scalar], list[Scalar]]:
-    """Angular frequencies [rad/s], amplitudes [m] and phases [rad]; the last two recorded."""
+    """Angular frequencies (k,) [rad/s], k amplitudes [m] and phases [rad]; the last two recorded."""
     if isinstance(waves, Regular):
         text = "height of the regular wave"
         height = Variable("wave.height", "m", text, start=waves.height, minimum=0.0)
@@ -261,7 +284,7 @@ def _irregular_amplitudes(
     )
 
 
-def _ramp(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Scalar | float:
+def record_ramp(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Scalar | float:
     """½(1 − cos π t/T) until t = T = `wave.ramp_time`, then 1."""
     period = waves.period if isinstance(waves, Regular) else waves.peak_period
     start = RAMP_PERIODS * period if waves.ramp_time is None else waves.ramp_time

@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from m4e_adapters.hydrodynamics.build import check_config, program_from_config
+from m4e_adapters.hydrodynamics.build import (
+    check_config,
+    program_from_config,
+    program_in_waves,
+)
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.wave_forces import HullWaves
 from m4e_fmi.program import Program
 
 Config = HydrodynamicsConfig
@@ -30,3 +35,15 @@ def make(
 ) -> Program:
     """The configured load on all bodies as a Program; mesh files are looked for in `folder`."""
     return program_from_config(config, name=name, folder=folder, progress=progress)
+
+
+def make_in_waves(
+    config: HydrodynamicsConfig,
+    *,
+    name: str,
+    folder: Path,
+    highest: float,
+    progress: Callable[[str], object] = print,
+) -> tuple[Program, HullWaves]:
+    """The load with the forces of waves as inputs, and what they are up to `highest` [rad/s]."""
+    return program_in_waves(config, name=name, folder=folder, highest=highest, progress=progress)

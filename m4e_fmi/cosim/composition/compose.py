@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from m4e_fmi.analysis.response import InWaves, WaveForces
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.input_checks.drafts import Tell, drafted
 from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.ssp import unpack_member
-from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu import Description, read_description
+from m4e_fmi.fmu import Description, PythonSource, read_description
 from m4e_fmi.fmu.export.expected import expected_description
 from m4e_fmi.fmu.importer.reading import resized
 from m4e_fmi.model import load_model
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
+
+Made = Program | PythonSource
+IN_WAVES = "make_in_waves"
+"""Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
 
 
 def system_program(
@@ -38,7 +43,47 @@ def system_program(
     problems of the system; with components that are no equations, connections that are delayed, and
     loops that have no solution as linear ones.
     """
-    found = _looked_at(system, frozenset(keep_open), tell)
+    return _composed(system, _looked_at(system, frozenset(keep_open), tell), keep_open, tell)
+
+
+def system_in_waves(
+    system: System,
+    *,
+    highest: float,
+    keep_open: Collection[str] = (),
+    tell: Tell | None = None,
+) -> InWaves:
+    """As `system_program`, with the forces of waves as inputs, up to `highest` [rad/s] at least.
+
+    InputError as there, and where no component is in water.
+    """
+    forces: dict[str, WaveForces] = {}
+
+    def drawn(component: Component, tell: Tell) -> Made:
+        source = component.source
+        make = (
+            getattr(kind_module(source.name), IN_WAVES, None) if isinstance(source, Kind) else None
+        )
+        if make is None:
+            return drafted(system, component, tell).made
+        assert isinstance(source, Kind)
+        made, forces[component.name] = make(
+            source.config, name=component.name, folder=system.folder, highest=highest,
+            progress=tell,
+        )  # fmt: skip
+        return made
+
+    found = _looked_at(system, frozenset(keep_open), tell, drawn)
+    forces = {name: f for name, f in forces.items() if name in found.programs}
+    if not forces:
+        message = f"{system.name}: no component gives forces of waves"
+        raise InputError.single(message, "a response to waves needs a component in water")
+    return InWaves(_composed(system, found, keep_open, tell), forces)
+
+
+def _composed(
+    system: System, found: _Found, keep_open: Collection[str], tell: Tell | None
+) -> Program:
     wiring = connect(system, found.descriptions)
     inner = _inner_links(system, wiring, found.programs)
     for line in _left_open(wiring, keep_open, found.programs):
@@ -80,8 +125,13 @@ class _Found:
     descriptions: Mapping[str, Description]
 
 
-def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> _Found:
-    """All components; InputError with all problems of them."""
+def _looked_at(
+    system: System,
+    keep_open: frozenset[str],
+    tell: Tell | None,
+    drawn: Callable[[Component, Tell], Made] | None = None,
+) -> _Found:
+    """All components, those that are no FMU as `drawn`; InputError with all problems of them."""
     if not system.components:
         raise InputError([no_component(system)])
     problems = list(_unknown(system, keep_open))
@@ -95,8 +145,8 @@ def _looked_at(system: System, keep_open: frozenset[str], tell: Tell | None) -> 
                 made = None
                 description = resized(_described(source), component.start)
             else:
-                draft = drafted(system, component, _named(name, tell))
-                made = draft.made
+                say = _named(name, tell)
+                made = drawn(component, say) if drawn else drafted(system, component, say).made
                 description = expected_description(made, Path(f"{name}.fmu"))
             descriptions[name] = with_units(component, description)
         except InputError as error:

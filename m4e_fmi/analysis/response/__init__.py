@@ -1,0 +1,23 @@
+"""Response of systems to waves: transfer functions (RAOs), and statistics in irregular seas.
+
+Small waves: the linear equations. Waves of a given height, and seas: loads such as drag are
+linearised for the motion that they limit (harmonic balance; statistical linearisation).
+Imports `m4e_fmi.analysis` below it. Start with `waves`, then `wave_response` and `sea_response`.
+"""
+
+from m4e_fmi.analysis.response.sea_response import SeaResponse, sea_response
+from m4e_fmi.analysis.response.time_domain import Comparison, compared_in_time
+from m4e_fmi.analysis.response.wave_response import WaveResponse, wave_response
+from m4e_fmi.analysis.response.waves import InWaves, Sea, WaveForces
+
+__all__ = [
+    "Comparison",
+    "InWaves",
+    "Sea",
+    "SeaResponse",
+    "WaveForces",
+    "WaveResponse",
+    "compared_in_time",
+    "sea_response",
+    "wave_response",
+]

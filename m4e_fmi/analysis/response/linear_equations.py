@@ -1,0 +1,61 @@
+"""Linear equations δẋ = A δx + B w, δy = C δx + D w, and their harmonics in waves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.analysis.points import Floats
+from m4e_fmi.analysis.response.local_equations import LocalEquations
+from m4e_fmi.analysis.response.waves import Complex
+from m4e_fmi.errors import RunError
+
+
+@dataclass(frozen=True)
+class LinearEquations:
+    """A (n, n), B (n, m), C (k, n), D (k, m) in SI, and what they are relative to.
+
+    `rates` (n,) and `outputs` (k,) are those without motion.
+    """
+
+    name: str
+    A: Floats
+    B: Floats
+    C: Floats
+    D: Floats
+    rates: Floats
+    outputs: Floats
+
+    @classmethod
+    def of(cls, local: LocalEquations) -> LinearEquations:
+        """Those about the point itself."""
+        found = local.at_rest
+        name = local.point.program.name
+        return cls(name, found.A, found.B, found.C, found.D, found.rates, found.values)
+
+    @classmethod
+    def averaged(cls, local: LocalEquations, steps: Floats, forces: Floats) -> LinearEquations:
+        """Those with the mean derivatives over the `steps` (s, n) with `forces` (s, m), in SI."""
+        n, count = local.n, len(steps)
+        weights = np.full((1, count), 1.0 / count, dtype=complex)
+        slopes = np.real(local.averages(steps, forces, weights)[0])
+        values = local.values(steps, forces).mean(axis=0)
+        return cls(
+            local.point.program.name,
+            slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:], values[:n], values[n:],
+        )  # fmt: skip
+
+    def harmonics(self, omega: Floats, forces: Complex) -> tuple[Complex, Complex]:
+        """Of states (k, n) and outputs (k, outputs) for those of the inputs, `forces` (k, m), in SI.
+
+        For e^{−iωt} with `omega` (k,) [rad/s]. RunError at an undamped natural frequency.
+        """
+        shifted = -1j * omega[:, None, None] * np.eye(len(self.A)) - self.A
+        try:
+            states = np.linalg.solve(shifted, (forces @ self.B.T)[:, :, None])[:, :, 0]
+        except np.linalg.LinAlgError:
+            message = f"{self.name}: one of the periods is an undamped natural period"
+            raise RunError(message, "leave it out, or give the system some damping") from None
+        outputs: Complex = states @ self.C.T + forces @ self.D.T
+        return np.asarray(states, dtype=complex), outputs

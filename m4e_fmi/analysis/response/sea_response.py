@@ -1,0 +1,193 @@
+"""Statistics of the response to an irregular sea, by statistical linearisation.
+
+The motion is taken as Gaussian: a mean x̄ and the covariance of the linear response to the sea. All
+loads have the linear equations that are best for this motion, the mean derivatives
+A = E[∂f/∂x], … (I. E. Kazakov, "Approximate probabilistic analysis of the accuracy of operation of
+essentially nonlinear automatic systems", Autom. Remote Control 17, 1956), and x̄ is where the mean
+of ẋ = f is zero; both are iterated. Of a drag −c |v| v that is the equivalent damping √(8/π) c σ_v.
+
+Means are over samples of a low-discrepancy sequence that have the covariance exactly, so that means
+of quadratic outputs, such as the power of a linear damper, are exact for the linear response.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from m4e_fmi.analysis.equilibrium import newton_matrix
+from m4e_fmi.analysis.points import Floats, OperatingPoint, place
+from m4e_fmi.analysis.response.linear_equations import LinearEquations
+from m4e_fmi.analysis.response.local_equations import LocalEquations
+from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
+from m4e_fmi.analysis.response.waves import Complex, InWaves, Sea
+from m4e_fmi.errors import RunError
+from m4e_fmi.program import Variable
+from m4e_fmi.shown import listing
+
+SAMPLES = 2048
+"""Of the motion, half of them the other half's opposites."""
+ACCURACY = 1e-7
+"""Relative change of standard deviations at which the iteration ends."""
+MOST_STEPS = 200
+LEAST = 1e-12
+"""Part of the largest variance below which a direction of the correlated motion counts as none."""
+
+
+@dataclass(frozen=True)
+class SeaResponse:
+    """Statistics of outputs in a `sea`: `means`, `deviations` (outputs,), in the outputs' units.
+
+    `deviations` are standard deviations. `values` (k, outputs) are the harmonics per wave
+    amplitude of the linearised response to each wave of the sea, `states` (k, n) those of states,
+    `linear` the equations that they come from, about `point` and a mean step `mean` (n,) from it.
+    """
+
+    point: OperatingPoint = field(repr=False)
+    sea: Sea
+    outputs: tuple[Variable, ...]
+    means: Floats = field(repr=False)
+    deviations: Floats = field(repr=False)
+    values: Complex = field(repr=False)
+    states: Complex = field(repr=False)
+    mean_step: Floats = field(repr=False)
+    linear: LinearEquations = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    def mean(self, output: str) -> float:
+        """The mean of an output, in its unit."""
+        return float(self.means[place(output, self.outputs)])
+
+    def deviation(self, output: str) -> float:
+        """The standard deviation of an output, in its unit."""
+        return float(self.deviations[place(output, self.outputs)])
+
+    def zero_crossing_period(self, output: str) -> float:
+        """2π √(m₀/m₂) [s] of the linear response; nan of an output that has none."""
+        density = np.abs(self.values[:, place(output, self.outputs)] * self.sea.amplitudes) ** 2
+        second = float(density @ self.sea.omega**2)
+        return float(2.0 * np.pi * np.sqrt(density.sum() / second)) if second > 0 else float("nan")
+
+    def __repr__(self) -> str:
+        title = (
+            f"SeaResponse of {self.point.program.name!r}: significant height "
+            f"{self.sea.significant_height:.4g} m, {len(self.sea.omega)} waves"
+        )
+        rows = zip(self.outputs, self.means, self.deviations, strict=True)
+        return listing(title, outputs=[f"{v.name}: {m:.6g} ± {s:.6g} {v.unit}" for v, m, s in rows])
+
+
+def sea_response(
+    waves: InWaves, point: OperatingPoint, sea: Sea, *, outputs: Sequence[str] | None = None
+) -> SeaResponse:
+    """Statistics in `sea` of the motion about `point`, an equilibrium in still water.
+
+    `outputs` names outputs or states, by default `usual_outputs`. InputError for unknown names,
+    RunError if the iteration does not converge.
+    """
+    names = usual_outputs(waves.program) if outputs is None else outputs
+    local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
+    forces = waves.per_amplitude(sea.omega, sea.direction, point)
+    motion = _Motion(local, sea, forces)
+    linear, mean = motion.settled()
+    states, values = linear.harmonics(sea.omega, forces)
+    means, deviations = motion.statistics(linear, mean)
+    return SeaResponse(
+        point=point, sea=sea, outputs=local.outputs, means=means, deviations=deviations,
+        values=values, states=states, mean_step=mean, linear=linear,
+        notes=tuple(doubts(waves, local, _needed(sea), small=False)),
+    )  # fmt: skip
+
+
+def _needed(sea: Sea) -> float:
+    """The frequency [rad/s] below which 97 % of the energy of the sea are."""
+    order = np.argsort(sea.omega)
+    energy = np.cumsum(sea.amplitudes[order] ** 2)
+    return float(sea.omega[order][np.searchsorted(energy, 0.97 * energy[-1])])
+
+
+class _Motion:
+    """The Gaussian motion in a sea, whose inputs per amplitude are `forces` (k, m)."""
+
+    def __init__(self, local: LocalEquations, sea: Sea, forces: Complex) -> None:
+        self.local, self.sea, self.forces = local, sea, forces
+        self._normal = _normal_samples(len(local.curved))
+
+    def settled(self) -> tuple[LinearEquations, Floats]:
+        """The equivalent linear equations, and the mean step (n,) of the states."""
+        mean = np.zeros(self.local.n)
+        linear = LinearEquations.of(self.local)
+        last = self._covariance(linear)
+        for _ in range(MOST_STEPS):
+            linear = self._averaged(mean, last)
+            sizes = 1.0 + np.abs(mean)
+            step = newton_matrix(linear.A, sizes) @ linear.rates
+            mean = mean + step
+            now = self._covariance(linear)
+            change = np.max(np.abs(np.sqrt(now.diagonal()) - np.sqrt(last.diagonal())))
+            scale = np.sqrt(np.max(now.diagonal()[: self.local.n], initial=0.0))
+            last = now
+            if change <= ACCURACY * max(scale, 1.0) and np.max(np.abs(step) / sizes) <= ACCURACY:
+                return linear, mean
+        name = self.local.point.program.name
+        message = f"{name}: the linearised response to the sea did not settle"
+        raise RunError(message, "take a lower sea, or simulate")
+
+    def statistics(self, linear: LinearEquations, mean: Floats) -> tuple[Floats, Floats]:
+        """Means and standard deviations of the outputs (k,).
+
+        What is linear in the motion and what is left do not correlate.
+        """
+        n, covariance = self.local.n, self._covariance(linear)
+        steps, forces = self._samples(mean, covariance)
+        outputs = self.local.values(steps, forces)[:, n:]
+        slopes = np.concatenate([linear.C, linear.D], axis=1)
+        explained = (steps - mean) @ linear.C.T + forces @ linear.D.T
+        left = np.var(outputs - explained, axis=0)
+        variance = np.einsum("ij,jk,ik->i", slopes, covariance, slopes)
+        return outputs.mean(axis=0), np.sqrt(np.maximum(variance, 0.0) + left)
+
+    def _averaged(self, mean: Floats, covariance: Floats) -> LinearEquations:
+        return LinearEquations.averaged(self.local, *self._samples(mean, covariance))
+
+    def _covariance(self, linear: LinearEquations) -> Floats:
+        """Of states and inputs, (n + m, n + m)."""
+        states, _ = linear.harmonics(self.sea.omega, self.forces)
+        all_of = np.concatenate([states, self.forces], axis=1) * self.sea.amplitudes[:, None]
+        return 0.5 * np.real(all_of.T @ all_of.conj())
+
+    def _samples(self, mean: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+        """Steps (s, n) and inputs (s, m) with that covariance, of the curved ones only."""
+        n, curved = self.local.n, self.local.curved
+        found = np.zeros((len(self._normal), len(covariance)))
+        if curved:
+            found[:, curved] = _with_covariance(self._normal, covariance[np.ix_(curved, curved)])
+        return found[:, :n] + mean, found[:, n:]
+
+
+def _normal_samples(count: int) -> Floats:
+    """Samples (s, count) of independent normal numbers, with unit covariance exactly."""
+    if count == 0:
+        return np.zeros((1, 0))
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    half = SAMPLES // 2
+    uniform = qmc.Sobol(count, rng=np.random.default_rng(0)).random(half)
+    normal = ndtri(np.clip(uniform, 1e-12, 1.0 - 1e-12))
+    both = np.concatenate([normal, -normal])
+    square = both.T @ both / len(both)
+    return np.asarray(np.linalg.solve(np.linalg.cholesky(square), both.T).T, dtype=float)
+
+
+def _with_covariance(normal: Floats, covariance: Floats) -> Floats:
+    """Samples (s, r) with a `covariance` (r, r), from normal ones."""
+    scale = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    divisor = np.where(scale > 0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(divisor, divisor))
+    order = np.argsort(-values)  # the first numbers of the sequence are the most even
+    roots = np.sqrt(np.where(values > LEAST * values.max(initial=0.0), np.maximum(values, 0), 0))
+    factor = (vectors * roots)[:, order] * scale[:, None]
+    return normal @ factor.T

@@ -1,0 +1,177 @@
+"""Response to regular waves: transfer functions (RAOs) of outputs per wave amplitude.
+
+Small waves have that of the linear equations, waves of a height that of `steady_motion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.analysis.attitudes import attitudes
+from m4e_fmi.analysis.modes import NEGLIGIBLE
+from m4e_fmi.analysis.points import Floats, OperatingPoint, motion, place
+from m4e_fmi.analysis.response.linear_equations import LinearEquations
+from m4e_fmi.analysis.response.local_equations import LocalEquations
+from m4e_fmi.analysis.response.steady_motion import steady_motion
+from m4e_fmi.analysis.response.waves import Complex, InWaves
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import TIME, Program, Variable
+from m4e_fmi.shown import listing
+
+POWER = "W"
+INPUTS = "inputs.power"
+THIRD = 0.05
+"""Third harmonic over first from which on it is told."""
+COUNTS = 1e-3
+"""Part of the largest output of its unit from which on a third harmonic matters."""
+
+
+@dataclass(frozen=True)
+class WaveResponse:
+    """First harmonics of outputs per wave amplitude: y = mean + Re[of a e^{−iωt}].
+
+    A crest of the wave, of amplitude a, is at x = y = 0 at t = 0. `omega` (k,) [rad/s],
+    `directions` (d,) [rad]; `values` (d, k, outputs) complex, per m. `height` [m] is that of the
+    waves, 0 of small ones. `means` (d, k, outputs) are over a period, in the outputs' units;
+    `third` (d, k, outputs) the amplitude of the third harmonic over that of the first [1];
+    `states` (d, k, n) are those of the states, as `values`. `notes` say where the response is in
+    doubt.
+    """
+
+    point: OperatingPoint = field(repr=False)
+    omega: Floats
+    directions: Floats
+    height: float
+    outputs: tuple[Variable, ...]
+    values: Complex = field(repr=False)
+    means: Floats = field(repr=False)
+    third: Floats = field(repr=False)
+    states: Complex = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def periods(self) -> Floats:
+        """2π/ω [s], (k,)."""
+        return 2.0 * np.pi / self.omega
+
+    def of(self, output: str, direction: int = 0) -> Complex:
+        """The response of an output (k,), in its unit per m, to the `direction` of that number."""
+        return self.values[direction, :, place(output, self.outputs)]
+
+    def mean(self, output: str, direction: int = 0) -> Floats:
+        """The mean of an output (k,) in its unit, as of a power, in waves of that direction."""
+        return self.means[direction, :, place(output, self.outputs)]
+
+    def __repr__(self) -> str:
+        waves = f"waves of {self.height:g} m" if self.height else "small waves"
+        return listing(
+            f"WaveResponse of {self.point.program.name!r} to {waves}: {len(self.omega)} periods, "
+            f"{len(self.directions)} directions",
+            outputs=self.outputs,
+        )
+
+
+def wave_response(
+    waves: InWaves,
+    point: OperatingPoint,
+    *,
+    periods: ArrayLike,
+    directions: ArrayLike | None = None,
+    outputs: Sequence[str] | None = None,
+    height: float = 0.0,
+) -> WaveResponse:
+    """The response to regular waves of `periods` (k,) [s] about `point`, an equilibrium.
+
+    `directions` (d,) [rad] are those that waves travel to, by default the configured one. `outputs`
+    names outputs or states, by default `usual_outputs`. `height` [m] is that of the waves, crest to
+    trough; 0: small waves. InputError for periods that are not positive and unknown names,
+    RunError where no steady motion is found.
+    """
+    omega = _frequencies(periods)
+    if not (np.isfinite(height) and height >= 0):
+        raise InputError.single(f"the wave height must not be negative, got {height:g} m")
+    given = waves.own_direction(point) if directions is None else directions
+    angles = np.atleast_1d(np.asarray(given, dtype=float))
+    names = usual_outputs(waves.program) if outputs is None else outputs
+    local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
+    rest = LinearEquations.of(local)
+    shape = (len(angles), len(omega), len(local.outputs))
+    values, states = np.zeros(shape, complex), np.zeros((*shape[:2], local.n), complex)
+    means, third = np.zeros(shape), np.zeros(shape)
+    means[:] = rest.outputs
+    drifts: dict[str, None] = {}
+    for d, angle in enumerate(angles.tolist()):
+        forces = waves.per_amplitude(omega, angle, point)
+        states[d], values[d] = rest.harmonics(omega, forces)
+        for k in range(len(omega) if height else 0):
+            steady = steady_motion(local, float(omega[k]), forces[k], states[d, k], height / 2.0)
+            states[d, k], values[d, k] = steady.states, steady.response
+            means[d, k], third[d, k] = steady.mean, steady.third
+            drifts |= {steady.drift: None} if steady.drift else {}
+    notes = [*doubts(waves, local, float(omega.max()), small=height == 0)]
+    notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
+    notes += _third_harmonics(local, omega, values, third)
+    return WaveResponse(
+        point=point, omega=omega, directions=angles, height=height, outputs=local.outputs,
+        values=values, means=means, third=third, states=states,
+        notes=tuple(notes),
+    )  # fmt: skip
+
+
+def usual_outputs(program: Program) -> list[str]:
+    """Coordinates (of free attitudes roll, pitch, yaw), and outputs that are powers."""
+    known = {v.name for v in program.outputs}
+    moved = [program.states[q].name for q, _ in motion(program)]
+    turned = [f"{a.owner}.{name}" for a in attitudes(program) for name in ("phi", "theta", "psi")]
+    powers = [v.name for v in program.outputs if v.unit == POWER and not v.name.endswith(INPUTS)]
+    return [*moved, *(name for name in turned if name in known), *powers]
+
+
+def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool) -> Iterator[str]:
+    """Lines on what makes a response to waves up to `highest` [rad/s] doubtful."""
+    values = np.linalg.eigvals(local.at_rest.A)
+    growth = float(np.max(values.real, initial=0.0))
+    if growth > NEGLIGIBLE * np.max(np.abs(values), initial=0.0):
+        yield f"a motion grows at rest ({growth:.3g} 1/s): the response has no meaning"
+    if highest > waves.highest * (1 + 1e-9):
+        period = 2.0 * np.pi / waves.highest
+        yield (
+            f"waves shorter than {period:.4g} s are beyond the computed forces, which decrease as "
+            "1/omega^3 from there"
+        )
+    if any(TIME in local.point.program.dependencies(node) for node in waves.program.rates):
+        yield f"loads depend on time: they are taken at t = {local.point.time:g} s"
+    if small and local.curved:
+        yield "small waves: drag and all that is not linear count as at rest"
+
+
+def _third_harmonics(
+    local: LocalEquations, omega: Floats, values: Complex, third: Floats
+) -> Iterator[str]:
+    """A line for each output whose third harmonic is not small beside its first.
+
+    Outputs that are small beside others of their unit, and powers, are passed over.
+    """
+    sizes = np.abs(values)
+    units = [v.unit for v in local.outputs]
+    for j, v in enumerate(local.outputs):
+        alike = [k for k, unit in enumerate(units) if unit == v.unit]
+        counts = sizes[:, :, j] > COUNTS * sizes[:, :, alike].max(axis=2)
+        found = np.where(counts, third[:, :, j], 0.0)
+        if v.unit != POWER and found.max(initial=0.0) > THIRD:
+            period = 2.0 * np.pi / omega[int(np.argmax(found.max(axis=0)))]
+            yield (
+                f"third harmonic of {v.name}: up to {100 * found.max():.2g} % of the first, at "
+                f"{period:.4g} s"
+            )
+
+
+def _frequencies(periods: ArrayLike) -> Floats:
+    found = np.atleast_1d(np.asarray(periods, dtype=float))
+    if found.ndim != 1 or not (np.isfinite(found).all() and (found > 0).all() and found.size):
+        raise InputError.single("wave periods must be positive numbers of seconds, at least one")
+    return 2.0 * np.pi / found

@@ -1,0 +1,177 @@
+"""A program in waves: the forces of waves are inputs, known for each frequency and direction.
+
+Waves are written e^{−iωt}: a wave of complex amplitude a has the elevation Re[a e^{−iωt}] at
+x = y = 0, and makes the force Re[X a e^{−iωt}].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.analysis.points import Evaluation, Floats, OperatingPoint
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Sea:
+    """An irregular sea: the sum of waves of `omega` (k,) [rad/s] and `amplitudes` (k,) [m].
+
+    Their phases are random. `direction` [rad] is the one that they travel to, from +X towards +Y.
+    """
+
+    omega: Floats = field(repr=False)
+    amplitudes: Floats = field(repr=False)
+    direction: float
+
+    @property
+    def significant_height(self) -> float:
+        """4 √m₀ [m]."""
+        return 4.0 * float(np.sqrt(np.sum(self.amplitudes**2) / 2.0))
+
+
+class WaveForces(Protocol):
+    """Forces of waves on a program, whose `inputs` they are, the elevation at x = y = 0 among them.
+
+    `highest` [rad/s] is the frequency up to which they were computed; beyond it they fall off.
+    `values` below are those of the program's parameters, states and calculated parameters by name.
+    """
+
+    @property
+    def inputs(self) -> Sequence[str]:
+        """Names of the inputs, m of them."""
+        ...
+
+    @property
+    def highest(self) -> float:
+        """The highest computed angular frequency [rad/s]."""
+        ...
+
+    def per_amplitude(
+        self, omega: Floats, direction: float, values: Mapping[str, float]
+    ) -> Complex:
+        """Each input per amplitude of the wave, (k, m) [unit of the input / m].
+
+        For waves of `omega` (k,) [rad/s] that travel to `direction` [rad]. InputError for a
+        direction that is not known.
+        """
+        ...
+
+    def own_sea(self, values: Mapping[str, float]) -> Sea | None:
+        """The irregular sea that the program was configured with, if it was."""
+        ...
+
+    def own_direction(self, values: Mapping[str, float]) -> float:
+        """The direction [rad] that the program was configured with; 0 in still water."""
+        ...
+
+    def jonswap(
+        self, significant_height: float, peak_period: float, enhancement: float, direction: float
+    ) -> Sea:
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        ...
+
+
+@dataclass(frozen=True)
+class InWaves:
+    """A `program` with the forces of waves as inputs; `forces` by the part that they act on.
+
+    The part "" is the program itself. Names of a part begin with that of the part in the program.
+    """
+
+    program: Program
+    forces: Mapping[str, WaveForces]
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names of all inputs that are forces of waves, in the order of `per_amplitude`."""
+        return [
+            _joined(part, name) for part, forces in self.forces.items() for name in forces.inputs
+        ]
+
+    @property
+    def highest(self) -> float:
+        """The angular frequency [rad/s] up to which the forces of all parts were computed."""
+        return min(forces.highest for forces in self.forces.values())
+
+    def per_amplitude(self, omega: Floats, direction: float, point: OperatingPoint) -> Complex:
+        """All `inputs` per amplitude of the wave, (k, m), for `omega` (k,) [rad/s].
+
+        `direction` [rad] is the one that the waves travel to.
+        """
+        parts = [
+            forces.per_amplitude(omega, direction, self._values(part, point))
+            for part, forces in self.forces.items()
+        ]
+        return np.concatenate(parts, axis=1)
+
+    def own_direction(self, point: OperatingPoint) -> float:
+        """The direction [rad] of the first part's waves."""
+        part, forces = next(iter(self.forces.items()))
+        return forces.own_direction(self._values(part, point))
+
+    def own_sea(self, point: OperatingPoint) -> Sea:
+        """The sea that the parts were configured with.
+
+        InputError if there is none, or if that of one part is not that of another.
+        """
+        seas = [f.own_sea(self._values(part, point)) for part, f in self.forces.items()]
+        found = [sea for sea in seas if sea is not None]
+        name = self.program.name
+        if not found:
+            raise InputError.single(
+                f"{name}: it was configured with no irregular sea",
+                "give one: --sea HEIGHT PERIOD, or `waves: {spectrum: jonswap, …}` in its file",
+            )
+        first = found[0]
+        if len(found) < len(seas) or not all(_same(first, sea) for sea in found[1:]):
+            raise InputError.single(
+                f"{name}: the components in water have different seas",
+                "give one for all: --sea HEIGHT PERIOD",
+            )
+        return first
+
+    def jonswap(
+        self, significant_height: float, peak_period: float, enhancement: float, direction: float
+    ) -> Sea:
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        forces = next(iter(self.forces.values()))
+        return forces.jonswap(significant_height, peak_period, enhancement, direction)
+
+    def _values(self, part: str, point: OperatingPoint) -> dict[str, float]:
+        """Parameters, states and calculated parameters of a part, by their names in it."""
+        calculated = zip(self.program.calculated, self._calculated.at(point), strict=True)
+        known = {**point.values, **{v.name: float(value) for v, value in calculated}}
+        start = _joined(part, "")
+        return {
+            name.removeprefix(start): value
+            for name, value in known.items()
+            if name.startswith(start)
+        }
+
+    @cached_property
+    def _calculated(self) -> Evaluation:
+        """The calculated parameters, as outputs."""
+        program = self.program
+        outputs, results = program.calculated, program.constants
+        return Evaluation(replace(program, outputs=outputs, results=results))
+
+
+def _joined(part: str, name: str) -> str:
+    return f"{part}.{name}" if part else name
+
+
+def _same(one: Sea, other: Sea) -> bool:
+    return (
+        one.direction == other.direction
+        and np.array_equal(one.omega, other.omega)
+        and np.array_equal(one.amplitudes, other.amplitudes)
+    )

@@ -1,0 +1,148 @@
+"""Responses to waves, as text and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis.response import Comparison, SeaResponse, WaveResponse
+    from m4e_fmi.program import Variable
+
+PER_TABLE = 4
+POWER = "W"
+
+
+def wave_text(response: WaveResponse) -> str:
+    """Amplitudes and phases of outputs by period, a table for each direction."""
+    name = response.point.program.name
+    waves = f"waves of {response.height:g} m" if response.height else "small waves"
+    lines = [
+        f"{name}: response to {waves}, per m of amplitude; phases are behind the crest at x = y = 0"
+    ]
+    harmonic = [j for j, v in enumerate(response.outputs) if v.unit != POWER]
+    for d, angle in enumerate(np.degrees(response.directions).tolist()):
+        for k in range(0, len(harmonic), PER_TABLE):
+            lines += ["", f"waves to {round(angle, 9):g} deg"]
+            lines += _harmonics(response, d, harmonic[k : k + PER_TABLE])
+        if response.height:
+            lines += _means(response, d)
+    return "\n".join([*lines, *_notes(response.notes)])
+
+
+def sea_text(response: SeaResponse) -> str:
+    """Means, standard deviations and zero-crossing periods of outputs."""
+    sea = response.sea
+    angle = round(float(np.degrees(sea.direction)), 9)
+    lines = [
+        f"{response.point.program.name}: response to a sea of significant height "
+        f"{sea.significant_height:.4g} m to {angle:g} deg, linearised for it",
+        "",
+        f"  {'':<36} {'mean':>13} {'deviation':>13} {'crossings':>10}",
+    ]
+    for v, mean, deviation in zip(
+        response.outputs, response.means, response.deviations, strict=True
+    ):
+        period = response.zero_crossing_period(v.name)
+        shown = "" if v.unit == POWER or not np.isfinite(period) else f"{period:8.4g} s"
+        lines.append(f"  {v.name:<36} {mean:13.6g} {deviation:13.6g} {shown:>10}  {v.unit}")
+    return "\n".join([*lines, *_notes(response.notes)])
+
+
+def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
+    """Values of a simulation beside those of the linearised response."""
+    lines = ["", f"beside a simulation {title}:"]
+    lines.append(f"  {'':<36} {'':<18} {'simulated':>13} {'linearised':>13} {'difference':>10}")
+    for c in found:
+        if c.unit == POWER and c.what != "mean":
+            continue
+        shown = f"{100 * c.difference:+9.2g} %" if np.isfinite(c.difference) else ""
+        lines.append(
+            f"  {c.output:<36} {c.what:<18} {c.simulated:13.6g} {c.linearised:13.6g} {shown:>10}"
+            f"  {c.unit}"
+        )
+    return "\n".join(lines)
+
+
+def wave_json(response: WaveResponse) -> dict[str, object]:
+    """All numbers of a response: angles in rad, units by output."""
+    return {
+        "periods": response.periods.tolist(),
+        "directions": response.directions.tolist(),
+        "height": response.height,
+        "notes": list(response.notes),
+        "outputs": {
+            v.name: {
+                "unit": v.unit,
+                "amplitude_per_m": np.abs(response.values[:, :, j]).tolist(),
+                "phase": np.angle(response.values[:, :, j]).tolist(),
+                "mean": response.means[:, :, j].tolist(),
+                "third_harmonic": response.third[:, :, j].tolist(),
+            }
+            for j, v in enumerate(response.outputs)
+        },
+    }
+
+
+def sea_json(response: SeaResponse) -> dict[str, object]:
+    """All statistics of a response."""
+    return {
+        "significant_height": response.sea.significant_height,
+        "direction": response.sea.direction,
+        "notes": list(response.notes),
+        "outputs": {
+            v.name: {"unit": v.unit, "mean": mean, "standard_deviation": deviation}
+            for v, mean, deviation in zip(
+                response.outputs,
+                response.means.tolist(),
+                response.deviations.tolist(),
+                strict=True,
+            )
+        },
+    }
+
+
+def _harmonics(response: WaveResponse, d: int, columns: Sequence[int]) -> list[str]:
+    """Rows of one direction, with amplitude and phase of the outputs in `columns`."""
+    shown = [response.outputs[j] for j in columns]
+    lines = [
+        f"  {'period':>9}" + "".join(f"  {_short(v):>22}" for v in shown),
+        f"  {'[s]':>9}" + "".join(f"  {f'[{_per_m(v)}]':>13} {'[deg]':>8}" for v in shown),
+    ]
+    for k, period in enumerate(response.periods):
+        cells = [response.values[d, k, j] for j in columns]
+        lines.append(
+            f"  {period:9.4g}"
+            + "".join(f"  {abs(x):13.5g} {np.degrees(np.angle(x)):8.1f}" for x in cells)
+        )
+    return lines
+
+
+def _means(response: WaveResponse, d: int) -> list[str]:
+    """Rows of one direction, with the means of powers."""
+    powers = [j for j, v in enumerate(response.outputs) if v.unit == POWER]
+    if not powers:
+        return []
+    lines = [
+        "",
+        f"  {'period':>9}" + "".join(f"  {_short(response.outputs[j]):>22}" for j in powers),
+    ]
+    lines.append(f"  {'[s]':>9}" + "".join(f"  {'mean [W]':>22}" for _ in powers))
+    for k, period in enumerate(response.periods):
+        cells = "".join(f"  {response.means[d, k, j]:22.6g}" for j in powers)
+        lines.append(f"  {period:9.4g}{cells}")
+    return lines
+
+
+def _notes(notes: Sequence[str]) -> list[str]:
+    return ["", *(f"note: {note}" for note in notes)] if notes else []
+
+
+def _short(v: Variable) -> str:
+    return v.name if len(v.name) <= 22 else f"…{v.name[-21:]}"
+
+
+def _per_m(v: Variable) -> str:
+    return f"({v.unit})/m" if "/" in v.unit else f"{v.unit}/m"
