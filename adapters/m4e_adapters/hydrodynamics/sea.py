@@ -231,7 +231,7 @@ def check_harmonics(coefficients: Coefficients) -> None:
 def record_components(
     recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular
 ) -> tuple[np.ndarray, list[Scalar], list[Scalar]]:
-    """Angular frequencies (k,) [rad/s], k amplitudes [m] and phases [rad]; the last two recorded."""
+    """Angular frequencies (k,) [rad/s], and recorded, k amplitudes [m] and phases [rad]."""
     if isinstance(waves, Regular):
         text = "height of the regular wave"
         height = Variable("wave.height", "m", text, start=waves.height, minimum=0.0)

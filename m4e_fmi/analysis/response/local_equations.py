@@ -79,7 +79,7 @@ class LocalEquations:
         return [k for k, name in enumerate(columns) if name in needed]
 
     def values(self, steps: Floats, forces: Floats) -> Floats:
-        """Rates, then outputs (s, n + k) at the `steps` (s, n), with inputs `forces` (s, m), in SI."""
+        """Rates, then outputs (s, n + k), at `steps` (s, n) with inputs `forces` (s, m), in SI."""
         linear = self._linear
         states = self._moved(steps)
         found = self._values.at(self.point, states, forces)

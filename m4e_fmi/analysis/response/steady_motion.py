@@ -1,10 +1,10 @@
-"""Steady motion in regular waves of a given height: a mean and a first harmonic that balance.
+"""Steady motion in regular waves of a given height: a mean and three harmonics that balance.
 
-x = x̄ + Re[x₁ e^{−iωt}] such that mean and first harmonic of ẋ = f(x, wave) balance (harmonic
-balance: N. M. Krylov, N. N. Bogoliubov, "Introduction to Non-Linear Mechanics", 1943). So each load
-is linearised for the motion that it limits: a drag −c |v| v has the damping 8/(3π) c |v₁|. Loads
-are evaluated at equal phases of a period. With J_k the mean of ∂f/∂x e^{ikωt}, changes of x̄ and x₁
-change the mean of f by J₀ δx̄ + Re[J₁* δx₁], its harmonic by 2 J₁ δx̄ + J₀ δx₁ + J₂ δx₁*.
+x = x̄ + Σ Re[x_h e^{−ihωt}], h = 1, 2, 3, such that mean and harmonics of ẋ = f(x, wave) balance
+(harmonic balance: N. M. Krylov, N. N. Bogoliubov, "Introduction to Non-Linear Mechanics", 1943). So
+each load is linearised for the motion that it limits: a drag −c |v| v of one harmonic has the
+damping 8/(3π) c |v₁|. Loads are evaluated at equal phases φ of a period. With the functions
+b = 1, cos hφ, sin hφ the derivatives of the balance are means of ∂f/∂x b_i b_j.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve, svd
 
-from m4e_fmi.analysis.equilibrium import newton_matrix
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.errors import RunError
 
+HARMONICS = 3
 PHASES = 64
 """Points of a period; of |v| v they leave 1e-5 of the harmonic."""
 ACCURACY = 1e-9
@@ -26,16 +27,26 @@ ACCURACY = 1e-9
 MOST_STEPS = 60
 SHORTEST = 1e-3
 """Part of a Newton step below which the search is given up."""
+RANK = 1e-12
+"""Singular values of the mean equations below this part of the largest are zero."""
 DRIFT = 1e-6
-"""Mean rate, over what a unit change of all states causes, from which on it is told."""
+"""Mean rate, over that which a unit change of all states causes, from which on it is told."""
 _PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
 _FIRST: Complex = np.exp(1j * _PHASE)
-_WEIGHTS: Complex = np.stack([_FIRST**k for k in range(3)]) / PHASES
+_BASIS = np.array(
+    [
+        np.ones(PHASES),
+        *(f(h * _PHASE) for h in range(1, HARMONICS + 1) for f in (np.cos, np.sin)),
+    ]
+)
+_TESTS = _BASIS * np.array([1.0] + [2.0] * (2 * HARMONICS))[:, None] / PHASES
+_SIZE = len(_BASIS)
+_PRODUCTS: Complex = (_TESTS[:, None] * _BASIS[None]).reshape(-1, PHASES).astype(complex)
 
 
 @dataclass(frozen=True)
 class SteadyMotion:
-    """Harmonics per wave amplitude, of the states (n,) and of the outputs, `response` (k,).
+    """First harmonics per wave amplitude, of the states (n,) and of the outputs, `response` (k,).
 
     `mean` (k,) of the outputs; `third` (k,), their third harmonic over the first [1]. `drift` names
     a state whose mean rate nothing balances, "" if there is none.
@@ -54,94 +65,71 @@ def steady_motion(
     """The steady motion in waves of `omega` [rad/s] and `amplitude` [m].
 
     `forces` (m,) are the harmonics of the inputs and `guess` (n,) of the states, in SI, per m of
-    amplitude.
-    RunError if none is found.
+    amplitude. RunError if none is found.
     """
-    n = local.n
     waves = np.real(amplitude * forces * np.conj(_FIRST)[:, None])
     balance = _Balance(local, omega, waves)
-    x = np.concatenate([np.zeros(n), (amplitude * guess).real, (amplitude * guess).imag])
+    x = np.zeros((_SIZE, local.n))
+    x[1], x[2] = amplitude * guess.real, amplitude * guess.imag
     x = balance.solved(x)
-    first = x[n : 2 * n] + 1j * x[2 * n :]
-    values, slopes = balance.values(x), balance.slopes(x)[0].real
-    outputs = values[:, n:]
-    response = 2.0 / PHASES * (_FIRST @ outputs)
-    third = 2.0 / PHASES * (_FIRST**3 @ values)
-    shifted = -3j * omega * np.eye(n) - slopes[:n, :n]
-    above = third[n:] + slopes[n:, :n] @ np.linalg.solve(shifted, third[:n])
-    scale = np.maximum(np.abs(response), np.finfo(float).tiny)
+    values = balance.values(x)
+    outputs = values[:, local.n :]
+    first, third = (2.0 / PHASES * (_FIRST**h @ outputs) for h in (1, 3))
     return SteadyMotion(
-        states=first / amplitude,
-        response=response / amplitude,
+        states=(x[1] + 1j * x[2]) / amplitude,
+        response=first / amplitude,
         mean=outputs.mean(axis=0),
-        third=np.abs(above) / scale,
-        drift=_drift(local, values[:, :n], slopes[:n, :n]),
+        third=np.abs(third) / np.maximum(np.abs(first), np.finfo(float).tiny),
+        drift=balance.drift(x),
     )
 
 
-def _drift(local: LocalEquations, rates: Floats, slopes: Floats) -> str:
-    """The state with the largest mean of `rates` (phases, n), if no change of states balances it.
-
-    `slopes` (n, n) are the mean derivatives of the rates.
-    """
-    left = np.abs(rates.mean(axis=0)) / (1.0 + np.abs(slopes).sum(axis=1))
-    worst = int(np.argmax(left))
-    return local.states[worst].name if left[worst] > DRIFT else ""
-
-
 class _Balance:
-    """The balance of mean and first harmonic; x (3n,) has mean, real and imaginary part."""
+    """The balance of mean and harmonics; x (2·HARMONICS + 1, n) has the parts of the basis."""
 
     def __init__(self, local: LocalEquations, omega: float, waves: Floats) -> None:
         self.local, self.omega, self.waves = local, omega, waves
 
-    def _steps(self, x: Floats) -> Floats:
-        mean, real, imaginary = x.reshape(3, -1)
-        return mean + np.outer(np.cos(_PHASE), real) + np.outer(np.sin(_PHASE), imaginary)
-
     def values(self, x: Floats) -> Floats:
         """Rates and outputs (phases, n + k)."""
-        return self.local.values(self._steps(x), self.waves)
-
-    def slopes(self, x: Floats) -> Complex:
-        """J₀, J₁, J₂ of rates and outputs, (3, n + k, n + m)."""
-        return self.local.averages(self._steps(x), self.waves, _WEIGHTS)
+        return self.local.values(_BASIS.T @ x, self.waves)
 
     def rest(self, x: Floats) -> Floats:
-        """The unbalanced mean and harmonic of the rates (3n,)."""
-        n = self.local.n
-        rates = self.values(x)[:, :n]
-        first = x[n : 2 * n] + 1j * x[2 * n :]
-        harmonic = 2.0 / PHASES * (_FIRST @ rates) + 1j * self.omega * first
-        return np.concatenate([rates.mean(axis=0), harmonic.real, harmonic.imag])
+        """The unbalanced parts of the rates, as `x`."""
+        found = _TESTS @ self.values(x)[:, : self.local.n]
+        for h in range(1, HARMONICS + 1):
+            cosine, sine = 2 * h - 1, 2 * h
+            found[cosine] -= h * self.omega * x[sine]
+            found[sine] += h * self.omega * x[cosine]
+        return found
 
-    def newton(self, x: Floats, sizes: Floats) -> Floats:
-        """N (3n, 3n): N `rest` is the Newton step."""
+    def slopes(self, x: Floats) -> Floats:
+        """Derivatives of `rest` by `x`, (parts, n, parts, n)."""
         n = self.local.n
-        mean, one, two = self.slopes(x)[:, :n, :n]
-        turn = self.omega * np.eye(n)
-        slopes = np.block(
-            [
-                [mean.real, one.real, one.imag],
-                [2.0 * one.real, mean.real + two.real, two.imag - turn],
-                [2.0 * one.imag, two.imag + turn, mean.real - two.real],
-            ]
-        )
-        return newton_matrix(slopes, sizes)
+        found = self.local.averages(_BASIS.T @ x, self.waves, _PRODUCTS)[:, :n, :n].real
+        slopes = found.reshape(_SIZE, _SIZE, n, n).transpose(0, 2, 1, 3).copy()
+        own = np.arange(n)
+        for h in range(1, HARMONICS + 1):
+            cosine, sine = 2 * h - 1, 2 * h
+            slopes[cosine, own, sine, own] -= h * self.omega
+            slopes[sine, own, cosine, own] += h * self.omega
+        return slopes
+
+    def newton(self, x: Floats) -> _Newton:
+        """Newton steps from `x`."""
+        return _Newton(self.slopes(x), 1.0 + np.abs(x[0]))
 
     def solved(self, x: Floats) -> Floats:
         """The x at which all balances, from a guess."""
-        sizes = np.ones_like(x)
         for _ in range(MOST_STEPS):
-            sizes = 1.0 + np.abs(x)
-            newton = self.newton(x, sizes)
-            step = newton @ self.rest(x)
+            sizes, newton = 1.0 + np.abs(x), self.newton(x)
+            step = newton.step(self.rest(x))
             if np.max(np.abs(step) / sizes) <= ACCURACY:
                 return x + step
             part = 1.0
             while True:
                 ahead = x + part * step
-                left = newton @ self.rest(ahead)
+                left = newton.step(self.rest(ahead))
                 if np.linalg.norm(left / sizes) <= (1 - part / 4) * np.linalg.norm(step / sizes):
                     break
                 part /= 2.0
@@ -150,9 +138,49 @@ class _Balance:
             x = ahead
         raise self._lost()
 
+    def drift(self, x: Floats) -> str:
+        """The state with the largest mean rate, if no change of states balances it."""
+        mean, slopes = self.rest(x)[0], self.slopes(x)[0, :, 0]
+        left = np.abs(mean) / (1.0 + np.abs(slopes).sum(axis=1))
+        worst = int(np.argmax(left))
+        return self.local.states[worst].name if left[worst] > DRIFT else ""
+
     def _lost(self) -> RunError:
         name, period = self.local.point.program.name, 2.0 * np.pi / self.omega
         return RunError(
             f"{name}: no steady motion in waves of {period:.6g} s was found",
             "take a smaller height, or simulate: the motion may not have the period of the waves",
         )
+
+
+class _Newton:
+    """Newton steps of a balance, whose mean is not moved where nothing says how far.
+
+    `slopes` (parts, n, parts, n) are derivatives, `sizes` (n,) scales of the states; in SI.
+    """
+
+    def __init__(self, slopes: Floats, sizes: Floats) -> None:
+        n = slopes.shape[1]
+        means = slopes[0, :, 0] * sizes
+        rows = np.linalg.norm(means, axis=1)
+        rows[rows <= RANK * np.max(rows, initial=0.0)] = np.inf
+        left, values, right = svd(means / rows[:, None])
+        known = int(np.sum(values > RANK * values[0])) if n else 0
+        self._rows = left[:, :known].T / rows
+        """Combinations of the mean equations that hold the mean."""
+        self._columns = sizes[:, None] * right[:known].T
+        """Changes of the mean that these feel."""
+        self._known, self._shape = known, slopes.shape[:2]
+        matrix = slopes.reshape(slopes.shape[0] * n, -1)
+        matrix = np.concatenate([self._rows @ matrix[:n], matrix[n:]])
+        matrix = np.concatenate([matrix[:, :n] @ self._columns, matrix[:, n:]], axis=1)
+        self._factors = lu_factor(matrix, check_finite=False)
+
+    def step(self, rest: Floats) -> Floats:
+        """The change (parts, n) that makes `rest` (parts, n) zero to first order, in SI."""
+        right = np.concatenate([self._rows @ rest[0], rest[1:].ravel()])
+        found = -np.asarray(lu_solve(self._factors, right, check_finite=False))
+        step = np.empty(self._shape)
+        step[0] = self._columns @ found[: self._known]
+        step[1:] = found[self._known :].reshape(-1, self._shape[1])
+        return step

@@ -1,0 +1,222 @@
+"""Responses to waves beside simulations of the system's own waves, and beside exact solutions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.floating_buoy import held_buoy
+
+from m4e_fmi.analysis import OperatingPoint, equilibrium
+from m4e_fmi.analysis.response import (
+    InWaves,
+    Sea,
+    compared_in_time,
+    sea_response,
+    wave_response,
+)
+from m4e_fmi.cosim import load_system, system_in_waves, system_program
+from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.simulate import simulate
+
+HEAVE, PITCH, SURGE = "buoy.body.float.z", "buoy.body.float.theta", "buoy.body.float.x"
+PERIODS = np.linspace(4.0, 13.0, 10)
+HIGHEST = 2.0 * np.pi / 4.0
+MEASURED, RUN = 20, 60
+
+
+@pytest.fixture(scope="module")
+def buoy(tmp_path_factory: pytest.TempPathFactory) -> tuple[InWaves, OperatingPoint]:
+    path = held_buoy(tmp_path_factory.mktemp("buoy"))
+    waves = system_in_waves(load_system(path), highest=HIGHEST)
+    return waves, equilibrium(waves.program)
+
+
+def harmonics(
+    folder: Path, period: float, height: float, start: dict[str, float], names: list[str]
+) -> tuple[dict[str, complex], dict[str, float]]:
+    """First harmonics per amplitude and means of the system in its own regular waves."""
+    waves = f"{{spectrum: regular, height: {height!r}, period: {period!r}, ramp_time: 0}}"
+    program = system_program(load_system(held_buoy(folder, waves)))
+    start = {v.name: start[v.name] for v in program.states if v.name in start}
+    run = simulate(
+        program.with_start(start),
+        stop_time=RUN * period,
+        output_interval=period / 64,
+        tolerance=min(1e-8, 1e-6 * height),
+    )
+    last = slice(-MEASURED * 64, None)
+    turn = np.exp(2j * np.pi / period * np.asarray(run.time)[last])
+    values = {name: np.asarray(run[name])[last] for name in names}
+    first = {name: complex(4.0 / height * np.mean(y * turn)) for name, y in values.items()}
+    return first, {name: float(y.mean()) for name, y in values.items()}
+
+
+def started(point: OperatingPoint, states: np.ndarray, amplitude: float) -> dict[str, float]:
+    """States of a steady motion at t = 0; those of the memory of a program have its names."""
+    names = [v.name for v in point.program.states]
+    return dict(zip(names, (point.states + amplitude * states.real).tolist(), strict=True))
+
+
+def ordered(waves: InWaves, point: OperatingPoint, states: np.ndarray) -> np.ndarray:
+    """`states` in the order of the program, from that of its linear equations."""
+    from m4e_fmi.analysis import linearize
+
+    order = [v.name for v in linearize(waves.program, at=point).states]
+    found = dict(zip(order, states, strict=True))
+    return np.array([found.get(v.name, 0.0) for v in waves.program.states])
+
+
+@pytest.mark.verifies(
+    "RAOs of a buoy with a take-off, ten periods: heave and take-off 0.1 %, pitch 0.2 %, 0.2°",
+    independent="simulation of the system in its own regular waves, DOP853",
+    tolerance="0.1 %, 0.2 %, 0.2°",
+)
+def test_small_waves(buoy: tuple[InWaves, OperatingPoint], tmp_path: Path) -> None:
+    waves, point = buoy
+    height = 2e-4
+    names = [HEAVE, PITCH, SURGE, "generator.pto.force_z"]
+    response = wave_response(waves, point, periods=PERIODS, outputs=names)
+    for k, period in enumerate(PERIODS.tolist()):
+        start = started(point, ordered(waves, point, response.states[0, k]), height / 2)
+        found, _ = harmonics(tmp_path, period, height, start, names)
+        for name in names:
+            ratio = response.of(name)[k] / found[name]
+            limit = 2e-3 if name == PITCH else 1e-3
+            assert abs(ratio) == pytest.approx(1.0, abs=limit), (name, period)
+            assert abs(np.degrees(np.angle(ratio))) < 0.2, (name, period)
+
+
+@pytest.mark.verifies(
+    "first harmonics with drag in waves of 2 m: 3 % where the third is below 5 %, mean power 1 %",
+    independent="simulation of the system in its own regular waves, DOP853",
+    tolerance="3 %, 1 %",
+)
+def test_waves_of_two_metres(buoy: tuple[InWaves, OperatingPoint], tmp_path: Path) -> None:
+    waves, point = buoy
+    names = [HEAVE, PITCH, SURGE, "generator.power"]
+    periods = [4.0, 5.0, 6.0, 8.0, 11.0]
+    small = wave_response(waves, point, periods=periods, outputs=names)
+    response = wave_response(waves, point, periods=periods, outputs=names, height=2.0)
+    assert max(abs(abs(small.of(PITCH)) / abs(response.of(PITCH)) - 1)) > 0.2
+    for k, period in enumerate(periods):
+        start = started(point, ordered(waves, point, response.states[0, k]), 1.0)
+        found, means = harmonics(tmp_path, period, 2.0, start, names)
+        for j, name in enumerate(names[:3]):
+            if response.third[0, k, j] < 0.05:
+                ratio = response.of(name)[k] / found[name]
+                assert abs(ratio - 1.0) < 0.03, (name, period)
+        power = response.mean("generator.power")[k]
+        assert power == pytest.approx(means["generator.power"], rel=0.01)
+
+
+@pytest.mark.verifies(
+    "mean power of a take-off in an irregular sea, by statistical linearisation: 3 %",
+    independent="simulation of an hour of the same waves, DOP853",
+    tolerance="3 %; 2 % between linear and simulated deviations of heave",
+)
+def test_an_irregular_sea(buoy: tuple[InWaves, OperatingPoint]) -> None:
+    waves, point = buoy
+    sea = waves.jonswap(2.0, 7.5, 3.3, 0.0)
+    assert sea.significant_height == pytest.approx(2.0, rel=1e-12)
+    response = sea_response(waves, point, sea, outputs=[HEAVE, "generator.power"])
+    for found in compared_in_time(waves, response):
+        if (found.output, found.what) == ("generator.power", "mean"):
+            assert abs(found.difference) < 0.03
+            assert response.mean("generator.power") == pytest.approx(found.linearised, rel=0.1)
+        if (found.output, found.what) == (HEAVE, "standard deviation"):
+            assert abs(found.difference) < 0.02
+
+
+class _Push:
+    """Waves that push with 1 N/m, and have the elevation as an input."""
+
+    inputs = ("elevation", "push")
+    highest = 100.0
+
+    def per_amplitude(self, omega: np.ndarray, direction: float, values: object) -> np.ndarray:
+        del direction, values
+        return np.ones((len(omega), 2), dtype=complex)
+
+    def own_sea(self, values: object) -> Sea | None:
+        del values
+        return None
+
+    def own_direction(self, values: object) -> float:
+        del values
+        return 0.0
+
+    def jonswap(self, *_: float) -> Sea:
+        raise NotImplementedError
+
+
+def oscillator(*, drag: float = 0.0, cubic: float = 0.0) -> Program:
+    """ẍ = −x − 0.02 ẋ − drag |ẋ| ẋ − cubic x³ + push."""
+    r = Recorder("oscillator", "")
+    r.input(Variable("elevation", "m", ""))
+    push = r.input(Variable("push", "N", ""))
+    x = r.state(Variable("x", "m", ""))
+    v = r.state(Variable("v", "m/s", "", derivative_of="x"))
+    r.rate("x", v)
+    r.rate("v", push - x - 0.02 * v - drag * abs(v) * v - cubic * x**3)
+    r.output(Variable("power", "W", ""), 0.02 * v * v)
+    return r.program()
+
+
+def test_drag_has_the_damping_of_lorentz() -> None:
+    """At resonance 0.02 v + 8/(3π) c v² = F for the velocity's amplitude v (ω = 1)."""
+    program, c = oscillator(drag=0.5), 0.5
+    waves = InWaves(program, {"": _Push()})
+    response = wave_response(
+        waves, equilibrium(program), periods=[2 * np.pi], outputs=["x", "power"], height=2.0
+    )
+    lorentz = 8.0 / (3.0 * np.pi) * c
+    exact = (-0.02 + np.sqrt(0.02**2 + 4 * lorentz)) / (2 * lorentz)
+    # his force has one harmonic; the third, of 1/5, changes the motion by less than 1 %
+    assert abs(response.of("x")[0]) == pytest.approx(exact, rel=0.01)
+    assert np.degrees(np.angle(response.of("x")[0])) == pytest.approx(90.0, abs=1.0)
+    assert response.mean("power")[0] == pytest.approx(0.01 * exact**2, rel=0.02)
+    for found in compared_in_time(waves, response):
+        if found.output == "x" and found.what == "amplitude":
+            assert abs(found.difference) < 1e-3
+
+
+def test_the_third_harmonic_of_a_cubic_spring_is_told() -> None:
+    """Duffing's oscillator below resonance: x₃ = −b x₁³/4/(1 − 9ω²) to first order of b."""
+    b, omega = 1e-4, 0.5
+    program = oscillator(cubic=b)
+    waves = InWaves(program, {"": _Push()})
+    response = wave_response(
+        waves, equilibrium(program), periods=[2 * np.pi / omega], outputs=["x"], height=2.0
+    )
+    x = abs(response.of("x")[0])
+    exact = b * x**2 / 4.0 / abs(1.0 - 9.0 * omega**2)
+    assert response.third[0, 0, 0] == pytest.approx(exact, rel=0.01)
+
+
+def test_drag_in_a_sea_has_the_damping_of_gauss() -> None:
+    """A narrow sea at resonance: √(8/π) c σ_v in place of drag, whose response gives σ_v."""
+    program, c = oscillator(drag=0.5), 0.5
+    waves = InWaves(program, {"": _Push()})
+    omega = np.linspace(0.5, 1.5, 401)
+    sea = Sea(omega, np.full(401, 0.05), 0.0)
+    response = sea_response(waves, equilibrium(program), sea, outputs=["v", "x", "power"])
+
+    def deviation(damping: float) -> float:
+        transfer = omega / np.abs(1.0 - omega**2 - 1j * omega * damping)
+        return float(np.sqrt(0.5 * np.sum((0.05 * transfer) ** 2)))
+
+    sigma = 1.0
+    for _ in range(200):
+        sigma = deviation(0.02 + np.sqrt(8.0 / np.pi) * c * sigma)
+    assert response.deviation("v") == pytest.approx(sigma, rel=1e-3)
+    assert response.mean("power") == pytest.approx(0.02 * response.deviation("v") ** 2, rel=1e-9)
+    # of a Gaussian v the deviation of c v² is √2 c σ²
+    exact = np.sqrt(2.0) * 0.02 * response.deviation("v") ** 2
+    assert response.deviation("power") == pytest.approx(exact, rel=0.02)
+    density = (
+        1.0 / np.abs(1.0 - omega**2 - 1j * omega * (0.02 + np.sqrt(8 / np.pi) * c * sigma)) ** 2
+    )
+    period = 2 * np.pi * np.sqrt(density.sum() / (density @ omega**2))
+    assert response.zero_crossing_period("x") == pytest.approx(period, rel=1e-3)
