@@ -11,6 +11,35 @@ from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.errors import RunError
 
+RANK = 1e-10
+"""Singular values of the equations at rest below this part of the largest are zero."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """Changes of a mean that something holds at rest; a free body's surge and yaw are none.
+
+    `columns` (n, r) are r such changes of the states, `rows` (r, n) the combinations of rates that
+    balance them.
+    """
+
+    rows: Floats
+    columns: Floats
+
+    @classmethod
+    def by(cls, A: Floats) -> Held:
+        """Of the linear equations A (n, n) at rest, in SI."""
+        sizes = np.linalg.norm(A, axis=1)
+        sizes[sizes == 0.0] = np.inf
+        left, values, right = np.linalg.svd(A / sizes[:, None])
+        known = int(np.sum(values > RANK * values[0])) if len(A) else 0
+        return cls(left[:, :known].T / sizes, right[:known].T)
+
+    def step(self, A: Floats, rates: Floats) -> Floats:
+        """The change (n,) that makes `rates` (n,) zero as far as they are held, by A (n, n), SI."""
+        inner = np.linalg.solve(self.rows @ A @ self.columns, self.rows @ rates)
+        return np.asarray(-self.columns @ inner, dtype=float)
+
 
 @dataclass(frozen=True)
 class LinearEquations:

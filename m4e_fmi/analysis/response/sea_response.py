@@ -17,9 +17,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from m4e_fmi.analysis.equilibrium import newton_matrix
 from m4e_fmi.analysis.points import Floats, OperatingPoint, place
-from m4e_fmi.analysis.response.linear_equations import LinearEquations
+from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
 from m4e_fmi.analysis.response.waves import Complex, InWaves, Sea
@@ -119,11 +118,11 @@ class _Motion:
         """The equivalent linear equations, and the mean step (n,) of the states."""
         mean = np.zeros(self.local.n)
         linear = LinearEquations.of(self.local)
-        last = self._covariance(linear)
+        last, held = self._covariance(linear), Held.by(linear.A)
         for _ in range(MOST_STEPS):
             linear = self._averaged(mean, last)
             sizes = 1.0 + np.abs(mean)
-            step = newton_matrix(linear.A, sizes) @ linear.rates
+            step = held.step(linear.A, linear.rates)
             mean = mean + step
             now = self._covariance(linear)
             change = np.max(np.abs(np.sqrt(now.diagonal()) - np.sqrt(last.diagonal())))

@@ -12,9 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve, svd
+from scipy.linalg import lu_factor, lu_solve
 
 from m4e_fmi.analysis.points import Floats
+from m4e_fmi.analysis.response.linear_equations import Held
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.errors import RunError
@@ -27,8 +28,6 @@ ACCURACY = 1e-9
 MOST_STEPS = 60
 SHORTEST = 1e-3
 """Part of a Newton step below which the search is given up."""
-RANK = 1e-12
-"""Singular values of the mean equations below this part of the largest are zero."""
 DRIFT = 1e-6
 """Mean rate, over that which a unit change of all states causes, from which on it is told."""
 _PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
@@ -89,6 +88,7 @@ class _Balance:
 
     def __init__(self, local: LocalEquations, omega: float, waves: Floats) -> None:
         self.local, self.omega, self.waves = local, omega, waves
+        self._held = Held.by(local.at_rest.A)
 
     def values(self, x: Floats) -> Floats:
         """Rates and outputs (phases, n + k)."""
@@ -117,7 +117,7 @@ class _Balance:
 
     def newton(self, x: Floats) -> _Newton:
         """Newton steps from `x`."""
-        return _Newton(self.slopes(x), 1.0 + np.abs(x[0]))
+        return _Newton(self.slopes(x), self._held)
 
     def solved(self, x: Floats) -> Floats:
         """The x at which all balances, from a guess."""
@@ -140,8 +140,7 @@ class _Balance:
 
     def drift(self, x: Floats) -> str:
         """The state with the largest mean rate, if no change of states balances it."""
-        mean, slopes = self.rest(x)[0], self.slopes(x)[0, :, 0]
-        left = np.abs(mean) / (1.0 + np.abs(slopes).sum(axis=1))
+        left = np.abs(self.rest(x)[0]) / (1.0 + np.abs(self.local.at_rest.A).sum(axis=1))
         worst = int(np.argmax(left))
         return self.local.states[worst].name if left[worst] > DRIFT else ""
 
@@ -154,33 +153,25 @@ class _Balance:
 
 
 class _Newton:
-    """Newton steps of a balance, whose mean is not moved where nothing says how far.
+    """Newton steps of a balance, whose mean moves where it is `held` only.
 
-    `slopes` (parts, n, parts, n) are derivatives, `sizes` (n,) scales of the states; in SI.
+    `slopes` (parts, n, parts, n) are derivatives, in SI.
     """
 
-    def __init__(self, slopes: Floats, sizes: Floats) -> None:
+    def __init__(self, slopes: Floats, held: Held) -> None:
+        self._held, self._shape = held, slopes.shape[:2]
         n = slopes.shape[1]
-        means = slopes[0, :, 0] * sizes
-        rows = np.linalg.norm(means, axis=1)
-        rows[rows <= RANK * np.max(rows, initial=0.0)] = np.inf
-        left, values, right = svd(means / rows[:, None])
-        known = int(np.sum(values > RANK * values[0])) if n else 0
-        self._rows = left[:, :known].T / rows
-        """Combinations of the mean equations that hold the mean."""
-        self._columns = sizes[:, None] * right[:known].T
-        """Changes of the mean that these feel."""
-        self._known, self._shape = known, slopes.shape[:2]
         matrix = slopes.reshape(slopes.shape[0] * n, -1)
-        matrix = np.concatenate([self._rows @ matrix[:n], matrix[n:]])
-        matrix = np.concatenate([matrix[:, :n] @ self._columns, matrix[:, n:]], axis=1)
+        matrix = np.concatenate([held.rows @ matrix[:n], matrix[n:]])
+        matrix = np.concatenate([matrix[:, :n] @ held.columns, matrix[:, n:]], axis=1)
         self._factors = lu_factor(matrix, check_finite=False)
 
     def step(self, rest: Floats) -> Floats:
         """The change (parts, n) that makes `rest` (parts, n) zero to first order, in SI."""
-        right = np.concatenate([self._rows @ rest[0], rest[1:].ravel()])
+        right = np.concatenate([self._held.rows @ rest[0], rest[1:].ravel()])
         found = -np.asarray(lu_solve(self._factors, right, check_finite=False))
+        known = self._held.columns.shape[1]
         step = np.empty(self._shape)
-        step[0] = self._columns @ found[: self._known]
-        step[1:] = found[self._known :].reshape(-1, self._shape[1])
+        step[0] = self._held.columns @ found[:known]
+        step[1:] = found[known:].reshape(-1, self._shape[1])
         return step
