@@ -239,4 +239,6 @@ def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> In
     numbers = {str(link.target): link.connection for link in links}
     message = f"algebraic loop of {', '.join(names)}: {error.reason}"
     remedy = "keep one of the components open, or couple them, with `m4e-fmi run`, which iterates"
+    if error.is_singular:  # for a run, too
+        remedy = "look at the gains around the loop, its signs and its start values"
     return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])

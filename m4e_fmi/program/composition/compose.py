@@ -41,10 +41,13 @@ class Connection:
 
 
 class AlgebraicLoopError(ValueError):
-    """An algebraic loop that is not solved: `cycle` are inputs along it, `reason` says why not."""
+    """An algebraic loop that is not solved: `cycle` are inputs along it, `reason` says why not.
 
-    def __init__(self, cycle: Sequence[Place], reason: str) -> None:
-        self.cycle, self.reason = tuple(cycle), reason
+    One that `is_singular` has no single solution at the start values.
+    """
+
+    def __init__(self, cycle: Sequence[Place], reason: str, *, is_singular: bool = False) -> None:
+        self.cycle, self.reason, self.is_singular = tuple(cycle), reason, is_singular
         names = " -> ".join(".".join(place) for place in (*cycle, cycle[0]))
         super().__init__(f"algebraic loop {names}: {reason}")
 
@@ -199,7 +202,9 @@ class _Composer:
             solved = LinearLoop(unknowns, values, constants).solved({**start, TIME: 0.0})
         except LoopError as error:
             edges: list[tuple[Place, Place]] = list(nx.find_cycle(loop))
-            raise AlgebraicLoopError([place for place, _ in edges], error.reason) from None
+            cycle = [place for place, _ in edges]
+            singular = error.is_singular
+            raise AlgebraicLoopError(cycle, error.reason, is_singular=singular) from None
         for place, scalar in zip(cuts, solved.unknowns, strict=True):
             self._give(place, scalar)
         shares = tuple(share.index for share in solved.shares)

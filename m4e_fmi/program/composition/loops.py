@@ -28,10 +28,13 @@ SWEEPS = 60
 
 
 class LoopError(ValueError):
-    """A loop that cannot be solved as a linear one: `reason` says why."""
+    """A loop that cannot be solved as a linear one: `reason` says why.
 
-    def __init__(self, reason: str) -> None:
-        self.reason = reason
+    One that `is_singular` has no single solution at the start, in whatever way it is solved.
+    """
+
+    def __init__(self, reason: str, *, is_singular: bool = False) -> None:
+        self.reason, self.is_singular = reason, is_singular
         super().__init__(reason)
 
 
@@ -107,7 +110,8 @@ class _Pivots:
             if self._is_pivot(i, j, rows[i] * columns[j])
         }
         if not sizes:
-            raise LoopError("it is singular at the start: its equations have no single solution")
+            reason = "it is singular at the start: its equations have no single solution"
+            raise LoopError(reason, is_singular=True)
         best = max(sizes, key=lambda place: (sizes[place] * (1.0 + _prefer(place)), _first(place)))
         self._eliminate(*best)
         return best
