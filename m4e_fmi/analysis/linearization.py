@@ -246,10 +246,10 @@ class Linearizer:
             change = tangent(replace(slopes.program, outputs=outputs, results=results), along)
             self._changes[along] = Evaluation(change)
         found = self._changes[along].at(point, *direction.values())
-        result = np.zeros((n, n))
-        for place, entry in zip(kept.values(), found[n:], strict=True):
+        result, count = np.zeros((n, n)), len(self.program.states)  # with those that are left out
+        for place, entry in zip(kept.values(), found[count:], strict=True):
             result[place] = entry
-        return found[:n][self.order], result
+        return found[:count][self.order], result
 
     def _mechanical(self, point: OperatingPoint, A: Floats, B: Floats) -> Mechanical | None:
         if self._mass is None:

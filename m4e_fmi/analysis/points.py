@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from m4e_fmi.errors import Named, RunError, UnknownNameError
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Jacobian, Program, Variable
+from m4e_fmi.program import TIME, Jacobian, Program, Variable, singular_loop
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import listing
@@ -96,7 +96,8 @@ def operating_point(
 ) -> OperatingPoint:
     """The point of `program` with the values of `at`; InputError names what it does not have.
 
-    Of a `model`, it says where in its file a value is missing.
+    Of a `model`, it says where in its file a value is missing. RunError if an algebraic loop of a
+    composed program is singular there.
     """
     if isinstance(at, OperatingPoint):
         time = at.time if time is None else time
@@ -104,7 +105,11 @@ def operating_point(
     program = started(program, at or {}, model)
     groups = (program.states, program.inputs, program.parameters)
     vectors = [np.array([v.start for v in group]) for group in groups]
-    return OperatingPoint(program, *vectors, time=time or 0.0)
+    point = OperatingPoint(program, *vectors, time=time or 0.0)
+    if names := singular_loop(program, {**point.values, TIME: point.time}):
+        message = f"{program.name}: the algebraic loop of {names} is singular there"
+        raise RunError(message, "look at the gains around the loop: their product is 1")
+    return point
 
 
 class Evaluation:

@@ -24,6 +24,7 @@ from m4e_fmi.cli.options import (
 from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
+    from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
 
@@ -104,7 +105,9 @@ def _source(options: argparse.Namespace) -> tuple[Model | Program, str]:
             message = f"start_time is {times.start_time:g} s: a program starts at 0"
             raise InputError([system.problem(("simulation", "start_time"), message, "set it to 0")])
         stop_time, interval = times.stop_time, times.output_interval or times.step_size
-        found: tuple[Model | Program, str] = load_program(system, options), f"{system.name}_whole"
+        program = load_program(system, options)
+        _warn_of_start(system, program, options)
+        found: tuple[Model | Program, str] = program, f"{system.name}_whole"
         if system.scenario:
             print(
                 "warning: the scenario takes no part: one program has no actions", file=sys.stderr
@@ -117,6 +120,15 @@ def _source(options: argparse.Namespace) -> tuple[Model | Program, str]:
     if options.output_interval is None:
         options.output_interval = interval
     return found
+
+
+def _warn_of_start(system: System, program: Program, options: argparse.Namespace) -> None:
+    """Tell what a run tells of floating bodies that are not balanced at the start."""
+    from m4e_fmi.cosim import program_start_warnings
+    from m4e_fmi.simulate import started
+
+    for line in program_start_warnings(system, started(program, start_values(options))):
+        print(f"warning: {line}", file=sys.stderr)
 
 
 def _simulate_to(

@@ -20,6 +20,7 @@ from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.reference import ActualError, Reference, reference
 from m4e_fmi.cosim.master.run import run, start
 from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
+from m4e_fmi.cosim.monitoring.program_start import program_start_warnings
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.save import save_system
@@ -63,6 +64,7 @@ __all__ = [
     "load",
     "load_system",
     "prepare",
+    "program_start_warnings",
     "read_parameters",
     "reference",
     "run",

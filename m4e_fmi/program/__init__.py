@@ -10,7 +10,13 @@ This package is the bottom layer: of m4e_fmi it imports `errors` only. Start rea
 """
 
 from m4e_fmi.program.comparison import differences, listing
-from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose
+from m4e_fmi.program.composition import (
+    LEAST_PIVOT,
+    AlgebraicLoopError,
+    Connection,
+    compose,
+    singular_loop,
+)
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.evaluation import evaluated
 from m4e_fmi.program.feedback import with_feedback
@@ -33,16 +39,18 @@ from m4e_fmi.program.functions import (
     tanh,
 )
 from m4e_fmi.program.kinks import kinks
-from m4e_fmi.program.program import TIME, Part, Program, Recorder, Solution, Variable
+from m4e_fmi.program.program import TIME, Loop, Part, Program, Recorder, Solution, Variable
 from m4e_fmi.program.program_file import load_program, save_program
 from m4e_fmi.program.tape import Scalar, Tape
 
 __all__ = [
+    "LEAST_PIVOT",
     "TIME",
     "AlgebraicLoopError",
     "AnyScalar",
     "Connection",
     "Jacobian",
+    "Loop",
     "Part",
     "Program",
     "Recorder",
@@ -71,6 +79,7 @@ __all__ = [
     "save_program",
     "sign",
     "sin",
+    "singular_loop",
     "sqrt",
     "tan",
     "tangent",

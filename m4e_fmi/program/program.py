@@ -85,6 +85,17 @@ class Part:
     origin: object = field(default=None, repr=False)
 
 
+@dataclass(frozen=True)
+class Loop:
+    """An algebraic loop of a composed program, solved for the `inputs` that cut it.
+
+    `shares` are nodes of what is left of the terms of each pivot [1]: at zero the loop is singular.
+    """
+
+    inputs: tuple[str, ...]
+    shares: tuple[int, ...] = field(repr=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Program:
     """A recorded system of ordinary differential equations.
@@ -92,7 +103,8 @@ class Program:
     Each tuple of `Variable`s is in the order of its vector. `rates[i]` is the tape node of the time
     derivative of `states[i]`, `results[i]` that of `outputs[i]`, `constants[i]` that of
     `calculated[i]`, which depends on parameters only. `solutions` say how the rates were solved
-    for, if they were, and `parts` what programs it was composed of; neither is needed to run it.
+    for, if they were, `parts` what programs it was composed of, and `loops` where their equations
+    may have no solution; none of them is needed to run it.
 
     Programs are equal if their variables and operations are: see `comparison`.
     """
@@ -110,6 +122,7 @@ class Program:
     constants: tuple[int, ...] = field(repr=False)
     solutions: tuple[Solution, ...] = field(default=(), repr=False, compare=False)
     parts: tuple[Part, ...] = field(default=(), repr=False, compare=False)
+    loops: tuple[Loop, ...] = field(default=(), repr=False, compare=False)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Program) and not differences(self, other)

@@ -26,6 +26,7 @@ from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.shown import listing, short, span
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
+from m4e_fmi.simulate.loops import check_shares, check_start, explained, with_shares
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
     Solved,
@@ -135,7 +136,9 @@ def simulate(
     began = time.perf_counter()
     audited, works = with_works(program)
     wanted = [Watch(event) if isinstance(event, str) else event for event in events]
+    check_start(program)
     watched, watches = _watched(audited, wanted)
+    watched, shares = with_shares(watched)
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
         raise InputError(unknown)
@@ -153,6 +156,8 @@ def simulate(
             explain=functools.partial(_explained, system, program),
         )
     )
+    if shares:
+        check_shares(program, solved.times, solved.table[:, -shares:], fixed=method == FIXED)
     # without what is there to be watched only
     columns = zip(variables.values(), solved.table.T, strict=False)
     values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
@@ -225,7 +230,8 @@ def _watched(program: Program, events: Sequence[Watch]) -> tuple[Program, tuple[
 def _explained(system: Program | Model, program: Program, t: float, x: Sequence[float]) -> str:
     """Defect of a model at time t [s] and states x, works after them; "" if there is none.
 
-    Of a program of several parts, that of the first model which has one, with the part's name.
+    Of a program of several parts, that of the first model which has one, with the part's name, or
+    an algebraic loop between them.
     """
     from m4e_fmi.multibody.diagnosis import diagnosis
 
@@ -239,7 +245,7 @@ def _explained(system: Program | Model, program: Program, t: float, x: Sequence[
             own = {name: found[node] for name, node in part.nodes.items()}
             if why := diagnosis(part.origin, own, t):
                 return f"{part.name}: {why}"
-    return ""
+    return explained(program, {**values, TIME: t})
 
 
 def output_times(stop_time: float, interval: float) -> list[float]:

@@ -179,10 +179,14 @@ def solve_scipy(task: Task) -> Solved:
     governing = len(program.states) - task.quadratures
     tolerance = task.tolerance * math.sqrt(governing / len(program.states))
 
+    last = (float(times[0]), task.start)
+
     def told(t: float, x: np.ndarray) -> list[float]:
+        nonlocal last
+        last = (t, x.tolist())
         if task.progress:
             task.progress(t)
-        return rates(t, x.tolist())
+        return rates(*last)
 
     at, states = [], []
     try:
@@ -214,7 +218,7 @@ def solve_scipy(task: Task) -> Solved:
         rows = [[*x, *outputs(t, x)] for t, x in zip(at, states, strict=True)]
     except (ArithmeticError, ValueError) as error:
         message = f"{program.name}: SciPy's {task.method} failed: {error}"
-        why, done = task.explain(times[0], task.start), bool(states)
+        why, done = task.explain(*last), bool(states)
         found = ([np.array(at)], [np.array(states)]) if done else ([], [])
         raise _failure(task, message, why, *found) from error
     _check_finite(task, np.array(at), np.array(rows))
@@ -264,6 +268,8 @@ def _check_finite(task: Task, times: np.ndarray, table: np.ndarray) -> None:
         row, column = bad[0]
         name = [v.name for v in (*program.states, *program.outputs)][column]
         failure = f"{program.name}: {name} is {table[row, column]} at t = {times[row]:.9g} s"
+        if why := task.explain(float(times[row]), table[row, :count].tolist()):
+            failure += f": {why}"
         rows = row + 1
     found = instability(program, task.method, times[:rows], table[:rows, :count], failure)
     if found or failure:

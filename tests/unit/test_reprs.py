@@ -63,7 +63,7 @@ def of_the_coupling(folder: Path) -> Iterator[Any]:
     yield from (system, prepared, *cosim.Timing)
     whole = cosim.system_program(system)
     yield from (whole, *whole.parts)
-    yield program.Connection(("a", "y"), ("b", "u"), 2.0)
+    yield from (program.Connection(("a", "y"), ("b", "u"), 2.0), program.Loop(("a.u",), (3,)))
     yield from (cosim.Bond("b", ()), cosim.BondEnergy("b", 1.0, 1.0, 1.0))
     yield from (cosim.Kind("sum", Section()), cosim.FmuFile(Path("x.fmu")))
     yield cosim.Action(at=1.0, offset={"a.y": 0.5})

@@ -7,7 +7,6 @@ stated to be below 1e-5, the reference's own error may be a part.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -15,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.example_systems import example_system, hydraulic_kinds
 
-from m4e_fmi.cosim import Network, Outcome, System, load_system, run
+from m4e_fmi.cosim import Network, Outcome, System, run
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = {
     "sphere_decay/system.yaml": 20.0,
     "flexible_pendulum/system.yaml": 5.0,
@@ -37,27 +36,8 @@ Courses = dict[int, np.ndarray]
 
 @pytest.fixture(scope="module", autouse=True)
 def _kinds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """The example's own kinds, as if the package were installed."""
-    site = tmp_path_factory.mktemp("site")
-    info = site / "hydraulic_pto-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hydraulic_pto\nVersion: 1.0\n")
-    points = "\n".join(
-        f"[m4e_fmi.{group}]\n" + "".join(f"{a} = {b}\n" for a, b in names.items())
-        for group, names in {
-            "adapters": {"hydraulic_pto": "hydraulic_pto"},
-            "fmus": {
-                "hydraulic_pto": "hydraulic_pto.program_fmu",
-                "hydraulic_pto_scipy": "hydraulic_pto.python_fmu",
-            },
-        }.items()
-    )
-    (info / "entry_points.txt").write_text(points)
-    added = [str(site), str(EXAMPLES / "hydraulic_pto")]
-    sys.path += added
-    yield
-    for path in added:
-        sys.path.remove(path)
+    with hydraulic_kinds(tmp_path_factory.mktemp("site")):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -67,14 +47,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def system(case: str) -> System:
     name, _, without = case.partition(" without ")
-    found = load_system(EXAMPLES / name)
-    if without:
-        found = replace(
-            found,
-            name=f"{found.name}_alone",
-            components=tuple(c for c in found.components if c.name != without),
-            connections=tuple(t for t in found.connections if f"{without}." not in t),
-        )
+    found = example_system(name, without=without)
     return replace(found, simulation=replace(found.simulation, output_interval=None))
 
 

@@ -38,6 +38,7 @@ def system_program(
     named in `keep_open` are left out: what they take are outputs, what they give are inputs. Those
     that are no equations (FMUs, Python code such as MoorDyn) must be named. Start values are the
     system's. The components' own steps, the algorithm and the scenario do not take part.
+    An own input of the system has one unit and start value: those of its members must agree.
 
     `tell` gets lines of progress, and one for each component that is left open. InputError with all
     problems of the system; with components that are no equations, connections that are delayed, and
@@ -93,6 +94,9 @@ def _composed(
     for name, program in found.programs.items():
         start = start_values(given[name], found.descriptions[name])
         parts[name] = program.with_start({k: float(value) for k, value in start.items()})
+    own = dict(_outer_inputs(system, found.programs))
+    if problems := [p for name, ends in own.items() for p in _different(system, name, ends, parts)]:
+        raise InputError(problems)
     links = [
         Connection(
             (link.source.component, link.source.variable),
@@ -108,7 +112,7 @@ def _composed(
             parts,
             links,
             description=system.description,
-            inputs=dict(_outer_inputs(system, found.programs)),
+            inputs=own,
             outputs=dict(_outer_outputs(system, found.programs)),
             origins=found.origins,
         )
@@ -252,6 +256,23 @@ def _outer_inputs(
             yield name, inner
 
 
+def _different(
+    system: System, name: str, ends: list[tuple[str, str]], parts: Mapping[str, Program]
+) -> Iterator[Problem]:
+    """The problem of an own input whose members cannot be one: other units or start values."""
+    members = [v for part, n in ends for v in parts[part].inputs if v.name == n]
+    for what, found in (
+        ("units", [v.unit for v in members]),
+        ("start values", [f"{v.start:g} {v.unit}" for v in members]),
+    ):
+        if len(set(found)) > 1:
+            told = ", ".join(f"{p}.{n} [{x}]" for (p, n), x in zip(ends, found, strict=True))
+            message = f"{name!r} stands for inputs of different {what}: {told}"
+            remedy = f"give them the same {what}, or names of their own"
+            yield system.problem(("inputs", name), message, remedy)
+            return
+
+
 def _outer_outputs(
     system: System, programs: Mapping[str, Program]
 ) -> Iterator[tuple[str, tuple[str, str]]]:
@@ -268,4 +289,6 @@ def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> In
     numbers = {str(link.target): link.connection for link in links}
     message = f"algebraic loop of {', '.join(names)}: {error.reason}"
     remedy = "keep one of the components open, or couple them, with `m4e-fmi run`, which iterates"
+    if error.is_singular:  # for a run, too
+        remedy = "look at the gains around the loop, its signs and its start values"
     return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])

@@ -12,8 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, Balance, Hull, balances
+from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, AtStart, Balance, Hull, balances
 
 Gravity = Callable[[str], float | None]
 
@@ -37,7 +36,7 @@ NOISE = 1e-3
 
 
 def start_warnings(
-    network: Network, wiring: Wiring, gravity_of: Gravity = lambda _: None
+    network: AtStart, wiring: Wiring, gravity_of: Gravity = lambda _: None
 ) -> tuple[str, ...]:
     """Warnings of the floating bodies of a network at its start, one line each.
 
@@ -50,7 +49,7 @@ def start_warnings(
     return tuple(found)
 
 
-def _hulls(network: Network, wiring: Wiring) -> Iterator[Hull]:
+def _hulls(network: AtStart, wiring: Wiring) -> Iterator[Hull]:
     """The bodies in water that take their motion from a connection."""
     sources = {link.target: link for link in wiring.links}
     for component, instance in network.instances.items():

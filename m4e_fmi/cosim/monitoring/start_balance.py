@@ -13,14 +13,15 @@ model, or in space the planes ahead and across, by the heading.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.fmu import Description
 
 WRENCH = ("force_x", "force_z", "moment_y")
 ACROSS = ("force_y", "force_z", "moment_x")
@@ -36,6 +37,32 @@ RANK = 1e-9
 """Eigenvalue of the mobility, over the largest, below which joints forbid a motion."""
 COUPLED = 1e-6
 """Share of a motion that counts as rounding."""
+
+
+class OneAtStart(Protocol):
+    """A component at the start."""
+
+    @property
+    def description(self) -> Description:
+        """That of its FMU."""
+        ...
+
+    def directional_derivative(self, output: str, known: str) -> float:
+        """∂output/∂known, in their units."""
+        ...
+
+
+class AtStart(Protocol):
+    """The components at the start: of a run a network, else those of a composed program."""
+
+    @property
+    def instances(self) -> Mapping[str, OneAtStart]:
+        """Components by name."""
+        ...
+
+    def read(self, name: str) -> float:
+        """The value of ``component.variable``, in its unit."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -72,7 +99,7 @@ class Hull:
     It is looked at in a `plane`.
     """
 
-    network: Network
+    network: AtStart
     component: str
     body: str
     link: Link
@@ -213,7 +240,7 @@ class Balance:
         return pitch - coupling**2 / free if free > 0 else pitch
 
 
-def balances(network: Network, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
+def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
     """For each free body and each group of joined ones, of the components that tell it."""
     sources = {link.target: link for link in wiring.links}
     held: dict[str, list[Hull]] = {}
@@ -224,7 +251,7 @@ def balances(network: Network, wiring: Wiring, hulls: Sequence[Hull]) -> Iterato
         yield from _Mobility(network, wiring, holder, of_it).balances()
 
 
-def _is_told(network: Network, sources: dict[Port, Link], hull: Hull) -> bool:
+def _is_told(network: AtStart, sources: dict[Port, Link], hull: Hull) -> bool:
     """True if the holder has exact derivatives, and the water's force comes straight to it."""
     component = hull.link.source.component
     described = network.instances[component].description
@@ -247,7 +274,7 @@ class _Mobility:
     """
 
     def __init__(
-        self, network: Network, wiring: Wiring, component: str, hulls: Sequence[Hull]
+        self, network: AtStart, wiring: Wiring, component: str, hulls: Sequence[Hull]
     ) -> None:
         self.network, self.wiring, self.component = network, wiring, component
         self.hulls = hulls

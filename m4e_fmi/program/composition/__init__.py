@@ -5,5 +5,6 @@ rates of the parts were solved for.
 """
 
 from m4e_fmi.program.composition.compose import AlgebraicLoopError, Connection, compose
+from m4e_fmi.program.composition.loops import LEAST_PIVOT, singular_loop
 
-__all__ = ["AlgebraicLoopError", "Connection", "compose"]
+__all__ = ["LEAST_PIVOT", "AlgebraicLoopError", "Connection", "compose", "singular_loop"]

@@ -15,7 +15,7 @@ from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.composition.loops import LinearLoop, LoopError
 from m4e_fmi.program.composition.moved_solution import MovedSolution
 from m4e_fmi.program.copying import TapeCopy
-from m4e_fmi.program.program import TIME, Part, Program, Recorder, Variable
+from m4e_fmi.program.program import TIME, Loop, Part, Program, Recorder, Variable
 from m4e_fmi.program.tape import Scalar
 
 if TYPE_CHECKING:
@@ -41,10 +41,13 @@ class Connection:
 
 
 class AlgebraicLoopError(ValueError):
-    """An algebraic loop that is not solved: `cycle` are inputs along it, `reason` says why not."""
+    """An algebraic loop that is not solved: `cycle` are inputs along it, `reason` says why not.
 
-    def __init__(self, cycle: Sequence[Place], reason: str) -> None:
-        self.cycle, self.reason = tuple(cycle), reason
+    One that `is_singular` has no single solution at the start values.
+    """
+
+    def __init__(self, cycle: Sequence[Place], reason: str, *, is_singular: bool = False) -> None:
+        self.cycle, self.reason, self.is_singular = tuple(cycle), reason, is_singular
         names = " -> ".join(".".join(place) for place in (*cycle, cycle[0]))
         super().__init__(f"algebraic loop {names}: {reason}")
 
@@ -91,6 +94,7 @@ class _Composer:
         self.into = _by_target(connections)
         self._check(connections)
         self.scalars: dict[Place, Scalar] = {}
+        self.loops: list[Loop] = []
         self._declare(inputs)
         time = {TIME: self.recorder.time}
         self.copies = {
@@ -195,12 +199,16 @@ class _Composer:
         values, constants = (self._around(cuts, order, given) for given in (unknowns, zeros))
         start = {v.name: v.start for v in self.recorder.variables("parameters", "inputs", "states")}
         try:
-            solution = LinearLoop(unknowns, values, constants).solved({**start, TIME: 0.0})
+            solved = LinearLoop(unknowns, values, constants).solved({**start, TIME: 0.0})
         except LoopError as error:
             edges: list[tuple[Place, Place]] = list(nx.find_cycle(loop))
-            raise AlgebraicLoopError([place for place, _ in edges], error.reason) from None
-        for place, scalar in zip(cuts, solution, strict=True):
+            cycle = [place for place, _ in edges]
+            singular = error.is_singular
+            raise AlgebraicLoopError(cycle, error.reason, is_singular=singular) from None
+        for place, scalar in zip(cuts, solved.unknowns, strict=True):
             self._give(place, scalar)
+        shares = tuple(share.index for share in solved.shares)
+        self.loops.append(Loop(tuple(".".join(place) for place in cuts), shares))
         for place in order:
             self._give(place, self._value(place, self.copies))
 
@@ -247,7 +255,14 @@ class _Composer:
             for solution in self.parts[part].solutions
         )
         parts = tuple(self._part(part, origins.get(part)) for part in self.parts)
-        return replace(r.program(solutions=solutions), parts=parts)
+        inner = [self._loop(part, loop) for part in self.parts for loop in self.parts[part].loops]
+        loops = (*self.loops, *inner)
+        return replace(r.program(solutions=solutions), parts=parts, loops=loops)
+
+    def _loop(self, part: str, loop: Loop) -> Loop:
+        """A loop that a part has already."""
+        names = tuple(f"{part}.{name}" for name in loop.inputs)
+        return Loop(names, tuple(self.copies[part](node).index for node in loop.shares))
 
     def _named(self, part: str, v: Variable) -> Variable:
         of = v.derivative_of

@@ -2,9 +2,10 @@
 
 The unknowns z of a loop are inputs that need themselves: z = f(z). Where ∂f/∂z does not depend on
 z, f is linear, and elimination gives z = (1 − ∂f/∂z)⁻¹ f(0) as straight-line code. Its pivots are
-chosen on the diagonal, for the start values: 1 − ∂f/∂z is the identity less what the loop feeds
-back, and units of the unknowns then do not matter. A pivot is compared with the terms it is the
-difference of: what is left of these is the condition of the loop.
+chosen for the start values, on the diagonal unless others are much larger, in a scale in which
+units of the unknowns do not matter. A pivot is compared with the terms it is the difference of:
+what is left of these is the condition of the loop. It is recorded, too (`SolvedLoop.shares`):
+later it may become zero, where the loop has no single solution.
 """
 
 from __future__ import annotations
@@ -15,17 +16,25 @@ from dataclasses import dataclass
 
 from m4e_fmi.program.derivatives import slopes
 from m4e_fmi.program.evaluation import evaluated
+from m4e_fmi.program.program import Program
 from m4e_fmi.program.tape import Scalar
 
 LEAST_PIVOT = 1e-10
 """Least pivot over the terms that it is the difference of: fewer than six digits are left below."""
+MUCH_LARGER = 10.0
+"""By which a pivot off the diagonal must be larger than those on it to be taken."""
+SWEEPS = 60
+"""Of the scaling of rows and columns, each of which halves the decades between them."""
 
 
 class LoopError(ValueError):
-    """A loop that cannot be solved as a linear one: `reason` says why."""
+    """A loop that cannot be solved as a linear one: `reason` says why.
 
-    def __init__(self, reason: str) -> None:
-        self.reason = reason
+    One that `is_singular` has no single solution at the start, in whatever way it is solved.
+    """
+
+    def __init__(self, reason: str, *, is_singular: bool = False) -> None:
+        self.reason, self.is_singular = reason, is_singular
         super().__init__(reason)
 
 
@@ -37,8 +46,8 @@ class LinearLoop:
     values: Sequence[Scalar]
     constants: Sequence[Scalar]
 
-    def solved(self, start: Mapping[str, float]) -> list[Scalar]:
-        """The unknowns, without the symbols that stood for them.
+    def solved(self, start: Mapping[str, float]) -> SolvedLoop:
+        """The loop solved, without the symbols that stood for its unknowns.
 
         `start` has start values of all other symbols, by name; they choose the order of pivots.
         LoopError if f is not linear, or the loop is singular at the start.
@@ -58,53 +67,119 @@ class LinearLoop:
         return _eliminated(matrix, list(self.constants), _Pivots(table))
 
 
+def singular_loop(
+    program: Program, values: Mapping[str, float], *, least: float = LEAST_PIVOT
+) -> str:
+    """The inputs of an algebraic loop that is singular at these values of all symbols; else "".
+
+    Singular is what has a pivot of which less than `least` of its terms is left.
+    """
+    for loop in program.loops:
+        found = evaluated(program.tape, loop.shares, values)
+        if not all(abs(share) >= least for share in found.values()):
+            return ", ".join(loop.inputs)
+    return ""
+
+
+@dataclass(frozen=True)
+class SolvedLoop:
+    """`unknowns` of a loop, and `shares` [1]: what is left of the terms of each pivot, signed."""
+
+    unknowns: Sequence[Scalar]
+    shares: Sequence[Scalar]
+
+
 class _Pivots:
     """The elimination in numbers, which chooses the pivots."""
 
     def __init__(self, table: list[list[float]]) -> None:
-        self._table = table
-        self._terms = [[abs(value) for value in row] for row in table]
-        for k, row in enumerate(table):  # 1 − J: both are terms
+        self._table = [[v if math.isfinite(v) else 0.0 for v in row] for row in table]
+        self._terms = [[abs(v) for v in row] for row in self._table]
+        for k, row in enumerate(self._table):  # 1 − J: both are terms
             self._terms[k][k] = 1.0 + abs(1.0 - row[k])
-        self._left = list(range(len(table)))
+        self._rows, self._columns = list(range(len(table))), list(range(len(table)))
+        self._scales = _scales(self._terms)
 
-    def next(self) -> int:
-        """The next pivot, eliminated; LoopError if none is left that is not rounding."""
-
-        def share(k: int) -> float:
-            value = abs(self._table[k][k]) / self._terms[k][k]
-            return value if math.isfinite(value) else 0.0
-
-        best = max(self._left, key=lambda k: (share(k), -k))
-        if share(best) < LEAST_PIVOT:
-            raise LoopError("it is singular at the start: its equations have no single solution")
-        self._left.remove(best)
-        for i in self._left:
-            factor = self._table[i][best] / self._table[best][best]
-            for j in self._left:
-                product = factor * self._table[best][j]
-                self._table[i][j] -= product
-                self._terms[i][j] += abs(product)
+    def next(self) -> tuple[int, int]:
+        """Row and column of the next pivot, eliminated; LoopError if all left are rounding."""
+        rows, columns = self._scales
+        sizes = {
+            (i, j): abs(self._table[i][j]) * rows[i] * columns[j]
+            for i in self._rows
+            for j in self._columns
+            if self._is_pivot(i, j, rows[i] * columns[j])
+        }
+        if not sizes:
+            reason = "it is singular at the start: its equations have no single solution"
+            raise LoopError(reason, is_singular=True)
+        best = max(sizes, key=lambda place: (sizes[place] * (1.0 + _prefer(place)), _first(place)))
+        self._eliminate(*best)
         return best
 
+    def _is_pivot(self, i: int, j: int, scale: float) -> bool:
+        """True of what is no rounding, neither of its own terms nor of others."""
+        value, terms = abs(self._table[i][j]), self._terms[i][j]
+        return (
+            value > 0.0
+            and value >= LEAST_PIVOT * terms
+            and (i == j or value * scale >= LEAST_PIVOT)
+        )
 
-def _eliminated(matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots) -> list[Scalar]:
-    """Solution of matrix · z = right by elimination on the diagonal, in the order of the pivots."""
-    size = len(matrix)
-    order: list[int] = []
-    for _ in range(size):
-        k = pivots.next()
-        order.append(k)
-        rest = [i for i in range(size) if i not in order]
-        for i in rest:
-            factor = matrix[i][k] / matrix[k][k]
-            for j in rest:
-                matrix[i][j] = matrix[i][j] - factor * matrix[k][j]
-            right[i] = right[i] - factor * right[k]
+    def _eliminate(self, row: int, column: int) -> None:
+        self._rows.remove(row)
+        self._columns.remove(column)
+        for i in self._rows:
+            factor = self._table[i][column] / self._table[row][column]
+            for j in self._columns:
+                product = factor * self._table[row][j]
+                self._table[i][j] -= product
+                self._terms[i][j] += abs(product)
+
+
+def _prefer(place: tuple[int, int]) -> float:
+    return MUCH_LARGER - 1.0 if place[0] == place[1] else 0.0
+
+
+def _first(place: tuple[int, int]) -> tuple[int, int]:
+    return -place[0], -place[1]
+
+
+def _scales(terms: list[list[float]]) -> tuple[list[float], list[float]]:
+    """Factors of rows and of columns by which the largest of each of them is 1 (Ruiz's method)."""
+    size = range(len(terms))
+    rows, columns = [1.0 for _ in size], [1.0 for _ in size]
+    for _ in range(SWEEPS):
+        tall = [max(rows[i] * terms[i][j] * columns[j] for j in size) for i in size]
+        wide = [max(rows[i] * terms[i][j] * columns[j] for i in size) for j in size]
+        rows = [r / math.sqrt(most) for r, most in zip(rows, tall, strict=True)]
+        columns = [c / math.sqrt(most) for c, most in zip(columns, wide, strict=True)]
+    return rows, columns
+
+
+def _eliminated(matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots) -> SolvedLoop:
+    """Solution of matrix · z = right by elimination, in the order of the pivots."""
+    size, terms = range(len(matrix)), [[abs(v) for v in row] for row in matrix]
+    for k, row in enumerate(matrix):
+        terms[k][k] = 1.0 + abs(1.0 - row[k])
+    rows, columns = list(size), list(size)
+    order: list[tuple[int, int]] = []
+    for _ in size:
+        row, column = pivots.next()
+        order.append((row, column))
+        rows.remove(row)
+        columns.remove(column)
+        for i in rows:
+            factor = matrix[i][column] / matrix[row][column]
+            for j in columns:
+                product = factor * matrix[row][j]
+                matrix[i][j] = matrix[i][j] - product
+                terms[i][j] = terms[i][j] + abs(product)
+            right[i] = right[i] - factor * right[row]
     solution: dict[int, Scalar] = {}
-    for k in reversed(order):
-        total = right[k]
+    for row, column in reversed(order):
+        total = right[row]
         for j, value in solution.items():
-            total = total - matrix[k][j] * value
-        solution[k] = total / matrix[k][k]
-    return [solution[k] for k in range(size)]
+            total = total - matrix[row][j] * value
+        solution[column] = total / matrix[row][column]
+    shares = [matrix[row][column] / terms[row][column] for row, column in order]
+    return SolvedLoop([solution[k] for k in size], shares)

@@ -74,6 +74,30 @@ outputs: {place: b.body.cart.x}
     assert rates["b.joint.rail.u"] == pytest.approx((-10 * 0.3 - 50 * 0.1) / 4, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("members", "start", "told"),
+    [
+        ("a.body.cart.force_x, b.body.cart.force_x", "", "start values: a"),
+        ("a.body.cart.force_x, s.v", "  s: {kind: sum, inputs: [v], unit: kN}\n", "units: a"),
+        ("a.body.cart.force_x, a.joint.rail.effort", "", ""),
+    ],
+)
+def test_an_own_input_has_one_unit_and_start_value(
+    members: str, start: str, told: str, tmp_path: Path
+) -> None:
+    """4 N and 7 N would both have become 4 N; 1 kN would have been 1 N."""
+    inputs = f"connections: []\ninputs: {{push: [{members}]}}\n"
+    path = system(tmp_path, start + inputs, a=2, b=4)
+    given = {"a.body.cart.force_x": "4 N", "a.joint.rail.effort": 4, "b.body.cart.force_x": "7 N"}
+    loaded = load_system(path).changed(start=given)
+    if not told:
+        assert [v.start for v in system_program(loaded).inputs if v.name == "push"] == [4.0]
+        return
+    with pytest.raises(InputError, match=f"'push' stands for inputs of different .*{told}") as e:
+        system_program(loaded)
+    assert e.value.problems[0].line is not None
+
+
 def test_start_values_of_the_system(tmp_path: Path) -> None:
     text = "connections: []\n"
     path = system(tmp_path, text, a=2)

@@ -24,6 +24,7 @@ from m4e_fmi.program import (
     compose,
     jacobian,
     sin,
+    singular_loop,
 )
 
 
@@ -45,6 +46,19 @@ def link(source: str, target: str, factor: float = 1.0, offset: float = 0.0) -> 
         return part, name
 
     return Connection(ends(source), ends(target), factor, offset)
+
+
+def looped(J: list[list[float]]) -> Program:
+    """z = J z + x in one part, x being 1, 2, …"""
+    r = Recorder("all", "")
+    u = [r.input(Variable(f"u{k}", "1", "")) for k in range(len(J))]
+    for k, row in enumerate(J):
+        total = r.parameter(Variable(f"x{k}", "1", "", start=k + 1.0))
+        for gain, z in zip(row, u, strict=True):
+            total = total + gain * z
+        r.output(Variable(f"y{k}", "1", ""), total)
+    links = [link(f"all.y{k}", f"all.u{k}") for k in range(len(J))]
+    return compose("whole", {"all": r.program()}, links)
 
 
 def values(program: Program, **given: float) -> dict[str, float]:
@@ -137,6 +151,37 @@ class TestLoops:
         exact = np.linalg.solve(np.eye(size) - J, given)
         got = np.array([found[f"all.y{k}"] for k in range(size)])
         assert got / units == pytest.approx(exact / units, rel=1e-11)
+
+    @pytest.mark.parametrize(
+        "J",
+        [
+            [[1.0, 2.0], [3.0, 1.0]],
+            [[1.0, 1e6], [3e-6, 1.0]],
+            [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]],
+            [[1.0 - 1e-9, 2.0], [3.0, 1.0 - 1e-9]],
+            [[1.0 - 1e-14, 2.0], [3.0, 1.0 - 1e-14]],
+        ],
+    )
+    def test_own_gains_of_one(self, J: list[list[float]]) -> None:
+        """No pivot is on the diagonal of 1 - J, or only rounding, yet there is one solution."""
+        exact = np.linalg.solve(np.eye(len(J)) - J, np.arange(1.0, len(J) + 1))
+        found = values(looped(J))
+        got = [found[f"all.y{k}"] for k in range(len(J))]
+        assert got == pytest.approx(exact, rel=1e-14)
+
+    def test_rounding_is_no_pivot(self) -> None:
+        with pytest.raises(AlgebraicLoopError, match="singular at the start"):
+            looped([[1.0, 1e-17], [1e-17, 1.0]])
+
+    def test_shares_of_pivots_tell_a_singular_loop(self) -> None:
+        whole = compose("whole", {"a": gain("a", 0.5)}, [link("a.y", "a.u")])
+        assert [loop.inputs for loop in whole.loops] == [("a.u",)]
+        within = compose("outer", {"in": whole}, [])
+        for program, prefix in ((whole, ""), (within, "in.")):
+            start = {v.name: v.start for v in (*program.parameters, *program.states)}
+            assert not singular_loop(program, start)
+            for k in (1.0, 1.0 - 1e-12):
+                assert singular_loop(program, start | {f"{prefix}a.k": k}) == f"{prefix}a.u"
 
     def test_a_singular_loop_is_refused(self) -> None:
         parts = {"a": gain("a", 2.0), "b": gain("b", 0.5)}

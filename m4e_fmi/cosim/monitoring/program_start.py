@@ -1,0 +1,110 @@
+"""The checks of a run's start for a composed program: weight, buoyancy, trim, stability, pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.monitoring.flotation import start_warnings
+from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS
+from m4e_fmi.cosim.preparation.surroundings import model_gravity
+from m4e_fmi.cosim.system.connection_text import parse_connection
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.fmu import Description
+from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.program import TIME, Part, Program, evaluated, tangent
+
+
+def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
+    """Warnings of the floating bodies of a composed program at its start, one line each.
+
+    `program` is that of `system`. They are those of a coupled run of its parts. A body whose
+    connections lead through a bus is not looked at if a component is left open.
+    """
+    names = {part.name for part in program.parts}
+    known = names if len(names) < len(system.components) else names.union(system.buses)
+    rest = replace(
+        system,
+        components=tuple(c for c in system.components if c.name in names),
+        connections=tuple(text for text in system.connections if _ends(text) <= known),
+        inputs={},
+        outputs={},
+    )
+    start = ProgramStart(program)
+    descriptions = {name: one.description for name, one in start.instances.items()}
+    gravity = partial(model_gravity, rest, descriptions)
+    return start_warnings(start, connect(rest, descriptions), gravity)
+
+
+def _ends(text: str) -> set[str]:
+    """The components or buses at both ends of a connection."""
+    written = parse_connection(text)
+    return {name.partition(".")[0] for name in (written.left, written.right)}
+
+
+class ProgramStart:
+    """A composed program at its start values: what is read of a network at the start of a run."""
+
+    def __init__(self, program: Program) -> None:
+        self._program = program
+        groups = (program.parameters, program.inputs, program.states)
+        self._start = {v.name: v.start for group in groups for v in group} | {TIME: 0.0}
+        self.instances = {part.name: self._started(part) for part in program.parts}
+
+    def _started(self, part: Part) -> PartStart:
+        found = evaluated(self._program.tape, list(part.nodes.values()), self._start)
+        given = {name: found[node] for name, node in part.nodes.items()} | {TIME: 0.0}
+        description = expected_description(part.program, Path(f"{part.name}.fmu"))
+        return PartStart(part, replace(description, directional_derivatives=True), given)
+
+    def read(self, name: str) -> float:
+        """The value of ``component.variable``, in its unit; KeyError if there is none."""
+        component, _, variable = name.partition(".")
+        return self.instances[component].value(variable)
+
+
+@dataclass
+class PartStart:
+    """One part at the start; `given` are its parameters, inputs and states by name.
+
+    `description` is that of its FMU, which is not built.
+    """
+
+    part: Part
+    description: Description
+    given: Mapping[str, float]
+    _slopes: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def value(self, variable: str) -> float:
+        """The value of a variable, in its unit; KeyError if there is none."""
+        return self.given[variable] if variable in self.given else self._results[variable]
+
+    @cached_property
+    def _results(self) -> dict[str, float]:
+        program = self.part.program
+        nodes = {v.name: k for v, k in zip(program.outputs, program.results, strict=True)}
+        nodes |= {v.name: k for v, k in zip(program.calculated, program.constants, strict=True)}
+        found = evaluated(program.tape, list(nodes.values()), self.given)
+        return {name: found[k] for name, k in nodes.items()}
+
+    def directional_derivative(self, output: str, known: str) -> float:
+        """∂output/∂known of an acceleration and an input, in their units."""
+        if known not in self._slopes:
+            self._slopes[known] = self._slopes_by(known)
+        return self._slopes[known][output]
+
+    def _slopes_by(self, known: str) -> dict[str, float]:
+        """Derivatives of all accelerations by one input."""
+        program = self.part.program
+        last = set(ACCELERATIONS.values())
+        pairs = zip(program.outputs, program.results, strict=True)
+        kept = [(v, k) for v, k in pairs if v.name.rpartition(".")[2] in last]
+        outputs, results = tuple(v for v, _ in kept), tuple(k for _, k in kept)
+        change = tangent(replace(program, outputs=outputs, results=results), [known])
+        count = len(program.states)
+        found = evaluated(change.tape, change.results, {**self.given, f"d({known})": 1.0})
+        slopes = [found[k] for k in change.results[count:]]
+        return {v.name: slope for v, slope in zip(outputs, slopes, strict=True)}

@@ -1,0 +1,59 @@
+"""A composed program tells of its start what a coupled run of its parts tells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.example_systems import EXAMPLES, example_system
+
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import System, load_system, program_start_warnings, run, system_program
+
+FLOATING = {"body.body.sphere.z": -1.0, "body.body.sphere.theta": 0.2, "body.body.sphere.x": 5.0}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("build")
+
+
+def both(system: System, folder: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Warnings of the program, and those of the run that are not of its coupling error."""
+    outcome = run(system.changed(stop_time=0.1), build_directory=folder)
+    of_run = tuple(line for line in outcome.warnings if "coupling error" not in line)
+    return program_start_warnings(system, system_program(system)), of_run
+
+
+@pytest.mark.parametrize(
+    ("start", "count"), [({}, 1), ({"body.m": 2e5}, 2), (FLOATING, 3)], ids=["as is", "m", "pose"]
+)
+def test_the_warnings_of_a_run(start: dict[str, float], count: int, folder: Path) -> None:
+    """Weight, and the pose in three coordinates, with the same numbers."""
+    system = load_system(EXAMPLES / "sphere_decay" / "system.yaml").changed(start=start)
+    told, of_run = both(system, folder)
+    assert told == of_run
+    assert len(told) == count
+
+
+def test_connected_forces_count(folder: Path) -> None:
+    """The pretension of the generator, whose force comes through a connection."""
+    system = example_system("moored_buoy/system.yaml", without="mooring")
+    told, of_run = both(system.changed(start={"generator.pretension": 1e6}), folder)
+    assert told == of_run
+    assert "connected forces" in told[0]
+
+
+def test_simulate_tells_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of the start values given on the command line, and with lines left open."""
+    monkeypatch.chdir(tmp_path)
+    short = ["--stop-time", "0.1", "--no-plot"]
+    sphere = str(EXAMPLES / "sphere_decay" / "system.yaml")
+    assert main(["simulate", sphere, "--start-value", "body.m", "200 t", *short]) == 0
+    told = capsys.readouterr().err
+    assert "warning: body.body.sphere: weight and connected forces are 1962 kN" in told
+    buoy = str(EXAMPLES / "moored_buoy" / "system.yaml")
+    assert main(["simulate", buoy, "--open", "mooring", *short]) == 0
+    assert "warning: buoy.body.float: weight" in capsys.readouterr().err
