@@ -10,7 +10,7 @@ This package is the bottom layer: of m4e_fmi it imports `errors` only. Start rea
 """
 
 from m4e_fmi.program.comparison import differences, listing
-from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose
+from m4e_fmi.program.composition import AlgebraicLoopError, Connection, LocalLaw, compose
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
 from m4e_fmi.program.evaluation import evaluated
 from m4e_fmi.program.feedback import with_feedback
@@ -43,6 +43,7 @@ __all__ = [
     "AnyScalar",
     "Connection",
     "Jacobian",
+    "LocalLaw",
     "Part",
     "Program",
     "Recorder",

@@ -1,9 +1,10 @@
 """Several connected programs as one: start reading in `compose`.
 
 `loops` solves algebraic loops that are linear, `moved_solution` keeps what is known of how the
-rates of the parts were solved for.
+rates of the parts were solved for, `local_law` is what parts come from that hold about one point.
 """
 
 from m4e_fmi.program.composition.compose import AlgebraicLoopError, Connection, compose
+from m4e_fmi.program.composition.local_law import LocalLaw
 
-__all__ = ["AlgebraicLoopError", "Connection", "compose"]
+__all__ = ["AlgebraicLoopError", "Connection", "LocalLaw", "compose"]
