@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from m4e_fmi.errors import Named, RunError, UnknownNameError
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import TIME, Jacobian, Program, Variable, singular_loop
+from m4e_fmi.program import (
+    TIME,
+    Jacobian,
+    LocalLaw,
+    Part,
+    Program,
+    Variable,
+    evaluated,
+    singular_loop,
+)
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import listing
@@ -68,6 +77,13 @@ class OperatingPoint:
         """The point with other states (n,), in their SI units."""
         return replace(self, states=states)
 
+    def with_values(self, values: Mapping[str, float]) -> OperatingPoint:
+        """The point with other values, in SI, of some states, inputs and parameters by name."""
+        p, now = self.program, {**self.values, **values}
+        groups = (p.states, p.inputs, p.parameters)
+        states, inputs, parameters = (np.array([now[v.name] for v in group]) for group in groups)
+        return replace(self, states=states, inputs=inputs, parameters=parameters)
+
     def __repr__(self) -> str:
         def told(variables: Sequence[Variable], vector: Floats) -> list[str]:
             pairs = zip(variables, vector, strict=True)
@@ -87,6 +103,11 @@ COINCIDING = 1e-100
 """Distance [m] below which points coincide."""
 MEASURE = re.compile(r"(?:.+\.)?load\.\w+\.(distance|extension|gap|power)")
 
+MOST_RENEWALS = 30
+"""Of parts that take each other's values; alone, a part is renewed once."""
+SAME = 1e-9
+"""Change of an input of such a part that is none, over 1 + its value."""
+
 At = OperatingPoint | Mapping[str, float | str] | None
 """Where: values by name, as for `simulate`; what is not named has its start value."""
 
@@ -97,8 +118,10 @@ def operating_point(
     """The point of `program` with the values of `at`; InputError names what it does not have.
 
     Of a `model`, it says where in its file a value is missing. RunError if an algebraic loop of a
-    composed program is singular there.
+    composed program is singular there. Parts whose equations hold about a point only are `renewed`
+    about it, unless `at` is a point, which has all that belongs to it.
     """
+    is_point = isinstance(at, OperatingPoint)
     if isinstance(at, OperatingPoint):
         time = at.time if time is None else time
         at = at.values
@@ -109,7 +132,44 @@ def operating_point(
     if names := singular_loop(program, {**point.values, TIME: point.time}):
         message = f"{program.name}: the algebraic loop of {names} is singular there"
         raise RunError(message, "look at the gains around the loop: their product is 1")
-    return point
+    return point if is_point else renewed(point)
+
+
+def local_parts(program: Program) -> list[tuple[Part, LocalLaw]]:
+    """The parts whose equations hold about a point only, and their laws."""
+    return [(part, part.origin) for part in program.parts if isinstance(part.origin, LocalLaw)]
+
+
+def renewed(point: OperatingPoint) -> OperatingPoint:
+    """`point` with the equations of all `local_parts` holding about it.
+
+    RunError if a law has none there, or if they do not come to an end with each other.
+    """
+    parts, before = local_parts(point.program), dict[str, float]()
+    if not parts:
+        return point
+    for _ in range(MOST_RENEWALS):
+        inputs = _inputs(point, [part for part, _ in parts])
+        if before and all(abs(v - before[k]) <= SAME * (1.0 + abs(v)) for k, v in inputs.items()):
+            return point
+        before, found = inputs, dict[str, float]()
+        for part, law in parts:
+            own = {v.name: inputs[f"{part.name}.{v.name}"] for v in part.program.inputs}
+            parameters = law.parameters_at(own)
+            found |= {f"{part.name}.{name}": value for name, value in parameters.items()}
+        point = point.with_values(found)
+    names = ", ".join(part.name for part, _ in parts)
+    message = f"{point.program.name}: {names} take no values together that stay as they are"
+    raise RunError(message, "give one of them as equations, or keep it open")
+
+
+def _inputs(point: OperatingPoint, parts: Sequence[Part]) -> dict[str, float]:
+    """The values of the inputs of parts, as ``part.input``."""
+    variables = [(part, v.name) for part in parts for v in part.program.inputs]
+    nodes = {f"{part.name}.{name}": part.nodes[name] for part, name in variables}
+    values = {**point.values, TIME: point.time}
+    found = evaluated(point.program.tape, list(nodes.values()), values)
+    return {name: found[node] for name, node in nodes.items()}
 
 
 class Evaluation:

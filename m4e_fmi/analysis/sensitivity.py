@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.analysis.equilibrium import Balance
+from m4e_fmi.analysis.balance import Balance
 from m4e_fmi.analysis.linearization import Linearizer
 from m4e_fmi.analysis.modes import Modes, modes
 from m4e_fmi.analysis.points import (

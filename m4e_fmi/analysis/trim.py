@@ -7,23 +7,26 @@ moves with them (`sensitivity`); after each step the equilibrium is found anew.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.analysis.equilibrium import equilibrium
+from m4e_fmi.analysis.balance import Balance
+from m4e_fmi.analysis.equilibrium import resting
+from m4e_fmi.analysis.local_laws import ROUNDING, followed
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
     OperatingPoint,
     System,
     causes,
+    local_parts,
     observed,
     operating_point,
     program_and_model,
 )
 from m4e_fmi.analysis.sensitivity import Sensitivities
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.program import Program
 from m4e_fmi.units import number_in
 
 MOST_STEPS = 30
@@ -69,7 +72,8 @@ def trimmed(
         raise InputError(problems)
     search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
     start = operating_point(program, at, time=time, model=model)
-    return search.found(start, [(v.minimum, v.maximum) for v in varied])
+    limits = [(v.minimum, v.maximum) for v in varied]
+    return search.found(start, limits)
 
 
 class _Search:
@@ -77,7 +81,7 @@ class _Search:
 
     def __init__(
         self,
-        program: System,
+        program: Program,
         of: Sequence[str],
         wanted: np.ndarray,
         by: Sequence[str],
@@ -85,13 +89,15 @@ class _Search:
         nearest: bool,
     ) -> None:
         self._of, self._by, self._wanted, self._nearest = list(of), list(by), wanted, nearest
+        self._balance = Balance(program)
+        self._is_measured = bool(local_parts(program))
         self._slopes = Sensitivities(program, of=of, by=by, moving=True)
         self._values = Evaluation(observed(self._slopes.program, of))
         self._sizes = np.maximum(np.abs(wanted), 1.0)
 
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T
-        point = equilibrium(start.program, at=start, nearest=self._nearest)
+        point = self._at_rest(start)
         off = self._off(point)
         for _ in range(MOST_STEPS):
             if np.max(np.abs(off)) <= ACCURACY:
@@ -107,9 +113,18 @@ class _Search:
                         break
                 part /= 2.0
                 if part < SHORTEST:
+                    if self._is_measured and np.max(np.abs(off)) <= ROUNDING:
+                        return point
                     raise self._lost(point)
             point, off = ahead, left
         raise self._lost(point)
+
+    def _at_rest(self, start: OperatingPoint) -> OperatingPoint:
+        """The equilibrium from a point, with its parameters."""
+        nearest = self._nearest
+        return followed(
+            self._balance, start, lambda point: resting(self._balance, point, nearest=nearest)
+        )
 
     def _off(self, point: OperatingPoint) -> np.ndarray:
         """The difference to each target (n,), over its size."""
@@ -127,11 +142,9 @@ class _Search:
 
     def _settled(self, point: OperatingPoint, values: np.ndarray) -> OperatingPoint | None:
         """The equilibrium near `point` with other `values` of the parameters; None without one."""
-        given = dict(zip(self._by, values.tolist(), strict=True))
-        program = point.program.with_start(given)
-        ahead = replace(operating_point(program, {**point.values, **given}), time=point.time)
+        ahead = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
         try:
-            return equilibrium(program, at=ahead, nearest=self._nearest)
+            return self._at_rest(ahead)
         except RunError:
             return None
 

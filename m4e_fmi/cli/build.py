@@ -88,8 +88,10 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     system = is_system(options.source)
-    if options.open and not (system and options.single):
-        raise InputError.single("--open is for the components of a system with --single")
+    for flag in ("open", "settled"):
+        if getattr(options, flag) and not (system and options.single):
+            message = f"--{flag} is for the components of a system with --single"
+            raise InputError.single(message)
     if options.ssp and (options.single or not system):
         raise InputError.single("--ssp packs a system with all its FMUs, not one FMU")
     if options.single and not system:

@@ -144,7 +144,7 @@ def load_model(path: Path) -> Model:
 
 
 def add_open(command: argparse.ArgumentParser) -> None:
-    """Add --open, for systems."""
+    """Add --open and --settled, for systems."""
     command.add_argument(
         "--open",
         nargs="+",
@@ -154,6 +154,15 @@ def add_open(command: argparse.ArgumentParser) -> None:
         help="of a system: components that are left out, as those that are no equations; what they "
         "give are inputs then",
     )
+    command.add_argument(
+        "--settled",
+        nargs="+",
+        action="extend",
+        default=[],
+        metavar="COMPONENT",
+        help="of a system: components that are no equations, as mooring lines; they take part by "
+        "what they give at rest, and how that changes with what they take",
+    )
 
 
 def load_equations(options: argparse.Namespace) -> Model | Program:
@@ -161,28 +170,47 @@ def load_equations(options: argparse.Namespace) -> Model | Program:
     path: Path = options.model
     if is_system(path):
         return load_program(load_system(path), options)
-    if options.open:
-        raise InputError.single("--open is for the components of a system, not for a model")
+    for flag in ("open", "settled"):
+        if getattr(options, flag):
+            raise InputError.single(f"--{flag} is for the components of a system, not for a model")
     return load_model(path)
 
 
 def load_program(system: System, options: argparse.Namespace) -> Program:
-    """The program of a system, without the components that --open names; each of these is told."""
+    """The program of a system; --open names components that are left out, --settled those that take
+    part by their static law, and each of these is told."""
     from m4e_fmi.cosim import system_program
 
-    return system_program(system, keep_open=options.open, tell=_tell_warnings)
+    return system_program(
+        system,
+        keep_open=options.open,
+        settled=options.settled,
+        build_directory=_build_folder(options),
+        tell=_tell_warnings,
+    )
 
 
 def load_in_waves(system: System, options: argparse.Namespace, *, highest: float) -> InWaves:
     """As `load_program`, with forces of waves as inputs, up to `highest` [rad/s]."""
     from m4e_fmi.cosim import system_in_waves
 
-    return system_in_waves(system, highest=highest, keep_open=options.open, tell=_tell_warnings)
+    return system_in_waves(
+        system,
+        highest=highest,
+        keep_open=options.open,
+        settled=options.settled,
+        build_directory=_build_folder(options),
+        tell=_tell_warnings,
+    )
+
+
+def _build_folder(options: argparse.Namespace) -> Path:
+    return Path(getattr(options, "build_folder", BUILD_FOLDER))
 
 
 def _tell_warnings(line: str) -> None:
-    if "warning" in line or line.startswith("left open"):
-        print(line, file=sys.stderr)
+    if "warning" in line or line.startswith(("left open", "settled")):
+        print(one_line(line), file=sys.stderr)
 
 
 def load_system(path: Path) -> System:

@@ -14,6 +14,7 @@ from m4e_fmi.program.composition import (
     LEAST_PIVOT,
     AlgebraicLoopError,
     Connection,
+    LocalLaw,
     compose,
     singular_loop,
 )
@@ -50,6 +51,7 @@ __all__ = [
     "AnyScalar",
     "Connection",
     "Jacobian",
+    "LocalLaw",
     "Loop",
     "Part",
     "Program",

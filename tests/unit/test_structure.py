@@ -26,9 +26,9 @@ LAYERS = {
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections scenario input_checks ssp composition system_file load exchange "
-        "preparation results stepping algorithms time_loop error_estimate monitoring checkpoint "
-        "master save"
+        "system connections scenario input_checks ssp system_file load exchange "
+        "preparation composition results stepping algorithms time_loop error_estimate monitoring "
+        "checkpoint master save"
     ),
 }
 """Parts of each package: a part imports those before it only."""

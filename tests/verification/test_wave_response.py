@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.floating_buoy import held_buoy
 
-from m4e_fmi.analysis import OperatingPoint, equilibrium
+from m4e_fmi.analysis import OperatingPoint, equilibrium, linearize
+from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response import (
     InWaves,
     Sea,
@@ -16,6 +18,7 @@ from m4e_fmi.analysis.response import (
     sea_response,
     wave_response,
 )
+from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.cosim import load_system, system_in_waves, system_program
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.simulate import simulate
@@ -56,13 +59,11 @@ def harmonics(
 def started(point: OperatingPoint, states: np.ndarray, amplitude: float) -> dict[str, float]:
     """States of a steady motion at t = 0; those of the memory of a program have its names."""
     names = [v.name for v in point.program.states]
-    return dict(zip(names, (point.states + amplitude * states.real).tolist(), strict=True))
+    return dict(zip(names, (point.states + amplitude * np.real(states)).tolist(), strict=True))
 
 
 def ordered(waves: InWaves, point: OperatingPoint, states: np.ndarray) -> np.ndarray:
     """`states` in the order of the program, from that of its linear equations."""
-    from m4e_fmi.analysis import linearize
-
     order = [v.name for v in linearize(waves.program, at=point).states]
     found = dict(zip(order, states, strict=True))
     return np.array([found.get(v.name, 0.0) for v in waves.program.states])
@@ -135,20 +136,25 @@ class _Push:
     inputs = ("elevation", "push")
     highest = 100.0
 
-    def per_amplitude(self, omega: np.ndarray, direction: float, values: object) -> np.ndarray:
+    def per_amplitude(
+        self, omega: Floats, direction: float, values: Mapping[str, float]
+    ) -> Complex:
         del direction, values
         return np.ones((len(omega), 2), dtype=complex)
 
-    def own_sea(self, values: object) -> Sea | None:
+    def own_sea(self, values: Mapping[str, float]) -> Sea | None:
         del values
         return None
 
-    def own_direction(self, values: object) -> float:
+    def own_direction(self, values: Mapping[str, float]) -> float:
         del values
         return 0.0
 
-    def jonswap(self, *_: float) -> Sea:
-        raise NotImplementedError
+    def jonswap(
+        self, significant_height: float, peak_period: float, enhancement: float, direction: float
+    ) -> Sea:
+        del significant_height, peak_period, enhancement, direction
+        raise AssertionError
 
 
 def oscillator(*, drag: float = 0.0, cubic: float = 0.0) -> Program:

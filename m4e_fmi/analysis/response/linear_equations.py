@@ -76,9 +76,9 @@ class LinearEquations:
         )  # fmt: skip
 
     def harmonics(self, omega: Floats, forces: Complex) -> tuple[Complex, Complex]:
-        """Of states (k, n) and outputs (k, outputs) for those of the inputs, `forces` (k, m).
+        """States (k, n) and outputs (k, outputs), in SI, for those of the inputs, `forces` (k, m).
 
-        In SI, for e^{−iωt} with `omega` (k,) [rad/s]. RunError at an undamped natural frequency.
+        For e^{−iωt} with `omega` (k,) [rad/s]. RunError at an undamped natural frequency.
         """
         shifted = -1j * omega[:, None, None] * np.eye(len(self.A)) - self.A
         try:

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from m4e_fmi.analysis.points import operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
+from m4e_fmi.cosim.composition.settled import stand_ins
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.input_checks.drafts import Tell, drafted
+from m4e_fmi.cosim.input_checks.drafts import drafted
 from m4e_fmi.cosim.input_checks.inputs import no_component
+from m4e_fmi.cosim.preparation.components import Tell
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.component_units import with_units
@@ -30,21 +33,32 @@ IN_WAVES = "make_in_waves"
 
 
 def system_program(
-    system: System, *, keep_open: Collection[str] = (), tell: Tell | None = None
+    system: System,
+    *,
+    keep_open: Collection[str] = (),
+    settled: Collection[str] = (),
+    build_directory: str | Path = "build",
+    tell: Tell | None = None,
 ) -> Program:
     """The equations of all components as one program, with variables ``component.variable``.
 
     Connected inputs and parameters become what their connections carry; others stay. Components
     named in `keep_open` are left out: what they take are outputs, what they give are inputs. Those
-    that are no equations (FMUs, Python code such as MoorDyn) must be named. Start values are the
-    system's. The components' own steps, the algorithm and the scenario do not take part.
+    that are no equations (FMUs, Python code such as MoorDyn) must be named, there or in `settled`:
+    those take part by their static law, y0 + K (u − u0) about a point. Their FMUs, which are built
+    in `build_directory`, are brought to rest there with held inputs; `equilibrium` and `linearize`
+    do that again where they come to, others have the law about the start values. Start values are
+    the system's. The components' own steps, the algorithm and the scenario do not take part.
     An own input of the system has one unit and start value: those of its members must agree.
 
-    `tell` gets lines of progress, and one for each component that is left open. InputError with all
-    problems of the system; with components that are no equations, connections that are delayed, and
-    loops that have no solution as linear ones.
+    `tell` gets lines of progress, and one for each component that is left open or settled.
+    InputError with all problems of the system; with components that are no equations, connections
+    that are delayed, and loops that have no solution as linear ones. RunError where a component
+    does not settle.
     """
-    return _composed(system, _looked_at(system, frozenset(keep_open), tell), keep_open, tell)
+    tell = tell or _silent
+    named = _Named(frozenset(keep_open), frozenset(settled))
+    return _composed(system, _looked_at(system, named, tell), named, build_directory, tell)
 
 
 def system_in_waves(
@@ -52,12 +66,16 @@ def system_in_waves(
     *,
     highest: float,
     keep_open: Collection[str] = (),
+    settled: Collection[str] = (),
+    build_directory: str | Path = "build",
     tell: Tell | None = None,
 ) -> InWaves:
     """As `system_program`, with the forces of waves as inputs, up to `highest` [rad/s] at least.
 
     InputError as there, and where no component is in water.
     """
+    tell = tell or _silent
+    named = _Named(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
 
     def drawn(component: Component, tell: Tell) -> Made:
@@ -74,27 +92,40 @@ def system_in_waves(
         )  # fmt: skip
         return made
 
-    found = _looked_at(system, frozenset(keep_open), tell, drawn)
+    found = _looked_at(system, named, tell, drawn)
     forces = {name: f for name, f in forces.items() if name in found.programs}
     if not forces:
         message = f"{system.name}: no component gives forces of waves"
         raise InputError.single(message, "a response to waves needs a component in water")
-    return InWaves(_composed(system, found, keep_open, tell), forces)
+    return InWaves(_composed(system, found, named, build_directory, tell), forces)
 
 
 def _composed(
-    system: System, found: _Found, keep_open: Collection[str], tell: Tell | None
+    system: System, found: _Found, named: _Named, build_directory: str | Path, tell: Tell
 ) -> Program:
+    """The program of the components that were `found`."""
     wiring = connect(system, found.descriptions)
-    inner = _inner_links(system, wiring, found.programs)
-    for line in _left_open(wiring, keep_open, found.programs):
-        (tell or _silent)(line)
+    for line in _left_open(wiring, sorted(named.open), found.programs):
+        tell(line)
+    laws = stand_ins(
+        system,
+        named.settled,
+        wiring,
+        found.descriptions,
+        build_directory=build_directory,
+        tell=tell,
+    )
+    programs = {**found.programs, **{name: program for name, (program, _) in laws.items()}}
+    inner = _inner_links(system, wiring, programs, laws)
     given = {c.name: c for c in system.components}
     parts: dict[str, Program] = {}
-    for name, program in found.programs.items():
+    for name, program in programs.items():
+        if name in laws:
+            parts[name] = program
+            continue
         start = start_values(given[name], found.descriptions[name])
         parts[name] = program.with_start({k: float(value) for k, value in start.items()})
-    own = dict(_outer_inputs(system, found.programs))
+    own = dict(_outer_inputs(system, programs))
     if problems := [p for name, ends in own.items() for p in _different(system, name, ends, parts)]:
         raise InputError(problems)
     links = [
@@ -107,17 +138,30 @@ def _composed(
         for link in inner
     ]
     try:
-        return compose(
+        whole = compose(
             system.name,
             parts,
             links,
             description=system.description,
             inputs=own,
-            outputs=dict(_outer_outputs(system, found.programs)),
-            origins=found.origins,
+            outputs=dict(_outer_outputs(system, programs)),
+            origins={**found.origins, **{name: law for name, (_, law) in laws.items()}},
         )
     except AlgebraicLoopError as error:
         raise _of_loop(system, inner, error) from None
+    if laws:
+        whole = whole.with_start(dict(operating_point(whole).values))
+    for name, (_, law) in laws.items():
+        tell(f"settled: {name}: {law}")
+    return whole
+
+
+@dataclass(frozen=True)
+class _Named:
+    """Components that are left out, and those that take part by their static law."""
+
+    open: frozenset[str]
+    settled: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -131,14 +175,14 @@ class _Found:
 
 def _looked_at(
     system: System,
-    keep_open: frozenset[str],
-    tell: Tell | None,
+    named: _Named,
+    tell: Tell,
     drawn: Callable[[Component, Tell], Made] | None = None,
 ) -> _Found:
     """All components, those that are no FMU as `drawn`; InputError with all problems of them."""
     if not system.components:
         raise InputError([no_component(system)])
-    problems = list(_unknown(system, keep_open))
+    problems = [*_unknown(system, named)]
     programs: dict[str, Program] = {}
     origins: dict[str, object] = {}
     descriptions: dict[str, Description] = {}
@@ -149,14 +193,18 @@ def _looked_at(
                 made = None
                 description = resized(_described(source), component.start)
             else:
-                say = _named(name, tell)
+                say = _prefixed(name, tell)
                 made = drawn(component, say) if drawn else drafted(system, component, say).made
                 description = expected_description(made, Path(f"{name}.fmu"))
             descriptions[name] = with_units(component, description)
         except InputError as error:
             problems += [system.located(name, problem) for problem in error.problems]
             continue
-        if name in keep_open:
+        if name in named.open:
+            continue
+        if name in named.settled:
+            if isinstance(made, Program):
+                problems.append(_has_equations(system, name))
             continue
         if isinstance(made, Program):
             programs[name] = made
@@ -182,7 +230,7 @@ def _left_open(
     wiring: Wiring, keep_open: Collection[str], programs: Mapping[str, Program]
 ) -> Iterator[str]:
     """A line for each component that is left open, with what it would give to programs."""
-    for name in dict.fromkeys(keep_open):
+    for name in keep_open:
         given = [
             str(link.target)
             for link in wiring.all_links
@@ -195,16 +243,26 @@ def _silent(_: str) -> None:
     pass
 
 
-def _unknown(system: System, keep_open: frozenset[str]) -> Iterator[Problem]:
+def _unknown(system: System, named: _Named) -> Iterator[Problem]:
+    """Problems of the names that the caller gives."""
     names = [c.name for c in system.components]
-    for name in sorted(keep_open.difference(names)):
-        message = f"{system.name}: there is no component {name!r} to be kept open"
-        yield Problem(message, suggestion(name, names, "components"))
+    for given, what in ((named.open, "kept open"), (named.settled, "settled")):
+        for name in sorted(given.difference(names)):
+            message = f"{system.name}: there is no component {name!r} to be {what}"
+            yield Problem(message, suggestion(name, names, "components"))
+    for name in sorted(named.open & named.settled):
+        message = f"{system.name}: {name} cannot be both open and settled"
+        yield Problem(message, "settled, it takes part by its static law; open, it is left out")
 
 
-def _named(component: str, tell: Tell | None) -> Tell:
+def _prefixed(component: str, tell: Tell) -> Tell:
     """Lines of progress with the name of the component in front."""
-    return (lambda line: tell(f"{component}: {line}")) if tell else _silent
+    return lambda line: tell(f"{component}: {line}")
+
+
+def _has_equations(system: System, name: str) -> Problem:
+    message = f"{name} is equations, which take part as they are: there is nothing to be settled"
+    return system.problem(("components", name), message, f"leave out --settled {name}")
 
 
 def _no_equations(system: System, component: Component) -> Problem:
@@ -213,8 +271,8 @@ def _no_equations(system: System, component: Component) -> Problem:
         what = "is computed by Python code, not by equations"
     message = f"{component.name} {what}: it cannot be part of one program"
     remedy = (
-        f"keep it open (--open {component.name}): what it gives becomes inputs of the rest; or "
-        "couple it, with `m4e-fmi run`"
+        f"keep it open (--open {component.name}): what it gives becomes inputs of the rest; take "
+        f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
     )
     return system.problem(("components", component.name), message, remedy)
 
@@ -231,14 +289,25 @@ def _sampled(system: System, component: Component) -> Iterator[Problem]:
         yield system.problem(("components", component.name, "step_size"), message, remedy)
 
 
-def _inner_links(system: System, wiring: Wiring, programs: Mapping[str, Program]) -> list[Link]:
-    """Links between two programs; InputError with those that are delayed."""
+def _inner_links(
+    system: System, wiring: Wiring, programs: Mapping[str, Program], laws: Collection[str]
+) -> list[Link]:
+    """Links between two programs; InputError with those that are delayed.
+
+    Of static laws, delays mean nothing, and what is not Real stays as it is.
+    """
     inner = [
         link
         for link in wiring.all_links
-        if link.source.component in programs and link.target.component in programs
+        if link.source.component in programs
+        and link.target.component in programs
+        and (link.is_real or link.source.component not in laws)
     ]
-    delayed = dict.fromkeys(link.connection for link in inner if link.delayed)
+    delayed = dict.fromkeys(
+        link.connection
+        for link in inner
+        if link.delayed and not {link.source.component, link.target.component}.intersection(laws)
+    )
     if delayed:
         message = "this connection is delayed by a step: one program has no steps"
         remedy = "leave out the delay, or keep one of its components open"
@@ -251,8 +320,8 @@ def _outer_inputs(
 ) -> Iterator[tuple[str, list[tuple[str, str]]]]:
     """The system's own inputs that lead into programs."""
     for name, texts in system.inputs.items():
-        ends = [text.partition(".")[::2] for text in texts]
-        if inner := [(part, variable) for part, variable in ends if part in programs]:
+        ends = [(part, name) for part, _, name in (text.partition(".") for text in texts)]
+        if inner := [end for end in ends if _has(programs, *end, groups=("inputs", "parameters"))]:
             yield name, inner
 
 
@@ -279,8 +348,18 @@ def _outer_outputs(
     """The system's own outputs that programs give."""
     for name, text in system.outputs.items():
         part, _, variable = text.partition(".")
-        if part in programs:
+        if _has(programs, part, variable, groups=("states", "outputs", "calculated")):
             yield name, (part, variable)
+
+
+def _has(
+    programs: Mapping[str, Program], part: str, variable: str, *, groups: Collection[str]
+) -> bool:
+    """True if a program among others has such a variable."""
+    known = programs.get(part)
+    return known is not None and any(
+        v.name == variable for group in groups for v in getattr(known, group)
+    )
 
 
 def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> InputError:

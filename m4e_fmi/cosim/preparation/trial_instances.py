@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 
@@ -14,6 +14,7 @@ from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
+from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.signals import not_lost
@@ -52,18 +53,29 @@ class Instances:
         self.short_step = self.step if only else self.step / SHORTER
 
     @contextmanager
-    def instance(self) -> Generator[Instance]:
-        """One after its initialisation; closed, with its library, at the end of the block."""
+    def instance(
+        self,
+        inputs: Mapping[str, Value] | None = None,
+        *,
+        suffix: str = PROBE,
+        listener: Listener | None = None,
+    ) -> Generator[Instance]:
+        """One after its initialisation; closed, with its library, at the end of the block.
+
+        `inputs` are set while it is initialised, as connections do; the `suffix` ends the name that
+        the FMU hears, a `listener` hears what it logs.
+        """
         name, times = self._component.name, self._simulation
         origin = f"{name} ({self._description.path.name})"
         with (
             closing(Files(self._description)) as files,
             opened_binary(self._description, files, origin=origin, host=self._host) as binary,
-            Instance(name, self._description, binary, suffix=PROBE) as instance,
+            Instance(name, self._description, binary, listener, suffix=suffix) as instance,
         ):
             instance.setup(start=times.start_time, stop=times.last_time, tolerance=times.tolerance)
             instance.set_values(start_values(self._component, self._description))
             instance.enter_initialization()
+            instance.set_values(inputs or {})
             instance.exit_initialization()
             yield instance
 

@@ -125,6 +125,21 @@ def test_what_is_no_equation_is_named(
     assert "there is no component 'nobody'" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("system")
+def test_what_is_no_equation_takes_part_at_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A line hangs from 0, 0 to the bob."""
+    (tmp_path / "line.yaml").write_text(FOREIGN, encoding="utf-8")
+    for command in (["equilibrium"], ["linearize", "--json"], ["simulate", "--no-plot"]):
+        assert main([command[0], "line.yaml", "--settled", "line", *command[1:]]) == 0
+        caught = capsys.readouterr()
+        assert "settled: line: at rest from its start" in caught.err
+        assert "line: warning: l is divided coarsely" in caught.err
+        if command == ["equilibrium"]:
+            assert "line.l.fairlead_tension" in caught.out
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
@@ -154,6 +169,9 @@ def test_flags_that_do_not_go_together(system: str, capsys: pytest.CaptureFixtur
         (["build", system, "--single", "--ssp"], "--ssp packs a system"),
         (["build", system, "--open", "m0"], "--open is for the components"),
         (["simulate", "m0.model.yaml", "--open", "m0"], "--open is for the components"),
+        (["build", system, "--settled", "m0"], "--settled is for the components"),
+        (["equilibrium", "m0.model.yaml", "--settled", "m0"], "--settled is for the components"),
+        (["linearize", system, "--settled", "m0"], "m0 is equations, which take part as they are"),
         (["simulate", system, "--animate"], "--animate is for a model"),
         (["build", system, "--single", "--inputs", "a"], "--inputs is for a model"),
     ):

@@ -1,0 +1,126 @@
+"""The outputs of an FMU at rest: its inputs held until nothing changes any more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
+from m4e_fmi.cosim.preparation.trial_instances import Instances
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.messages import Listener
+from m4e_fmi.fmu.importer.reading import Variable
+
+STEPS, BRIEF = 128, 16
+"""Steps with held inputs, of which outputs may not change in the second half; doubled until they do
+not. `BRIEF` of an FMU that is at rest from its start at a point nearby."""
+MOST_STEPS = 16384
+"""Steps after which an FMU that still changes is given up."""
+TOLERANCE = 1e-5
+"""Change that is none, over the largest output of the same unit, or the nominal value."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Outputs at rest, `values` (n,) in the FMU's units, reached after `time` [s] and some `steps`.
+
+    Without steps it is the start itself: nothing changed after it.
+    """
+
+    values: np.ndarray
+    steps: int = 0
+    time: float = 0.0
+
+
+class AtRest:
+    """The Real `outputs` of new instances of a component's FMU at rest, for values of inputs."""
+
+    def __init__(self, new: Instances, outputs: Sequence[Variable]) -> None:
+        self._new, self.outputs = new, outputs
+        units = np.array([v.unit for v in outputs], dtype=str)
+        self._alike = units[:, None] == units
+        self._nominal = np.array([v.nominal for v in outputs])
+
+    def largest(self, values: np.ndarray) -> np.ndarray:
+        """The largest (n,) of `values` (n,) of outputs of the same unit, in the FMU's units."""
+        return np.max(np.where(self._alike, np.abs(values), 0.0), axis=1, initial=0.0)
+
+    def sizes(self, values: np.ndarray) -> np.ndarray:
+        """The sizes (n,) of outputs `values` (n,), in the FMU's units."""
+        return np.maximum(self.largest(values), self._nominal)
+
+    def at(
+        self, inputs: Mapping[str, float], *, brief: bool = False, listener: Listener | None = None
+    ) -> Rest:
+        """The rest with these `inputs`, in the FMU's units.
+
+        With `brief`, fewer steps show that the start is at rest. RunError if it does not settle, or
+        the FMU fails.
+        """
+        with (
+            setting_up(),
+            quiet(),
+            self._new.instance(inputs, suffix="", listener=listener) as instance,
+        ):
+            read = _Reader(instance, [v.name for v in self.outputs])
+            rows, count = [read()], BRIEF if brief else STEPS
+            while True:
+                while len(rows) <= count:
+                    _step(instance, self._new.step)
+                    rows.append(read())
+                seen = np.array(rows)
+                limits = TOLERANCE * self.sizes(seen[-1])
+                if (np.ptp(seen, axis=0) <= limits).all():
+                    return Rest(seen[0])
+                change = np.ptp(seen[count // 2 :], axis=0)
+                if count >= STEPS and (change <= limits).all():
+                    return Rest(seen[-1], count, count * self._new.step)
+                if count >= MOST_STEPS:
+                    raise self._restless(instance, count, change, change / limits)
+                count *= 2
+
+    def _restless(
+        self, instance: Instance, count: int, change: np.ndarray, share: np.ndarray
+    ) -> RunError:
+        """The error of an FMU with outputs that `change` (n,), in its units, or by `share` (n,)."""
+        order = np.argsort(-share)[:3]
+        moving = ", ".join(
+            f"{v.name} by {change[k]:.3g} {v.unit}".rstrip()
+            for k in order
+            if share[k] > 1.0 and (v := self.outputs[k])
+        )
+        time = count * self._new.step
+        message = (
+            f"{instance.name} ({instance.description.path.name}): it does not settle while its "
+            f"inputs are held: in the second half of {count} steps ({time:g} s) still change "
+            f"{moving}"
+        )
+        return RunError(message, f"keep it open (--open {instance.name})")
+
+
+class _Reader:
+    """Reads Real outputs of an instance; RunError if one is not finite."""
+
+    def __init__(self, instance: Instance, names: Sequence[str]) -> None:
+        self._instance, self._names = instance, names
+        self._view = np.zeros(len(names))
+        self._get = instance.own_getter(names, self._view)
+
+    def __call__(self) -> np.ndarray:
+        status = self._get() if self._names else 0
+        if status > WARNING:
+            self._instance.fail(status, "fmi2GetReal")
+        if not np.isfinite(self._view).all():
+            self._instance.not_finite(self._names, self._view)
+        return self._view.copy()
+
+
+def _step(instance: Instance, size: float) -> None:
+    """A step of `size` [s]."""
+    status = instance.stepper()(instance.time, size, 1)
+    if status > WARNING:
+        instance.fail(status, "fmi2DoStep", size)
+    instance.time += size

@@ -1,0 +1,194 @@
+"""The static law of an FMU about a point: y = y0 + K (u − u0), by differences of settled states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.cosim.composition.at_rest import TOLERANCE, AtRest, Rest
+from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.program import Program, Recorder
+from m4e_fmi.program import Variable as Quantity
+
+LARGEST_STEP, SHARE = 0.1, 1e-3
+"""First step of differences: of the input's nominal value, or of its value if that is more."""
+MOST_HALVINGS = 12
+ACCURATE = 1e-3
+"""Error of a column of K, over its largest entry of the same unit, at which the step is kept."""
+EVEN = 0.1
+"""Half the difference of the slopes to both sides, in the same way, above which there is a kink."""
+ROUGH = 0.02
+"""The same, from which it is told."""
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Connected Real inputs (and parameters) of a component.
+
+    `moving` have an effect; `constant` are parameters, set once, by whose values the law is
+    renewed; `rates` are velocities and accelerations, with their values at rest.
+    """
+
+    moving: Sequence[Variable]
+    constant: Sequence[Variable]
+    rates: Mapping[str, float]
+
+
+class StaticLaw:
+    """The law of a component, whose FMU is settled anew wherever it is asked for; a `LocalLaw`.
+
+    Central differences with two step sizes h and 2h give K and its error. h is halved until nothing
+    kinks between its ends (what rises to one side rises as much to the other: a line that falls
+    slack does not), and further until the error is small or grows. `warn` receives a line for a K
+    that is not accurate.
+    """
+
+    def __init__(
+        self, name: str, rest: AtRest, inputs: Inputs, warn: Callable[[str], None]
+    ) -> None:
+        self._name, self._rest, self._inputs, self._warn = name, rest, inputs, warn
+        self._known: dict[tuple[float, ...], Mapping[str, float]] = {}
+        self._steps: dict[str, float] = {}
+        self._errors: dict[str, float] = {}
+        self.last = Rest(np.zeros(0))
+        """How the last point came to rest."""
+
+    def parameters_at(self, inputs: Mapping[str, float]) -> Mapping[str, float]:
+        """The parameters of `program` that hold about these inputs, in the FMU's units."""
+        u = {v.name: inputs[v.name] for v in (*self._inputs.moving, *self._inputs.constant)}
+        key = tuple(u.values())
+        if key not in self._known:
+            self._known[key] = self._measured(u)
+        return self._known[key]
+
+    def _measured(self, u: Mapping[str, float]) -> dict[str, float]:
+        self.last = rest = self._at(u, listener=None if self._known else self._hear)
+        moving, outputs = self._inputs.moving, self._rest.outputs
+        found = {at_rest(v): u[v.name] for v in moving}
+        found |= {at_rest(v): float(y) for v, y in zip(outputs, rest.values, strict=True)}
+        for j, v in enumerate(moving):
+            for i, slope in enumerate(self._column(v, u, rest)):
+                found[_slope(i, j)] = float(slope)
+        self._tell_rough(u)
+        return found
+
+    def _at(self, u: Mapping[str, float], **options: object) -> Rest:
+        return self._rest.at({**self._inputs.rates, **u}, **options)  # type: ignore[arg-type]
+
+    def _hear(self, _: int, text: str) -> None:
+        self._warn(text.removeprefix(f"{self._name}: "))
+
+    def _column(self, v: Variable, u: Mapping[str, float], rest: Rest) -> np.ndarray:
+        """Derivatives (n,) of the outputs by one input, in the FMU's units."""
+        step = self._steps.get(v.name) or max(LARGEST_STEP * v.nominal, SHARE * abs(u[v.name]))
+        column, _ = self._difference(v, u, step, rest)
+        best: tuple[float, np.ndarray, float] | None = None
+        for _ in range(MOST_HALVINGS):
+            step /= 2.0
+            finer, skew = self._difference(v, u, step, rest)
+            error = self._share((finer - column) / 3.0, finer, step, rest)
+            skewed = self._share(skew, finer, step, rest)
+            column = finer
+            if skewed > EVEN:
+                error, best = skewed, None
+            if best is not None and error >= best[0]:
+                break
+            best = error, finer, step
+            if error <= ACCURATE:
+                break
+        assert best is not None
+        self._errors[v.name], column, step = best
+        self._steps[v.name] = 2.0 * step
+        return column
+
+    def _difference(
+        self, v: Variable, u: Mapping[str, float], step: float, rest: Rest
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The mean slope (n,) to both sides, and half their difference (n,), in the FMU's units."""
+        ends = []
+        for sign in (1.0, -1.0):
+            there = {**u, v.name: u[v.name] + sign * step}
+            try:
+                ends.append(self._at(there, brief=rest.steps == 0).values)
+            except RunError as error:
+                where = f"its static law needs {v.name} at {there[v.name]:.6g} {v.unit}".rstrip()
+                raise RunError(f"{error.message} ({where})", error.remedy) from None
+        ahead, behind = ends
+        return (ahead - behind) / (2.0 * step), (ahead + behind - 2.0 * rest.values) / (2.0 * step)
+
+    def _share(self, part: np.ndarray, column: np.ndarray, step: float, rest: Rest) -> float:
+        """The largest of `part` (n,) over the largest entries of `column` (n,), the FMU's units."""
+        noise = TOLERANCE * self._rest.sizes(rest.values) / step
+        sizes = np.maximum(self._rest.largest(column), noise)
+        return float(np.max(np.abs(part) / sizes, initial=0.0))
+
+    def _tell_rough(self, u: Mapping[str, float]) -> None:
+        for name, error in self._errors.items():
+            if error > ROUGH:
+                self._warn(
+                    f"what it gives at rest has no sure derivative by {name} at {u[name]:.6g}: an "
+                    f"error of {error:.2g} of its entries in K"
+                )
+
+    def __str__(self) -> str:
+        """How it was found, in words."""
+        rest, units = self.last, {v.name: v.unit for v in self._inputs.moving}
+        how = "at rest from its start"
+        if rest.steps:
+            how = f"settled in {rest.time:g} s with its inputs held"
+        steps = dict.fromkeys(
+            f"{step / 2.0:.3g} {units[name]}".rstrip() for name, step in self._steps.items()
+        )
+        if steps:
+            worst = max(self._errors.values())
+            how += (
+                f", and about that y0 + K (u - u0), K by central differences of "
+                f"{', '.join(steps)} (error {worst:.1g} of its entries)"
+            )
+        without = ", its damping and inertia are left out"
+        return f"{how}; velocities have no effect{without}" if self._inputs.rates else how
+
+
+def at_rest(v: Variable) -> str:
+    """The name of the parameter with the value of a variable at the point of the law."""
+    return f"at_rest.{v.name}"
+
+
+def _slope(row: int, column: int) -> str:
+    """The name of the parameter with an entry of K."""
+    return f"at_rest.slope[{row + 1},{column + 1}]"
+
+
+def law_program(
+    name: str, inputs: Inputs, every: Sequence[Variable], outputs: Sequence[Variable]
+) -> Program:
+    """The Program y = y0 + K (u − u0), whose parameters a `StaticLaw` finds; units are the FMU's.
+
+    `every` are all inputs, also those without effect.
+    """
+    r = Recorder(name, f"Outputs of {name} at rest, linear about a point")
+    known = {v.name for v in (*every, *outputs)}
+    u = {v.name: r.input(_quantity(v, known)) for v in every}
+    away = []
+    for v in inputs.moving:
+        text = f"{v.name} at the point"
+        away.append(u[v.name] - r.parameter(Quantity(at_rest(v), v.unit or "1", text)))
+    for i, y in enumerate(outputs):
+        text = f"{y.name} at rest at the point"
+        value = r.parameter(Quantity(at_rest(y), y.unit or "1", text))
+        for j, (v, change) in enumerate(zip(inputs.moving, away, strict=True)):
+            unit = f"({y.unit or '1'})/({v.unit or '1'})"
+            text = f"Change of {y.name} at rest by {v.name}"
+            value = value + r.parameter(Quantity(_slope(i, j), unit, text)) * change
+        r.output(_quantity(y, known), value)
+    return r.program()
+
+
+def _quantity(v: Variable, known: set[str]) -> Quantity:
+    """A variable of an FMU as one of a program."""
+    of = v.derivative_of if v.derivative_of in known else None
+    start = float(v.start or 0.0)
+    return Quantity(v.name, v.unit or "1", v.description, start=start, derivative_of=of)

@@ -1,0 +1,165 @@
+"""Components that are no equations, by what they give at rest: FMUs in C, and MoorDyn's lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
+from m4e_fmi.cosim import load_system, system_program
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.program import Program
+
+Fmus = Callable[[str], Path]
+CART = """\
+name: cart
+gravity: 0
+bodies: {cart: {mass: 2, inertia: 1}}
+joints: {rail: {type: prismatic, child: cart, direction: [1, 0], initial: {q: 0.2}}}
+loads: {spring: {type: joint_effort, joint: rail, effort: 20 - 50*joint.rail.q}}
+"""
+MOTION = """\
+connections:
+  - cart.body.cart.x -> line.end.x
+  - cart.body.cart.vx -> line.end.vx
+  - line.end.force_x -> cart.body.cart.force_x
+"""
+SIGNAL = """\
+connections:
+  - cart.body.cart.x -> line.u, units ignored
+  - line.{y} * -30 -> cart.body.cart.force_x, units ignored
+"""
+HANGING = """\
+name: hanging
+components:
+  mass: {model: mass.model.yaml}
+  line:
+    kind: mooring
+    water: {density: 0, depth: 50}
+    line_types: {t: {diameter: 0.1, mass_per_length: 1, axial_stiffness: 1e5, axial_damping: 100,
+      drag_coefficient: 0, added_mass_coefficient: 0}}
+    anchors: {top: [0, 0]}
+    fairleads: [tip]
+    lines: {l: {type: t, from: top, to: tip, unstretched_length: 2, segments: 2}}
+connections: [mass.tip <-> line.tip]
+simulation: {stop_time: 1, step_size: 0.001}
+"""
+MASS = """\
+name: mass
+gravity: 9.80665
+parameters: {m: {value: 10, unit: kg}}
+bodies: {mass: {mass: m, inertia: 1}}
+joints: {free: {type: floating, child: mass, initial: {x: 0.1, z: -2.1}}}
+points: {tip: {body: mass, at: [0, 0]}}
+"""
+G = 9.80665
+
+
+def system(folder: Path, fmu: Path, text: str, start: str = "") -> Path:
+    (folder / "cart.model.yaml").write_text(CART, encoding="utf-8")
+    parts = f"  cart: {{model: cart.model.yaml}}\n  line: {{fmu: {fmu}, start: {{{start}}}}}\n"
+    text = f"name: held\ncomponents:\n{parts}{text}simulation: {{stop_time: 1, step_size: 0.1}}\n"
+    path = folder / "system.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def settled(folder: Path, fmu: Path, text: str, start: str = "") -> tuple[Program, list[str]]:
+    told: list[str] = []
+    given = load_system(system(folder, fmu, text, start))
+    return system_program(given, settled=["line"], build_directory=folder, tell=told.append), told
+
+
+@pytest.mark.parametrize(
+    ("model", "start", "step"),
+    [("spring", "stiffness: 30, damping: 7", "0.05 m"), ("mm_spring", "stiffness: 0.03", "0.1 mm")],
+)
+def test_a_spring_that_is_at_rest_at_once(
+    c_fmu: Fmus, tmp_path: Path, model: str, start: str, step: str
+) -> None:
+    program, told = settled(tmp_path, c_fmu(model), MOTION, start)
+    point = equilibrium(program)
+    assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
+    linear = linearize(program, at=point)
+    assert linear.A[1] == pytest.approx([-80 / 2, 0.0], abs=1e-7)
+    (line,) = (line for line in told if line.startswith("settled"))
+    assert line == (
+        "settled: line: at rest from its start, and about that y0 + K (u - u0), K by central "
+        f"differences of {step} (error {line.partition('error ')[2].split()[0]} of its "
+        "entries); velocities have no effect, its damping and inertia are left out"
+    )
+
+
+def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path) -> None:
+    """y' = u − y: at rest y = u, and both slopes of the step at once would be 0."""
+    program, told = settled(tmp_path, c_fmu("lag"), SIGNAL.format(y="y"))
+    point = equilibrium(program)
+    assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
+    assert linearize(program, at=point).A[1, 0] == pytest.approx(-80 / 2, rel=1e-3)
+    assert any("settled in 25.6 s with its inputs held" in line for line in told)
+
+
+def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
+    with pytest.raises(RunError) as caught:
+        settled(tmp_path, c_fmu("van_der_pol"), SIGNAL.format(y="x"), "x: 1")
+    assert "does not settle while its inputs are held" in caught.value.message
+    assert "16384 steps (1638.4 s) still change" in caught.value.message
+    assert "x by 4.0" in caught.value.message
+    assert caught.value.remedy == "keep it open (--open line)"
+
+
+def test_a_failure_at_a_displaced_point_says_where(c_fmu: Fmus, tmp_path: Path) -> None:
+    with pytest.raises(RunError) as caught:
+        settled(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25")
+    assert "the fuse has blown" in caught.value.message
+    assert "its static law needs end.x at 0.3 m" in caught.value.message
+
+
+@pytest.mark.parametrize(
+    ("settled", "keep_open", "told"),
+    [
+        (["line", "cart"], [], "cart is equations, which take part as they are"),
+        (["lime"], [], "there is no component 'lime' to be settled"),
+        (["line"], ["line"], "line cannot be both open and settled"),
+        ([], [], "--settled line"),
+    ],
+)
+def test_names_that_cannot_be_settled(
+    c_fmu: Fmus, tmp_path: Path, settled: list[str], keep_open: list[str], told: str
+) -> None:
+    path = system(tmp_path, c_fmu("spring"), MOTION)
+    with pytest.raises(InputError, match=told):
+        system_program(load_system(path), settled=settled, keep_open=keep_open)
+
+
+@pytest.fixture
+def hanging(tmp_path: Path) -> Program:
+    """A mass of 10 kg on MoorDyn's line of 2 kg."""
+    (tmp_path / "mass.model.yaml").write_text(MASS, encoding="utf-8")
+    path = tmp_path / "system.yaml"
+    path.write_text(HANGING, encoding="utf-8")
+    return system_program(load_system(path), settled=["line"], build_directory=tmp_path)
+
+
+def test_a_mass_on_a_mooring_line(hanging: Program) -> None:
+    """Two segments of 1 m and 1 kg, halves of which weigh at their ends."""
+    pulls = 10.5 * G, 11.5 * G
+    lengths = [1.0 + pull / 1e5 for pull in pulls]
+    point = equilibrium(hanging)
+    assert point["mass.body.mass.z"] == pytest.approx(-sum(lengths), abs=1e-7)
+    assert point["mass.body.mass.x"] == pytest.approx(0.0, abs=1e-7)
+    stiffness = [
+        1.0 / sum(length / pull for length, pull in zip(lengths, pulls, strict=True)),
+        1e5 / 2,
+    ]
+    found = sorted(abs(modes(linearize(hanging, at=point)).eigenvalues))[-2:]
+    assert found == pytest.approx([math.sqrt(k / 10.0) for k in stiffness], rel=1e-3)
+
+
+def test_a_tension_that_is_asked_for(hanging: Program) -> None:
+    wanted = {"line.l.fairlead_tension": "0.2 kN"}
+    point = trimmed(hanging, such_that=wanted, vary=["mass.m"])
+    assert point["mass.m"] == pytest.approx(200 / G, rel=1e-6)
