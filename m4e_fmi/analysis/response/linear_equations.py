@@ -76,7 +76,7 @@ class LinearEquations:
         )  # fmt: skip
 
     def harmonics(self, omega: Floats, forces: Complex) -> tuple[Complex, Complex]:
-        """States (k, n) and outputs (k, outputs), in SI, for those of the inputs, `forces` (k, m).
+        """States (k, n) and outputs (k, outputs) [SI], for `forces` (k, m) [SI], those of inputs.
 
         For e^{−iωt} with `omega` (k,) [rad/s]. RunError at an undamped natural frequency.
         """
