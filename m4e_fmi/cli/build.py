@@ -22,6 +22,7 @@ from m4e_fmi.cli.options import (
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
+    from m4e_fmi.cosim import Component
     from m4e_fmi.fmu import Options
     from m4e_fmi.program import Program
 
@@ -140,7 +141,24 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     times = system.simulation
     chosen["stop_time"] = chosen["stop_time"] or times.stop_time
     chosen["step_size"] = chosen["step_size"] or times.step_size
-    return _written(program, Options(**chosen), options.build_folder)
+    documentation: dict[str, bytes] = {}
+    if not options.no_documentation:
+        from m4e_fmi.report import whole_documentation
+
+        documentation = whole_documentation(
+            program,
+            Options(**chosen),
+            components={c.name: _made_from(c) for c in system.components},
+            connections=system.connections,
+        )
+    return _written(program, Options(documentation=documentation, **chosen), options.build_folder)
+
+
+def _made_from(component: Component) -> str:
+    from m4e_fmi.cosim import Kind
+
+    source = component.source
+    return f"kind {source.name}" if isinstance(source, Kind) else source.path.name
 
 
 def _build_model(options: argparse.Namespace) -> tuple[Path, str]:

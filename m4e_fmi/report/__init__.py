@@ -13,7 +13,7 @@ from m4e_fmi.report.drawing.schematic import draw_model, model_figure
 from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
 from m4e_fmi.report.drawing.wave_figure import plot_waves
 from m4e_fmi.report.files import write_simulation
-from m4e_fmi.report.page.fmu_documentation import fmu_documentation
+from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
 from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
 from m4e_fmi.report.text.fmu_text import fmu_text
@@ -60,6 +60,7 @@ __all__ = [
     "validation_text",
     "wave_json",
     "wave_text",
+    "whole_documentation",
     "write_sea",
     "write_simulation",
     "write_waves",

@@ -23,6 +23,8 @@ from matplotlib import rc_context
 from PIL import Image
 from support.driven import driven
 
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import load_system
 from m4e_fmi.fmu import Options, build_fmu
 from m4e_fmi.model import Body, Joint, Model, Sphere, load_model
 from m4e_fmi.multibody import model_program
@@ -103,6 +105,76 @@ class Page(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self.open and self.open[-1] == "code":
             self.codes.append(data)
+
+
+WHOLE = """\
+name: carts
+description: Two carts & a "table" <held>
+components:
+  a: {model: cart.model.yaml}
+  b: {model: cart.model.yaml}
+  push: {kind: table, times: [0, 1], beyond: held, signals: {f: {unit: N, values: [1, 2]}}}
+connections:
+  - a.body.cart.x * -10 -> b.body.cart.force_x, units ignored
+  - push.f -> a.body.cart.force_x
+outputs: {place: b.body.cart.x}
+simulation: {stop_time: 1, step_size: 0.01}
+"""
+CART = """\
+name: cart
+description: A cart
+gravity: 0
+bodies: {cart: {mass: 2, inertia: 1}}
+joints: {rail: {type: prismatic, child: cart, direction: [1, 0]}}
+"""
+
+
+@pytest.fixture
+def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cart.model.yaml").write_text(CART, "utf-8")
+    (tmp_path / "system.yaml").write_text(WHOLE, "utf-8")
+    return tmp_path
+
+
+@pytest.mark.parametrize("fmi", ["2", "3"])
+def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
+    """Components, connections and all variables; every link leads to a file in the archive."""
+    assert main(["build", "--single", "system.yaml", "--fmi", fmi]) == 0
+    path = whole / "build" / "carts.fmu"
+    found = contents(path)
+    page = Page(found["documentation/index.html"].decode())
+    assert page.open == []
+    assert "carts_ref.csv" in page.loaded
+    assert all(f"documentation/{link}" in found for link in page.loaded)
+    description = fmpy.read_model_description(str(path))
+    assert {v.name for v in description.modelVariables} <= set(page.codes)
+    assert {"a", "b", "push", "a.body.cart", "place"} <= set(page.codes)
+    assert set(load_system(whole / "system.yaml").connections) <= set(page.codes)
+    text = found["documentation/index.html"].decode()
+    assert "Two carts &amp; a &quot;table&quot; &lt;held&gt;" in text
+    assert "kind table" in text
+    assert text.count("cart.model.yaml") == 2
+    series = found["documentation/carts_ref.csv"].decode().splitlines()
+    assert series[-1].startswith("1,")
+    assert validate_fmu(str(path)) == []
+
+
+def test_what_is_left_open_is_on_the_page(whole: Path) -> None:
+    assert main(["build", "--single", "system.yaml", "--open", "push"]) == 0
+    text = contents(whole / "build" / "carts.fmu")["documentation/index.html"].decode()
+    assert "left out: what it gives are inputs" in text
+    assert main(["build", "--single", "system.yaml", "--no-documentation"]) == 0
+    found = contents(whole / "build" / "carts.fmu")
+    assert "documentation/index.html" not in found
+
+
+def test_the_same_system_gives_the_same_bytes(whole: Path) -> None:
+    made = []
+    for _ in range(2):
+        assert main(["build", "--single", "system.yaml"]) == 0
+        made.append((whole / "build" / "carts.fmu").read_bytes())
+    assert made[0] == made[1]
 
 
 def contents(path: Path) -> dict[str, bytes]:

@@ -24,7 +24,7 @@ from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.schematic import model_figure, model_icon
-from m4e_fmi.report.page.fmu_page import fmu_page
+from m4e_fmi.report.page.fmu_page import fmu_page, whole_page
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import FIXED
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 MOST_NUMBERS = 3_000
 """In the reference series, whose rows are farther apart where there are many columns."""
+LEFT_OPEN = "left out: what it gives are inputs, what it takes are outputs"
 ICON_DOTS = 128  # per inch
 
 _TAG = re.compile(r"<[^<>]*>")
@@ -67,6 +68,41 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     icon = _icon(model_icon(model, program=program))
     return {
         ICON[options.fmi]: icon,
+        "documentation/index.html": page.encode(),
+        **{f"documentation/{name}": content for name, content in series.items()},
+    }
+
+
+def whole_documentation(
+    program: Program,
+    options: Options,
+    *,
+    components: Mapping[str, str],
+    connections: Sequence[str],
+) -> dict[str, bytes]:
+    """Name in the archive → content: below ``documentation/`` the page ``index.html`` of the one
+    FMU of a system, and the reference series.
+
+    `program` is that of the system; `components` says by name what each is made from, also those
+    that are left open, and `connections` are their texts. The rest is as for `fmu_documentation`.
+    """
+    visible = shown(program, options)
+    description, named = described(visible, options), renamed(visible, options.rename)
+    variables = grouped(description) if options.fmi == "3" else ungrouped(description)
+    series, others = _series(named, description, variables, options)
+    parts = {part.name: part.program for part in program.parts}
+    page = whole_page(
+        description,
+        variables,
+        options,
+        components=[
+            (name, made_from, parts[name].description if name in parts else LEFT_OPEN)
+            for name, made_from in components.items()
+        ],
+        connections=connections,
+        others=others,
+    )
+    return {
         "documentation/index.html": page.encode(),
         **{f"documentation/{name}": content for name, content in series.items()},
     }

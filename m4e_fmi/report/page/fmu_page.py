@@ -52,13 +52,18 @@ def fmu_page(
     states: Mapping[str, str],
     others: Sequence[str],
 ) -> str:
-    """The page: what the FMU is, the `drawing` (SVG), connectors, `variables`, equations.
+    """The page of a model: facts, the `drawing` (SVG), connectors, `variables`, equations.
 
     `states` says what the states of the model's program are called; `others` are lines about
     further files.
     """
+    axes = "X to the right, Z up, " + (
+        "angles from Z towards X"
+        if equations.topology.is_planar
+        else "Y away; roll, pitch and yaw about X, Y and Z"
+    )
     sections = [
-        _facts(description, options, others, is_planar=equations.topology.is_planar),
+        _facts(description, options, others, f"SI units, angles in radians; {axes}"),
         f'<figure class="card">{drawing}</figure>',
         "<h2>How to connect it</h2>",
         _connectors(variables),
@@ -67,6 +72,41 @@ def fmu_page(
         "<h2>Equations of motion</h2>",
         *_equations(equations, states),
     ]
+    return _page(description, sections)
+
+
+def whole_page(
+    description: ModelDescription,
+    variables: Sequence[Grouped],
+    options: Options,
+    *,
+    components: Sequence[Sequence[str]],
+    connections: Sequence[str],
+    others: Sequence[str],
+) -> str:
+    """The page of a whole system: facts, components, connections, connectors, `variables`.
+
+    `components` are rows of a name, what it is made from, a description; `others` are lines about
+    further files.
+    """
+    rows = [(f"!<code>{escape(name)}</code>", *map(escape, more)) for name, *more in components]
+    lines = [(f"<code>{escape(text)}</code>",) for text in connections]
+    sections = [
+        _facts(description, options, others, "in the units below, angles in radians unless given"),
+        "<h2>Components</h2>",
+        "<p>Their equations are connected to one set, without steps between them.</p>",
+        _table(("Name", "Made from", "Description"), rows),
+        "<h2>Connections</h2>",
+        _table(("Connection",), lines) if lines else "<p>There are none.</p>",
+        "<h2>How to connect it</h2>",
+        _connectors(variables),
+        "<h2>Variables</h2>",
+        *_variables(variables),
+    ]
+    return _page(description, sections)
+
+
+def _page(description: ModelDescription, sections: Sequence[str]) -> str:
     page = files("m4e_fmi.report.page").joinpath("fmu_page.html").read_text(encoding="utf-8")
     texts = {
         "@title@": escape(description.name),
@@ -78,11 +118,8 @@ def fmu_page(
 
 
 def _facts(
-    description: ModelDescription, options: Options, others: Sequence[str], *, is_planar: bool
+    description: ModelDescription, options: Options, others: Sequence[str], values: str
 ) -> str:
-    axes = "X to the right, Z up, " + (
-        "angles from Z towards X" if is_planar else "Y away; roll, pitch and yaw about X, Y and Z"
-    )
     kinds = "co-simulation and model exchange" if options.native else "co-simulation"
     needs = "nothing else" if options.native else "Python 3.10 to 3.13 in the importing tool"
     experiment = (
@@ -95,7 +132,7 @@ def _facts(
         "Needs": needs,
         "Integrates with": f"{options.method}, {steps}",
         "Default experiment": experiment,
-        "Values": f"SI units, angles in radians; {axes}",
+        "Values": values,
         "Written by": f"m4e_fmi {m4e_fmi.__version__}, whose runtime is inside",
     }
     listed = "".join(f"<dt>{name}</dt><dd>{escape(text)}</dd>" for name, text in rows.items())
