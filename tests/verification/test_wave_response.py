@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from support.floating_buoy import held_buoy
+from support.published_coefficients import sphere
 
-from m4e_fmi.analysis import OperatingPoint, equilibrium, linearize
+from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_fmi.analysis import OperatingPoint, equilibrium, frequency_response, linearize
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response import (
     InWaves,
@@ -226,3 +229,22 @@ def test_drag_in_a_sea_has_the_damping_of_gauss() -> None:
     )
     period = 2 * np.pi * np.sqrt(density.sum() / (density @ omega**2))
     assert response.zero_crossing_period("x") == pytest.approx(period, rel=1e-3)
+
+
+@pytest.mark.verifies(
+    "undamped heave resonance of the sphere of IEA OES Task 10, K = ω²(m + A(ω))",
+    analytic="exact linear potential flow, 1.43946 rad/s",
+    tolerance="0.05 %",
+)
+def test_resonance_of_the_sphere() -> None:
+    """A(ω) by WAMIT, as the fitted memory and A∞ give it back."""
+    table = sphere()
+    linear = linearize(hydrodynamics_program(table), inputs=["ball.vz"], outputs=["ball.force_z"])
+    stiffness, mass = table.hydrostatic_stiffness[1, 1], 261.8e3
+
+    def rest(omega: float) -> float:
+        response = frequency_response(linear, omega).of("ball.force_z", "ball.vz")[0]
+        added = table.added_mass_inf[1, 1] - response.imag / omega
+        return float(stiffness - omega**2 * (mass + added))
+
+    assert brentq(rest, 1.2, 1.7) == pytest.approx(1.43946, rel=5e-4)
