@@ -180,17 +180,19 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
     part by their static law, and each of these is told."""
     from m4e_fmi.cosim import system_program
 
-    def tell(line: str) -> None:
-        if "warning" in line or line.startswith(("left open", "settled")):
-            print(one_line(line), file=sys.stderr)
-
     return system_program(
         system,
         keep_open=options.open,
         settled=options.settled,
         build_directory=getattr(options, "build_folder", BUILD_FOLDER),
-        tell=tell,
+        tell=tell_equations,
     )
+
+
+def tell_equations(line: str) -> None:
+    """Print what matters of the equations of a system: warnings, and what stands in for others."""
+    if "warning" in line or line.startswith(("left open", "settled", "starts at")):
+        print(one_line(line), file=sys.stderr)
 
 
 def load_system(path: Path) -> System:

@@ -50,25 +50,38 @@ def system_program(
     that are delayed, and loops that have no solution as linear ones. RunError where a component
     does not settle.
     """
-    tell = tell or _silent
     named = _Named(frozenset(keep_open), frozenset(settled))
+    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
+
+
+def resting_program(
+    system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
+) -> Program:
+    """The equations of all components where all is at rest, to find its equilibrium with.
+
+    As `system_program`, with all components settled that are no equations; steps of components and
+    delays of connections, which mean nothing at rest, are no problem.
+    """
+    named = _Named(frozenset(), frozenset(), at_rest=True)
+    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
+
+
+def _program(system: System, named: _Named, *, build_directory: str | Path, tell: Tell) -> Program:
+    """The program of a system; see `system_program`."""
     found = _looked_at(system, named, tell)
     wiring = connect(system, found.descriptions)
-    for line in _left_open(wiring, keep_open, found.programs):
+    for line in _left_open(wiring, named.open, found.programs):
         tell(line)
     laws = stand_ins(
-        system, settled, wiring, found.descriptions, build_directory=build_directory, tell=tell
+        system,
+        found.settled,
+        wiring,
+        found.descriptions,
+        build_directory=build_directory,
+        tell=tell,
     )
     programs = {**found.programs, **{name: program for name, (program, _) in laws.items()}}
-    inner = _inner_links(system, wiring, programs, laws)
-    given = {c.name: c for c in system.components}
-    parts: dict[str, Program] = {}
-    for name, program in programs.items():
-        if name in laws:
-            parts[name] = program
-            continue
-        start = start_values(given[name], found.descriptions[name])
-        parts[name] = program.with_start({k: float(value) for k, value in start.items()})
+    inner = _inner_links(system, wiring, programs, laws, delays=named.at_rest)
     links = [
         Connection(
             (link.source.component, link.source.variable),
@@ -81,7 +94,7 @@ def system_program(
     try:
         whole = compose(
             system.name,
-            parts,
+            dict(_started(system, programs, found.descriptions)),
             links,
             description=system.description,
             inputs=dict(_outer_inputs(system, programs)),
@@ -97,19 +110,39 @@ def system_program(
     return whole
 
 
+def _started(
+    system: System, programs: Mapping[str, Program], descriptions: Mapping[str, Description]
+) -> Iterator[tuple[str, Program]]:
+    """The programs with the start values of the system, as far as they have the variables."""
+    given = {c.name: c for c in system.components}
+    for name, program in programs.items():
+        known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
+        start = start_values(given[name], descriptions[name])
+        values = {k: float(value) for k, value in start.items() if k in known}
+        yield name, program.with_start(values)
+
+
 @dataclass(frozen=True)
 class _Named:
-    """Components that are left out, and those that take part by their static law."""
+    """Components that are left out, and those that take part by their static law.
+
+    With `at_rest` these are all that are no equations, and steps mean nothing.
+    """
 
     open: frozenset[str]
     settled: frozenset[str]
+    at_rest: bool = False
 
 
 @dataclass(frozen=True)
 class _Found:
-    """Programs of components by name, what models they are from, descriptions of all components."""
+    """Programs of components by name, what models they are from, descriptions of all components.
+
+    `settled` are those that take part by their static law.
+    """
 
     programs: Mapping[str, Program]
+    settled: Collection[str]
     origins: Mapping[str, object]
     descriptions: Mapping[str, Description]
 
@@ -120,6 +153,7 @@ def _looked_at(system: System, named: _Named, tell: Tell) -> _Found:
         raise InputError([no_component(system)])
     problems = [*_unknown(system, named)]
     programs: dict[str, Program] = {}
+    settled: list[str] = []
     origins: dict[str, object] = {}
     descriptions: dict[str, Description] = {}
     for component in system.components:
@@ -138,20 +172,21 @@ def _looked_at(system: System, named: _Named, tell: Tell) -> _Found:
             continue
         if name in named.open:
             continue
-        if name in named.settled:
+        if name in named.settled or (named.at_rest and not isinstance(made, Program)):
+            settled.append(name)
             if isinstance(made, Program):
                 problems.append(_has_equations(system, name))
             continue
         if isinstance(made, Program):
             programs[name] = made
-            problems += _sampled(system, component)
+            problems += [] if named.at_rest else _sampled(system, component)
             if isinstance(source, ModelFile):
                 origins[name] = load_model(source.path)
         else:
             problems.append(_no_equations(system, component))
     if problems:
         raise InputError(problems)
-    return _Found(programs, origins, descriptions)
+    return _Found(programs, settled, origins, descriptions)
 
 
 def _described(source: FmuFile) -> Description:
@@ -226,9 +261,14 @@ def _sampled(system: System, component: Component) -> Iterator[Problem]:
 
 
 def _inner_links(
-    system: System, wiring: Wiring, programs: Mapping[str, Program], laws: Collection[str]
+    system: System,
+    wiring: Wiring,
+    programs: Mapping[str, Program],
+    laws: Collection[str],
+    *,
+    delays: bool,
 ) -> list[Link]:
-    """Links between two programs; InputError with those that are delayed.
+    """Links between two programs; InputError with those that are delayed, unless `delays` may be.
 
     Of static laws, delays mean nothing, and what is not Real stays as it is.
     """
@@ -242,7 +282,9 @@ def _inner_links(
     delayed = dict.fromkeys(
         link.connection
         for link in inner
-        if link.delayed and not {link.source.component, link.target.component}.intersection(laws)
+        if link.delayed
+        and not delays
+        and not {link.source.component, link.target.component}.intersection(laws)
     )
     if delayed:
         message = "this connection is delayed by a step: one program has no steps"

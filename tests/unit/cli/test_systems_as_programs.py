@@ -125,8 +125,9 @@ def test_what_is_no_equation_is_named(
     assert "there is no component 'nobody'" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("system")
 def test_what_is_no_equation_takes_part_at_rest(
-    system: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A line hangs from 0, 0 to the bob."""
     (tmp_path / "line.yaml").write_text(FOREIGN, encoding="utf-8")
