@@ -59,9 +59,10 @@ points: {tip: {body: mass, at: [0, 0]}}
 G = 9.80665
 
 
-def system(folder: Path, fmu: Path, text: str, start: str = "") -> Path:
+def system(folder: Path, fmu: Path, text: str, start: str = "", more: str = "") -> Path:
     (folder / "cart.model.yaml").write_text(CART, encoding="utf-8")
-    parts = f"  cart: {{model: cart.model.yaml}}\n  line: {{fmu: {fmu}, start: {{{start}}}}}\n"
+    line = f"{{fmu: {fmu}, start: {{{start}}}{more}}}"
+    parts = f"  cart: {{model: cart.model.yaml}}\n  line: {line}\n"
     text = f"name: held\ncomponents:\n{parts}{text}simulation: {{stop_time: 1, step_size: 0.1}}\n"
     path = folder / "system.yaml"
     path.write_text(text, encoding="utf-8")
@@ -76,7 +77,12 @@ def settled(folder: Path, fmu: Path, text: str, start: str = "") -> tuple[Progra
 
 @pytest.mark.parametrize(
     ("model", "start", "step"),
-    [("spring", "stiffness: 30, damping: 7", "0.05 m"), ("mm_spring", "stiffness: 0.03", "0.1 mm")],
+    [
+        ("spring", "stiffness: 30, damping: 7", "0.05 m"),
+        ("1:spring", "stiffness: 30", "0.05 m"),
+        ("3:spring", "stiffness: 30", "0.05 m"),
+        ("mm_spring", "stiffness: 0.03", "0.1 mm"),
+    ],
 )
 def test_a_spring_that_is_at_rest_at_once(
     c_fmu: Fmus, tmp_path: Path, model: str, start: str, step: str
@@ -94,9 +100,10 @@ def test_a_spring_that_is_at_rest_at_once(
     )
 
 
-def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path) -> None:
-    """y' = u − y: at rest y = u, and both slopes of the step at once would be 0."""
-    program, told = settled(tmp_path, c_fmu("lag"), SIGNAL.format(y="y"))
+@pytest.mark.parametrize("model", ["lag", "3:lag", "1:lag"])
+def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
+    """y' = u − y: at rest y = u, and the slope at once would be 0."""
+    program, told = settled(tmp_path, c_fmu(model), SIGNAL.format(y="y"))
     point = equilibrium(program)
     assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
     assert linearize(program, at=point).A[1, 0] == pytest.approx(-80 / 2, rel=1e-3)
@@ -112,9 +119,14 @@ def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
     assert caught.value.remedy == "keep it open (--open line)"
 
 
-def test_a_failure_at_a_displaced_point_says_where(c_fmu: Fmus, tmp_path: Path) -> None:
+@pytest.mark.parametrize("process", ["here", "own"])
+def test_a_failure_at_a_displaced_point_says_where(
+    c_fmu: Fmus, tmp_path: Path, process: str
+) -> None:
+    more = f", process: {process}"
+    given = load_system(system(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25", more))
     with pytest.raises(RunError) as caught:
-        settled(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25")
+        system_program(given, settled=["line"], build_directory=tmp_path)
     assert "the fuse has blown" in caught.value.message
     assert "its static law needs end.x at 0.3 m" in caught.value.message
 
