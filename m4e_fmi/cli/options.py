@@ -186,7 +186,7 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
         keep_open=options.open,
         settled=options.settled,
         build_directory=_build_folder(options),
-        tell=_tell_warnings,
+        tell=tell_equations,
     )
 
 
@@ -200,7 +200,7 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
         keep_open=options.open,
         settled=options.settled,
         build_directory=_build_folder(options),
-        tell=_tell_warnings,
+        tell=tell_equations,
     )
 
 
@@ -208,8 +208,9 @@ def _build_folder(options: argparse.Namespace) -> Path:
     return Path(getattr(options, "build_folder", BUILD_FOLDER))
 
 
-def _tell_warnings(line: str) -> None:
-    if "warning" in line or line.startswith(("left open", "settled")):
+def tell_equations(line: str) -> None:
+    """Print what matters of the equations of a system: warnings, and what stands in for others."""
+    if "warning" in line or line.startswith(("left open", "settled", "starts at")):
         print(one_line(line), file=sys.stderr)
 
 

@@ -21,6 +21,7 @@ from m4e_fmi.cli.options import (
     print_files,
     say,
     start_values,
+    tell_equations,
 )
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -53,6 +54,13 @@ def add(commands: argparse._SubParsersAction) -> None:
         type=Path,
         metavar="CHECKPOINT",
         help="go on from a checkpoint; default: the one beside the results",
+    )
+    command.add_argument(
+        "--start",
+        choices=("values", "equilibrium"),
+        default="values",
+        help="begin with the start values (default), or at the equilibrium found from them, with "
+        "components that are no equations settled",
     )
     command.add_argument(
         "--check",
@@ -116,12 +124,17 @@ def _factor(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> None:
+    from m4e_fmi.cosim import at_equilibrium
     from m4e_fmi.files.locks import claimed
     from m4e_fmi.results.results_file import stream_of
 
     system = _system(options)
     output = output_file(options, system.name)
     with claimed(stream_of(output)):  # and the picture
+        if options.start == "equilibrium":
+            system = at_equilibrium(
+                system, build_directory=options.build_folder, tell=tell_equations
+            )
         _run_to(output, system, options)
 
 

@@ -9,6 +9,7 @@ runs it all. See docs/architecture.md.
 
 from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.composition.compose import system_in_waves, system_program
+from m4e_fmi.cosim.composition.start_at_rest import at_equilibrium
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.timing import Timing
@@ -60,6 +61,7 @@ __all__ = [
     "System",
     "Timing",
     "Wiring",
+    "at_equilibrium",
     "fmu_files",
     "load",
     "load_system",

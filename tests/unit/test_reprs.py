@@ -34,7 +34,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 SPIDERFLOAT = EXAMPLES / "paper_cases" / "spiderfloat.model.yaml"
 SIMULATING = import_module("m4e_fmi.simulate")
 PACKAGES = (model, multibody, program, SIMULATING, analysis, cosim, fmu)
-WITHOUT_OBJECTS = {program.Solution, program.ScalarLike, program.AnyScalar}
+WITHOUT_OBJECTS = {program.Solution, program.LocalLaw, program.ScalarLike, program.AnyScalar}
 """Protocols, and any type of scalar."""
 MOST_LINES, MOST_CHARACTERS = 20, 2000
 

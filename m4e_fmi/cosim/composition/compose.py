@@ -56,9 +56,20 @@ def system_program(
     that are delayed, and loops that have no solution as linear ones. RunError where a component
     does not settle.
     """
-    tell = tell or _silent
     named = _Named(frozenset(keep_open), frozenset(settled))
-    return _composed(system, _looked_at(system, named, tell), named, build_directory, tell)
+    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
+
+
+def resting_program(
+    system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
+) -> Program:
+    """The equations of all components where all is at rest, to find its equilibrium with.
+
+    As `system_program`, with all components settled that are no equations; steps of components and
+    delays of connections, which mean nothing at rest, are no problem.
+    """
+    named = _Named(frozenset(), frozenset(), at_rest=True)
+    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
 
 
 def system_in_waves(
@@ -74,7 +85,6 @@ def system_in_waves(
 
     InputError as there, and where no component is in water.
     """
-    tell = tell or _silent
     named = _Named(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
 
@@ -92,39 +102,40 @@ def system_in_waves(
         )  # fmt: skip
         return made
 
-    found = _looked_at(system, named, tell, drawn)
-    forces = {name: f for name, f in forces.items() if name in found.programs}
+    program = _program(
+        system, named, build_directory=build_directory, tell=tell or _silent, drawn=drawn
+    )
+    forces = {name: f for name, f in forces.items() if name not in named.open}
     if not forces:
         message = f"{system.name}: no component gives forces of waves"
         raise InputError.single(message, "a response to waves needs a component in water")
-    return InWaves(_composed(system, found, named, build_directory, tell), forces)
+    return InWaves(program, forces)
 
 
-def _composed(
-    system: System, found: _Found, named: _Named, build_directory: str | Path, tell: Tell
+def _program(
+    system: System,
+    named: _Named,
+    *,
+    build_directory: str | Path,
+    tell: Tell,
+    drawn: Callable[[Component, Tell], Made] | None = None,
 ) -> Program:
-    """The program of the components that were `found`."""
+    """The program of a system, of components that are no FMU as `drawn`; see `system_program`."""
+    found = _looked_at(system, named, tell, drawn)
     wiring = connect(system, found.descriptions)
     for line in _left_open(wiring, sorted(named.open), found.programs):
         tell(line)
     laws = stand_ins(
         system,
-        named.settled,
+        found.settled,
         wiring,
         found.descriptions,
         build_directory=build_directory,
         tell=tell,
     )
     programs = {**found.programs, **{name: program for name, (program, _) in laws.items()}}
-    inner = _inner_links(system, wiring, programs, laws)
-    given = {c.name: c for c in system.components}
-    parts: dict[str, Program] = {}
-    for name, program in programs.items():
-        if name in laws:
-            parts[name] = program
-            continue
-        start = start_values(given[name], found.descriptions[name])
-        parts[name] = program.with_start({k: float(value) for k, value in start.items()})
+    inner = _inner_links(system, wiring, programs, laws, delays=named.at_rest)
+    parts = dict(_started(system, programs, found.descriptions))
     own = dict(_outer_inputs(system, programs))
     if problems := [p for name, ends in own.items() for p in _different(system, name, ends, parts)]:
         raise InputError(problems)
@@ -156,19 +167,39 @@ def _composed(
     return whole
 
 
+def _started(
+    system: System, programs: Mapping[str, Program], descriptions: Mapping[str, Description]
+) -> Iterator[tuple[str, Program]]:
+    """The programs with the start values of the system, as far as they have the variables."""
+    given = {c.name: c for c in system.components}
+    for name, program in programs.items():
+        known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
+        start = start_values(given[name], descriptions[name])
+        values = {k: float(value) for k, value in start.items() if k in known}
+        yield name, program.with_start(values)
+
+
 @dataclass(frozen=True)
 class _Named:
-    """Components that are left out, and those that take part by their static law."""
+    """Components that are left out, and those that take part by their static law.
+
+    With `at_rest` these are all that are no equations, and steps mean nothing.
+    """
 
     open: frozenset[str]
     settled: frozenset[str]
+    at_rest: bool = False
 
 
 @dataclass(frozen=True)
 class _Found:
-    """Programs of components by name, what models they are from, descriptions of all components."""
+    """Programs of components by name, what models they are from, descriptions of all components.
+
+    `settled` are those that take part by their static law.
+    """
 
     programs: Mapping[str, Program]
+    settled: Collection[str]
     origins: Mapping[str, object]
     descriptions: Mapping[str, Description]
 
@@ -184,6 +215,7 @@ def _looked_at(
         raise InputError([no_component(system)])
     problems = [*_unknown(system, named)]
     programs: dict[str, Program] = {}
+    settled: list[str] = []
     origins: dict[str, object] = {}
     descriptions: dict[str, Description] = {}
     for component in system.components:
@@ -202,20 +234,21 @@ def _looked_at(
             continue
         if name in named.open:
             continue
-        if name in named.settled:
+        if name in named.settled or (named.at_rest and not isinstance(made, Program)):
+            settled.append(name)
             if isinstance(made, Program):
                 problems.append(_has_equations(system, name))
             continue
         if isinstance(made, Program):
             programs[name] = made
-            problems += _sampled(system, component)
+            problems += [] if named.at_rest else _sampled(system, component)
             if isinstance(source, ModelFile):
                 origins[name] = load_model(source.path)
         else:
             problems.append(_no_equations(system, component))
     if problems:
         raise InputError(problems)
-    return _Found(programs, origins, descriptions)
+    return _Found(programs, settled, origins, descriptions)
 
 
 def _described(source: FmuFile) -> Description:
@@ -290,9 +323,14 @@ def _sampled(system: System, component: Component) -> Iterator[Problem]:
 
 
 def _inner_links(
-    system: System, wiring: Wiring, programs: Mapping[str, Program], laws: Collection[str]
+    system: System,
+    wiring: Wiring,
+    programs: Mapping[str, Program],
+    laws: Collection[str],
+    *,
+    delays: bool,
 ) -> list[Link]:
-    """Links between two programs; InputError with those that are delayed.
+    """Links between two programs; InputError with those that are delayed, unless `delays` may be.
 
     Of static laws, delays mean nothing, and what is not Real stays as it is.
     """
@@ -306,7 +344,9 @@ def _inner_links(
     delayed = dict.fromkeys(
         link.connection
         for link in inner
-        if link.delayed and not {link.source.component, link.target.component}.intersection(laws)
+        if link.delayed
+        and not delays
+        and not {link.source.component, link.target.component}.intersection(laws)
     )
     if delayed:
         message = "this connection is delayed by a step: one program has no steps"

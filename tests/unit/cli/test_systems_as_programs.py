@@ -138,6 +138,10 @@ def test_what_is_no_equation_takes_part_at_rest(
         assert "line: warning: l is divided coarsely" in caught.err
         if command == ["equilibrium"]:
             assert "line.l.fairlead_tension" in caught.out
+    assert main(["run", "line.yaml", "--start", "equilibrium"]) == 0
+    assert "starts at its equilibrium; moved most: m0.joint.hinge.q" in capsys.readouterr().err
+    found = load(tmp_path / "build" / "with_line.nc")
+    assert np.ptp(np.asarray(found["m0.joint.hinge.q"])) < 1e-6
 
 
 @pytest.mark.parametrize(

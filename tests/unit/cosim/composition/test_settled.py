@@ -6,10 +6,11 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
-from m4e_fmi.cosim import load_system, system_program
+from m4e_fmi.cosim import System, at_equilibrium, load_system, run, system_program
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program
 
@@ -58,9 +59,10 @@ points: {tip: {body: mass, at: [0, 0]}}
 G = 9.80665
 
 
-def system(folder: Path, fmu: Path, text: str, start: str = "") -> Path:
+def system(folder: Path, fmu: Path, text: str, start: str = "", more: str = "") -> Path:
     (folder / "cart.model.yaml").write_text(CART, encoding="utf-8")
-    parts = f"  cart: {{model: cart.model.yaml}}\n  line: {{fmu: {fmu}, start: {{{start}}}}}\n"
+    line = f"{{fmu: {fmu}, start: {{{start}}}{more}}}"
+    parts = f"  cart: {{model: cart.model.yaml}}\n  line: {line}\n"
     text = f"name: held\ncomponents:\n{parts}{text}simulation: {{stop_time: 1, step_size: 0.1}}\n"
     path = folder / "system.yaml"
     path.write_text(text, encoding="utf-8")
@@ -75,7 +77,12 @@ def settled(folder: Path, fmu: Path, text: str, start: str = "") -> tuple[Progra
 
 @pytest.mark.parametrize(
     ("model", "start", "step"),
-    [("spring", "stiffness: 30, damping: 7", "0.05 m"), ("mm_spring", "stiffness: 0.03", "0.1 mm")],
+    [
+        ("spring", "stiffness: 30, damping: 7", "0.05 m"),
+        ("1:spring", "stiffness: 30", "0.05 m"),
+        ("3:spring", "stiffness: 30", "0.05 m"),
+        ("mm_spring", "stiffness: 0.03", "0.1 mm"),
+    ],
 )
 def test_a_spring_that_is_at_rest_at_once(
     c_fmu: Fmus, tmp_path: Path, model: str, start: str, step: str
@@ -93,9 +100,10 @@ def test_a_spring_that_is_at_rest_at_once(
     )
 
 
-def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path) -> None:
-    """y' = u − y: at rest y = u, and both slopes of the step at once would be 0."""
-    program, told = settled(tmp_path, c_fmu("lag"), SIGNAL.format(y="y"))
+@pytest.mark.parametrize("model", ["lag", "3:lag", "1:lag"])
+def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
+    """y' = u − y: at rest y = u, and the slope at once would be 0."""
+    program, told = settled(tmp_path, c_fmu(model), SIGNAL.format(y="y"))
     point = equilibrium(program)
     assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
     assert linearize(program, at=point).A[1, 0] == pytest.approx(-80 / 2, rel=1e-3)
@@ -111,9 +119,14 @@ def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
     assert caught.value.remedy == "keep it open (--open line)"
 
 
-def test_a_failure_at_a_displaced_point_says_where(c_fmu: Fmus, tmp_path: Path) -> None:
+@pytest.mark.parametrize("process", ["here", "own"])
+def test_a_failure_at_a_displaced_point_says_where(
+    c_fmu: Fmus, tmp_path: Path, process: str
+) -> None:
+    more = f", process: {process}"
+    given = load_system(system(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25", more))
     with pytest.raises(RunError) as caught:
-        settled(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25")
+        system_program(given, settled=["line"], build_directory=tmp_path)
     assert "the fuse has blown" in caught.value.message
     assert "its static law needs end.x at 0.3 m" in caught.value.message
 
@@ -135,13 +148,17 @@ def test_names_that_cannot_be_settled(
         system_program(load_system(path), settled=settled, keep_open=keep_open)
 
 
+def hanging_system(folder: Path) -> System:
+    """A mass of 10 kg on MoorDyn's line of 2 kg."""
+    (folder / "mass.model.yaml").write_text(MASS, encoding="utf-8")
+    path = folder / "system.yaml"
+    path.write_text(HANGING, encoding="utf-8")
+    return load_system(path)
+
+
 @pytest.fixture
 def hanging(tmp_path: Path) -> Program:
-    """A mass of 10 kg on MoorDyn's line of 2 kg."""
-    (tmp_path / "mass.model.yaml").write_text(MASS, encoding="utf-8")
-    path = tmp_path / "system.yaml"
-    path.write_text(HANGING, encoding="utf-8")
-    return system_program(load_system(path), settled=["line"], build_directory=tmp_path)
+    return system_program(hanging_system(tmp_path), settled=["line"], build_directory=tmp_path)
 
 
 def test_a_mass_on_a_mooring_line(hanging: Program) -> None:
@@ -163,3 +180,47 @@ def test_a_tension_that_is_asked_for(hanging: Program) -> None:
     wanted = {"line.l.fairlead_tension": "0.2 kN"}
     point = trimmed(hanging, such_that=wanted, vary=["mass.m"])
     assert point["mass.m"] == pytest.approx(200 / G, rel=1e-6)
+
+
+@pytest.mark.parametrize(("at_rest", "least", "most"), [(False, 0.05, 1.0), (True, 0.0, 1e-6)])
+def test_a_run_that_starts_at_rest_stays_there(
+    tmp_path: Path, at_rest: bool, least: float, most: float
+) -> None:
+    """From its start values the mass moves by decimetres; from rest by less than 1 µm."""
+    system, told = hanging_system(tmp_path), list[str]()
+    if at_rest:
+        system = at_equilibrium(system, build_directory=tmp_path, tell=told.append)
+        assert told[-1].startswith("starts at its equilibrium; moved most: mass.body.mass.")
+    outcome = run(system, results=tmp_path / "r.nc", build_directory=tmp_path)
+    z = np.asarray(outcome.results()["mass.body.mass.z"])
+    assert least <= np.ptp(z) <= most
+
+
+def test_a_start_at_rest_of_what_settles_later(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Steps of components and delays mean nothing at rest."""
+    text = SIGNAL.format(y="y").replace("line.u, units ignored", "line.u, units ignored, delayed")
+    path, told = system(tmp_path, c_fmu("lag"), text), list[str]()
+    path.write_text(path.read_text().replace("cart.model.yaml}", "cart.model.yaml, step_size: 1}"))
+    found = at_equilibrium(load_system(path), build_directory=tmp_path, tell=told.append)
+    cart, _ = found.components
+    assert cart.start["joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
+    assert cart.start["joint.rail.u"] == 0.0
+    assert any("warning: line is not at rest at its start" in line for line in told)
+    assert told[-1] == (
+        "starts at its equilibrium; moved most: cart.joint.rail.q, from 0.2 to 0.25 m"
+    )
+
+
+def test_angles_of_the_start_give_way(tmp_path: Path) -> None:
+    model = "name: bob\ndimensions: 3\nbodies: {bob: {mass: 1, inertia: [1, 1, 1]}}\n"
+    model += "joints: {pin: {type: spherical, child: bob, joint_to_child: [0, 0, -1]}}\n"
+    (tmp_path / "bob.model.yaml").write_text(model, encoding="utf-8")
+    path = tmp_path / "system.yaml"
+    parts = "components:\n  bob: {model: bob.model.yaml, start: {joint.pin.phi: 20 deg}}\n"
+    rest = "connections: []\nsimulation: {stop_time: 1, step_size: 0.1}\n"
+    path.write_text(f"name: one\n{parts}{rest}", encoding="utf-8")
+    told: list[str] = []
+    found = at_equilibrium(load_system(path), build_directory=tmp_path, tell=told.append)
+    assert told[-1].endswith("moved most: the attitude of bob.joint.pin, by 20 deg")
+    outcome = run(found, results=tmp_path / "r.nc", build_directory=tmp_path)
+    assert np.ptp(np.asarray(outcome.results()["bob.body.bob.z"])) < 1e-12
