@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
+from m4e_fmi.cosim.connections.added_mass.order import body_order_problems
 from m4e_fmi.cosim.connections.bonds import power_bonds
 from m4e_fmi.cosim.connections.buses import bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connections.dependence import dependency_problems
@@ -144,6 +145,7 @@ def _resolved(
         delay_problems(system, variables, links),
         fixed_parameter_problems(system, variables, links),
         input_derivative_problems(system, descriptions, links),
+        body_order_problems(system, variables, links),
         outer_port_problems(system, descriptions, driven),
     ]
     if len(connections) == len(system.connections):

@@ -13,8 +13,10 @@ name; `connection_text` tells how a factor and an offset are written.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from m4e_fmi.cosim.connections.added_mass.left_out import differing_bodies, lacking_flag
+from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
 from m4e_fmi.cosim.connections.buses import BUS
 from m4e_fmi.cosim.connections.link_checks import CARRIED_ONCE, CONSTANT_TO_INPUT
 from m4e_fmi.cosim.connections.links import Link, Port, Variables, conversion
@@ -194,9 +196,15 @@ class Pairing:
                 row = row if len(a) == 36 else [(p, c) for c, p in row]
                 links = ", ".join(f"{left}{i} -> {right}{j}" for i, j in row)
                 remedy += f"; of a body in the plane and in space, connect one by one: {links}, …"
+            remedy += differing_bodies(self._bodies(a), self._bodies(b))
             self._reject(f"{left} and {right} differ in size", remedy)
             return []
         return [(a[index], b[index]) for index in a]
+
+    def _bodies(self, elements: Mapping[str, Port]) -> list[str]:
+        """The bodies of the rows of an added-mass matrix; none of another array."""
+        ports = elements.values()
+        return in_order(added_mass_bodies({p.variable: self._variable(p) for p in ports}))
 
     def _elements(self, end: Port) -> dict[str, Port]:
         """The variable itself (index ''), or the elements of the array, by index; or nothing."""
@@ -220,7 +228,8 @@ class Pairing:
             if end not in groups:
                 variables = self._variables[end.component]
                 known = {*variables, *(name.partition("[")[0] for name in variables)}
-                remedy = suggestion(end.variable, known, "variables")
+                remedy = lacking_flag(variables, end.variable.partition("[")[0])
+                remedy = remedy or suggestion(end.variable, known, "variables")
                 self._reject(f"{end.component!r} has no variable {end.variable!r}", remedy)
 
     def _fits(self, source: Port, target: Port, written: Connection) -> bool:

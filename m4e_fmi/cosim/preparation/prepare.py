@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
+from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.links import Wiring
@@ -69,6 +70,7 @@ def prepare(
         *missing,
         *forgetful,
         *unconnected_parameters(system, descriptions, wiring),
+        *without_added_mass(descriptions, wiring),
         *loose_ends(system, descriptions, wiring),
         *differing(system, descriptions, wiring),
         *start_values_without_effect(system, wiring, structure),

@@ -122,6 +122,7 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
             # force per acceleration: kg, kg.m (force per rad/s² or moment per m/s²), kg.m2
             power = (unit, other_unit).count("rad")
             kind = ("kg", "kg.m", "kg.m2")[power]
+            # connections read from the text which bodies row and column are for
             text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
             variable = Variable(f"added_mass[{i},{j}]", kind, text, tunable=in_space)
             row.append(recorder.parameter(variable))
