@@ -21,7 +21,17 @@ if TYPE_CHECKING:
         sensitivity,
         trajectory_sensitivity,
     )
-    from m4e_fmi.cosim import System, load_system, prepare, run, save_system, start
+    from m4e_fmi.analysis.response import sea_response, wave_response
+    from m4e_fmi.cosim import (
+        System,
+        load_system,
+        prepare,
+        run,
+        save_system,
+        start,
+        system_in_waves,
+        system_program,
+    )
     from m4e_fmi.errors import InputError, M4eError, RunError, UnknownNameError
     from m4e_fmi.fmu import build_fmu, read_description, validate_fmu
     from m4e_fmi.model import Model, load_model
@@ -52,11 +62,15 @@ __all__ = [
     "read_description",
     "run",
     "save_system",
+    "sea_response",
     "sensitivity",
     "simulate",
     "start",
+    "system_in_waves",
+    "system_program",
     "trajectory_sensitivity",
     "validate_fmu",
+    "wave_response",
 ]
 
 _NAMES = {
@@ -68,7 +82,17 @@ _NAMES = {
         "sensitivity",
         "trajectory_sensitivity",
     ),
-    "cosim": ("System", "load_system", "prepare", "run", "save_system", "start"),
+    "analysis.response": ("sea_response", "wave_response"),
+    "cosim": (
+        "System",
+        "load_system",
+        "prepare",
+        "run",
+        "save_system",
+        "start",
+        "system_in_waves",
+        "system_program",
+    ),
     "errors": ("InputError", "M4eError", "RunError", "UnknownNameError"),
     "fmu": ("build_fmu", "read_description", "validate_fmu"),
     "model": ("Model", "load_model"),
