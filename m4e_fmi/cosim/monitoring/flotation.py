@@ -9,10 +9,11 @@ carry (`start_balance`).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.monitoring.start_balance import BUOYANCY, AtStart, Balance, Hull, balances
+from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, Hull
+from m4e_fmi.cosim.monitoring.start_balance import Balance, balances
 
 Gravity = Callable[[str], float | None]
 
@@ -29,6 +30,8 @@ TILT = math.radians(1.0)
 """Angle [rad] at the start, or of the trim, that is told."""
 FAR = math.radians(15.0)
 """Trim [rad] whose value linear water does not tell."""
+SAME_MASS = 1e-6
+"""Relative difference of two masses that is rounding."""
 SAME_GRAVITY = 1e-3
 """Relative difference of two gravities that is none."""
 NOISE = 1e-3
@@ -110,7 +113,7 @@ def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:
     if balance.heave_stiffness > 0:
         way = force / balance.heave_stiffness
         verb = "rise" if way > 0 else "sink"
-        motion = f"they {verb}" if len(balance.hulls) > 1 else f"it {verb}s"
+        motion = f"it {verb}s" if balance.is_single else f"they {verb}"
         settles = f": {motion} by {abs(way):.3g} m from there"
     yield (
         f"{_holders(balance)}: weight and connected forces are {balance.load / 1e3:.5g} kN at the "
@@ -143,22 +146,21 @@ def _remedy(balance: Balance) -> str:
             "no mass balances that, because the other forces alone exceed the buoyancy: check "
             "their connections and start values"
         )
-    if len(balance.hulls) > 1:
-        word = "more" if change > 0 else "less"
-        return (
-            f"if they are to float there, give them {abs(change):.6g} kg {word} (together now "
-            f"{balance.mass:.6g} kg): their joints carry the difference of each"
-        )
     wanted = f"{hull.base}.neutral_mass"
     component = hull.link.source.component
-    excess = balance.mass + change - neutral
-    sign = "+-"[excess < 0]
-    offset = f"{hull.name}.neutral_mass {sign} {abs(excess):.6g} -> {component}.{wanted}"
-    if wanted in hull.network.instances[component].description.variables:
+    known = hull.network.instances[component].description.variables
+    if wanted in known and balance.is_single:
+        return _neutral_remedy(hull, f"{component}.{wanted}", change, balance.carried)
+    if balance.carried or not balance.is_single:
+        whom, them, joints = "it is", "it", ""
+        if not balance.is_single:
+            whom, them, joints = "they are", "them", ": their joints carry the difference of each"
+        whole = _carrying(balance) or "together"
         return (
-            f"if it is to float there, its neutral mass ({neutral:.6g} kg) leaves out the other "
-            f"forces: '{offset}' includes them"
+            f"if {whom} to float there, give {them} {abs(change):.6g} kg "
+            f"{'more' if change > 0 else 'less'} ({whole} now {balance.mass:.6g} kg){joints}"
         )
+    excess = balance.mass + change - neutral
     if abs(excess) <= UNBALANCED * neutral:
         return (
             f"if it is to float there, say 'mass: neutral' in its model: {hull.name}.neutral_mass "
@@ -166,9 +168,36 @@ def _remedy(balance: Balance) -> str:
         )
     return (
         f"if it is to float there, its mass is {balance.mass + change:.6g} kg (now "
-        f"{balance.mass:.6g} kg): give that, or 'mass: neutral' and the connection '{offset}', "
-        "which includes the other forces"
+        f"{balance.mass:.6g} kg): give that, or 'mass: neutral' and the connection "
+        f"'{_offset(hull, excess)} -> {component}.{wanted}', which includes the other forces"
     )
+
+
+def _neutral_remedy(hull: Hull, wanted: str, change: float, carried: Sequence[str]) -> str:
+    """The connection of the parameter `wanted`, the neutral mass of a hull, by a `change` [kg]."""
+    neutral, now = hull.neutral_mass, hull.network.read(wanted)
+    excess = now + change - neutral
+    if abs(excess) <= SAME_MASS * neutral:
+        return (
+            f"if it is to float there, its mass is its neutral mass, {neutral:.6g} kg (now "
+            f"{now:.6g} kg): give {wanted} no start value or connection"
+        )
+    others = "what it carries and the other forces" if carried else "the other forces"
+    return (
+        f"if it is to float there, its neutral mass ({neutral:.6g} kg) leaves out {others}: "
+        f"'{_offset(hull, excess)} -> {wanted}' includes them"
+    )
+
+
+def _offset(hull: Hull, excess: float) -> str:
+    """The neutral mass of a hull and an `excess` [kg], as a connection writes it."""
+    return f"{hull.name}.neutral_mass {'+-'[excess < 0]} {abs(excess):.6g}"
+
+
+def _carrying(balance: Balance) -> str:
+    """Names of the bodies that are carried, in words; no text if there are none."""
+    names = [name.removeprefix("body.") for name in balance.carried]
+    return f"with {', '.join(names)}" if names else ""
 
 
 def _trim(balance: Balance) -> Iterator[str]:
@@ -188,7 +217,9 @@ def _trim(balance: Balance) -> Iterator[str]:
         tilt = balance.hulls[0].plane.tilt
         turns = f"the {tilt} is {'above ' * far}{math.degrees(min(angle, FAR)):.3g} deg"
     about, remedy = "its centre of gravity", "put center_of_gravity above the centre of buoyancy"
-    if len(balance.hulls) > 1:
+    if balance.carried:
+        remedy = "place what it carries so that all weights balance over the centre of buoyancy"
+    if not balance.is_single:
         about, remedy = "the middle of all", "make their masses those of the water they displace"
     yield (
         f"{_holders(balance)}: a moment of {moment / 1e3:.5g} kN.m about {about} is out of balance "
@@ -198,14 +229,20 @@ def _trim(balance: Balance) -> Iterator[str]:
 
 
 def _stability(balance: Balance) -> Iterator[str]:
-    """A free body that nothing turns back; of joined ones the weights' share is not known."""
+    """A free body, or joined ones with all that they carry, that nothing turns back."""
     hull, stiffness = balance.hulls[0], balance.pitch_stiffness
-    if balance.moment is None or len(balance.hulls) > 1:
+    if balance.moment is None or balance.top_weight is None:
         return
     height = stiffness / balance.buoyancy
     if height < -NOISE * hull.size:
+        whole = f"{_carrying(balance)} " if balance.carried else ""
+        are, capsize, lower = "it is", "it capsizes", "lower center_of_gravity"
+        if not balance.is_single:
+            are, capsize = "they are", "they capsize"
+        if balance.carried or not balance.is_single:
+            lower = "lower the centres of gravity"
         yield (
-            f"{hull.holder}: it is unstable in {hull.plane.turn}, with a stiffness of "
-            f"{stiffness:.4g} N.m/rad, weight included (GM = {height:.3g} m): without other "
-            "forces it capsizes: lower center_of_gravity"
+            f"{_holders(balance)}: {whole}{are} unstable in {hull.plane.turn}, with a stiffness "
+            f"of {stiffness:.4g} N.m/rad, weight included (GM = {height:.3g} m): without other "
+            f"forces {capsize}: {lower}"
         )

@@ -7,193 +7,31 @@ bodies whose blocks in the projector on it are coupled are joined by joints. Joi
 work in an allowed motion δ, so c = Y⁺ δ gives the generalised load δ·F = c·a − δ·F_water.
 
 The motions δ that are looked at are heave, and the turns in a vertical plane: that of a planar
-model, or in space the planes ahead and across, by the heading.
+model, or in space the planes ahead and across, by the heading. In them all joined bodies move as
+one, those outside of the water as well: so their weights count at their heights. Where a joint
+forbids that, as one to the ground may, the hulls move, and the others as they must.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.fmu import Description
+from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, Hull, Plane
 
-WRENCH = ("force_x", "force_z", "moment_y")
-ACROSS = ("force_y", "force_z", "moment_x")
-FORCES = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 ACCELERATIONS: dict[str, str] = dict(
     zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)
 )
 """Of a body's centre of gravity, by the components of the force that are along them."""
-BUOYANCY = ".buoyancy_force_z"
-WATER = 1e3
-"""Density [kg/m3], near enough for the size of a body by the mass that it displaces."""
 RANK = 1e-9
 """Eigenvalue of the mobility, over the largest, below which joints forbid a motion."""
 COUPLED = 1e-6
 """Share of a motion that counts as rounding."""
-
-
-class OneAtStart(Protocol):
-    """A component at the start."""
-
-    @property
-    def description(self) -> Description:
-        """That of its FMU."""
-        ...
-
-    def directional_derivative(self, output: str, known: str) -> float:
-        """∂output/∂known, in their units."""
-        ...
-
-
-class AtStart(Protocol):
-    """The components at the start: of a run a network, else those of a composed program."""
-
-    @property
-    def instances(self) -> Mapping[str, OneAtStart]:
-        """Components by name."""
-        ...
-
-    def read(self, name: str) -> float:
-        """The value of ``component.variable``, in its unit."""
-        ...
-
-
-@dataclass(frozen=True)
-class Plane:
-    """A vertical plane: `ahead` is its horizontal axis (x, y) [1] in the world.
-
-    Its three motions are along that axis, up, and the turn from up towards ahead. Of the motions of
-    a body in water these are the `numbers`; the turn has the `sign` there. `forces` are named so in
-    the water's axes. `tilt` and `turn` are words.
-    """
-
-    ahead: tuple[float, float] = (1.0, 0.0)
-    numbers: tuple[int, int, int] = (1, 2, 3)
-    forces: tuple[str, str, str] = WRENCH
-    sign: float = 1.0
-    tilt: str = "trim"
-    turn: str = "pitch"
-
-    @property
-    def signs(self) -> np.ndarray:
-        """Of the three motions, (3,) [1]."""
-        return np.array([1.0, 1.0, self.sign])
-
-    def in_world(self, motion: np.ndarray) -> np.ndarray:
-        """A motion (3,) [m, m, rad] in this plane as one of the world, (6,) [m, rad]."""
-        (c, s), (along, up, turn) = self.ahead, motion
-        return np.array([c * along, s * along, up, -s * turn, c * turn, 0.0])
-
-
-@dataclass(frozen=True)
-class Hull:
-    """A body of a hydrodynamics component: `component`.`body`; `link` leads to its ``z``.
-
-    It is looked at in a `plane`.
-    """
-
-    network: AtStart
-    component: str
-    body: str
-    link: Link
-    plane: Plane = Plane()
-
-    @property
-    def name(self) -> str:
-        return f"{self.component}.{self.body}"
-
-    @property
-    def holder(self) -> str:
-        """The connector ``component.group`` that holds the body's mass."""
-        return str(self.link.source).removesuffix(".z")
-
-    @property
-    def base(self) -> str:
-        """The group in it."""
-        return self.link.source.variable.removesuffix(".z")
-
-    def parameter(self, name: str) -> float:
-        """A parameter of the body; 0 if it has none of this name."""
-        known = self.network.instances[self.component].description.variables
-        name = f"{self.body}.{name}"
-        return float(self.network.read(f"{self.component}.{name}")) if name in known else 0.0
-
-    @property
-    def symbols(self) -> tuple[str, ...]:
-        """The forces by which its holder takes it: three of a planar model, or six."""
-        holder = self.network.instances[self.link.source.component].description.variables
-        return FORCES if f"{self.base}.force_y" in holder else WRENCH
-
-    @property
-    def heading(self) -> float:
-        """Heading of the water's coefficients [rad]; 0 of water that has none."""
-        known = self.network.instances[self.component].description.variables
-        return float(self.network.read(f"{self.component}.heading")) if "heading" in known else 0.0
-
-    @property
-    def is_in_space(self) -> bool:
-        """True if the body has six motions in the water."""
-        known = self.network.instances[self.component].description.variables
-        return f"{self.body}.omega_z" in known
-
-    def planes(self) -> list[Plane]:
-        """The planes in which it is looked at."""
-        if not self.is_in_space:
-            return [Plane()]
-        c, s = math.cos(self.heading), math.sin(self.heading)
-        along = Plane((c, s) if s else (1.0, 0.0), (1, 3, 5))
-        if self.symbols == WRENCH:
-            return [along] if s == 0.0 else []
-        return [along, Plane((-s, c), (2, 3, 4), ACROSS, -1.0, "heel", "roll")]
-
-    @property
-    def buoyancy(self) -> np.ndarray:
-        """Force and moment of the still water in the reference pose (3,) [N, N, N.m]."""
-        found = [self.parameter(f"buoyancy_{symbol}") for symbol in self.plane.forces]
-        return self.plane.signs * found
-
-    @property
-    def neutral_mass(self) -> float:
-        """Mass of the displaced water [kg]."""
-        return self.parameter("neutral_mass")
-
-    @cached_property
-    def stiffness(self) -> np.ndarray:
-        """Hydrostatic stiffness (3, 3), about the centre of gravity [N/m, N/rad, N.m/rad]."""
-        numbers, signs = self.plane.numbers, self.plane.signs
-        found = [
-            [self.parameter(f"hydrostatic_stiffness[{i},{j}]") for j in numbers] for i in numbers
-        ]
-        return np.array(found) * np.outer(signs, signs)
-
-    @property
-    def size(self) -> float:
-        """Side of the cube that the body displaces [m]."""
-        return math.cbrt(self.neutral_mass / WATER)
-
-    @property
-    def draft(self) -> float:
-        """Mean draft [m], displaced volume over waterplane; of a submerged body its `size`."""
-        waterplane = self.stiffness[1, 1]
-        return self.buoyancy[1] / waterplane if waterplane > 0 else self.size
-
-    def added_mass(self, other: Hull) -> float:
-        """That in heave at infinite frequency, of both bodies [kg]; 0 if there is none."""
-        known = self.network.instances[self.component].description.variables
-        bodies = [name.removesuffix(BUOYANCY) for name in known if name.endswith(BUOYANCY)]
-        size, heave = (6, 3) if self.is_in_space else (3, 2)
-        row, column = (size * bodies.index(hull.body) + heave for hull in (self, other))
-        name = f"added_mass[{row},{column}]"
-        if other.component != self.component or name not in known:
-            return 0.0
-        return float(self.network.read(f"{self.component}.{name}"))
 
 
 @dataclass(frozen=True)
@@ -204,7 +42,8 @@ class Balance:
     heave and in the turn of all bodies as one, the moment about their middle and in the water's
     sense. They are None where joints forbid that motion. `load` is the vertical one downwards [N],
     `connected` its part by connected forces, `mass` what it accelerates, without the added mass
-    [kg].
+    [kg]. `carried` are the bodies outside of the water that move with the hulls. `top_weight` is
+    the sum of all masses times their heights over the middle of the hulls [kg.m]; None if unknown.
     """
 
     hulls: tuple[Hull, ...]
@@ -213,6 +52,13 @@ class Balance:
     mass: float = 0.0
     force: float | None = None
     moment: float | None = None
+    carried: tuple[str, ...] = ()
+    top_weight: float | None = None
+
+    @property
+    def is_single(self) -> bool:
+        """True of one body in water."""
+        return len(self.hulls) == 1
 
     @property
     def buoyancy(self) -> float:
@@ -230,11 +76,12 @@ class Balance:
 
     @property
     def pitch_stiffness(self) -> float:
-        """Of one body or of all turning as one [N.m/rad]; heave follows freely."""
+        """Of one body or of all turning as one, with their weights [N.m/rad]; heave is free."""
         turn = _rotation(self.hulls).reshape(-1, 3)
         heave = np.array([0.0, 1.0, 0.0])
         pairs = list(zip(self.hulls, turn, strict=True))
         pitch = sum(float(v @ hull.stiffness @ v) for hull, v in pairs)
+        pitch -= (self.top_weight or 0.0) * self.buoyancy / self.neutral_mass
         coupling = sum(float(heave @ hull.stiffness @ v) for hull, v in pairs)
         free = self.heave_stiffness
         return pitch - coupling**2 / free if free > 0 else pitch
@@ -248,7 +95,8 @@ def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterato
         if hull.planes() and _is_told(network, sources, hull):
             held.setdefault(hull.link.source.component, []).append(hull)
     for holder, of_it in held.items():
-        yield from _Mobility(network, wiring, holder, of_it).balances()
+        wet = {hull.base for hull in hulls if hull.link.source.component == holder}
+        yield from _Mobility(network, wiring, holder, of_it, wet).balances()
 
 
 def _is_told(network: AtStart, sources: dict[Port, Link], hull: Hull) -> bool:
@@ -266,29 +114,73 @@ def _is_told(network: AtStart, sources: dict[Port, Link], hull: Hull) -> bool:
     ) and isinstance(given["force_z"], Link)
 
 
+@dataclass(frozen=True)
+class _Body:
+    """A body of the component: its group of variables, and the forces that it takes."""
+
+    base: str
+    symbols: tuple[str, ...]
+
+    def motion(self, part: np.ndarray, plane: Plane) -> np.ndarray:
+        """A motion (3,) in a plane as one along its forces, (3,) or (6,) [m, rad]."""
+        return part if self.symbols == WRENCH else plane.in_world(part)
+
+
 class _Mobility:
     """How forces on the bodies of one component accelerate them.
 
-    All is made dimensionless by `unit`, (m,) of all motions: with it mobilities of bodies and
-    motions compare.
+    The bodies are the `hulls`, and those that forces on them accelerate. All is made dimensionless
+    by `unit`, (m,) of all motions: with it mobilities of bodies and motions compare. `wet` are all
+    bodies in water, those without a hull here included.
     """
 
     def __init__(
-        self, network: AtStart, wiring: Wiring, component: str, hulls: Sequence[Hull]
+        self,
+        network: AtStart,
+        wiring: Wiring,
+        component: str,
+        hulls: Sequence[Hull],
+        wet: Collection[str],
     ) -> None:
         self.network, self.wiring, self.component = network, wiring, component
-        self.hulls = hulls
-        parts = [(hull, symbol) for hull in hulls for symbol in hull.symbols]
-        self.inputs = [f"{hull.base}.{symbol}" for hull, symbol in parts]
-        self.outputs = [f"{hull.base}.{ACCELERATIONS[symbol]}" for hull, symbol in parts]
-        self.owners = np.array([hulls.index(hull) for hull, _ in parts])
+        self.hulls, self.wet = hulls, wet
+        in_water = [_Body(hull.base, hull.symbols) for hull in hulls]
+        self.bodies = [*in_water, *self._others(in_water)]
+        parts = [(k, body, s) for k, body in enumerate(self.bodies) for s in body.symbols]
+        self.inputs = [f"{body.base}.{symbol}" for _, body, symbol in parts]
+        self.outputs = [f"{body.base}.{ACCELERATIONS[symbol]}" for _, body, symbol in parts]
+        self.owners = np.array([k for k, _, _ in parts])
         self.of_water = {f"{hull.base}.{symbol}" for hull in hulls for symbol in FORCES}
-        self.unit = np.array([_unit(hull, symbol) for hull, symbol in parts])
         mobility = np.array([self._derivatives(name) for name in self.inputs]).T
+        self.unit = np.array(
+            [
+                _unit(hulls[k], symbol) if k < len(hulls) else self._own_unit(symbol, own)
+                for (k, _, symbol), own in zip(parts, mobility.diagonal(), strict=True)
+            ]
+        )
         values, vectors = np.linalg.eigh(self._symmetric(mobility * np.outer(self.unit, self.unit)))
         kept = values > RANK * values.max(initial=0.0)
         self.projector = vectors[:, kept] @ vectors[:, kept].T
         self.inverse = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+
+    def _others(self, in_water: Sequence[_Body]) -> Iterator[_Body]:
+        """Bodies beside those in water whose accelerations depend on forces on these."""
+        described = self.network.instances[self.component].description
+        known, wet = described.variables, {body.base for body in in_water}
+        forces = {f"{body.base}.{symbol}" for body in in_water for symbol in body.symbols}
+        for base in (n.removesuffix(".moment_y") for n in known if n.endswith(".moment_y")):
+            symbols = FORCES if f"{base}.force_y" in known else WRENCH
+            needed = ["x", "z", *symbols, *(ACCELERATIONS[s] for s in symbols)]
+            if base in wet or any(f"{base}.{name}" not in known for name in needed):
+                continue
+            given = (described.dependencies.get(f"{base}.{ACCELERATIONS[s]}", ()) for s in symbols)
+            if any(not forces.isdisjoint(names) for names in given):
+                yield _Body(base, symbols)
+
+    def _own_unit(self, symbol: str, mobility: float) -> float:
+        """That of a motion of a body outside of the water, which may be small or cannot move."""
+        largest = max(_unit(hull, symbol) for hull in self.hulls)
+        return 1.0 / math.sqrt(mobility) if mobility * largest**2 > RANK else largest
 
     @staticmethod
     def _symmetric(matrix: np.ndarray) -> np.ndarray:
@@ -317,8 +209,8 @@ class _Mobility:
         return total
 
     def groups(self) -> list[list[int]]:
-        """Indices of the bodies that joints join."""
-        left, found = set(range(len(self.hulls))), []
+        """Indices of the bodies that joints join, where any of them is a hull."""
+        left, found = set(range(len(self.bodies))), []
         joined = np.abs(self.projector) > COUPLED
         pairs = set(zip(*(self.owners[k] for k in np.nonzero(joined)), strict=True))
         while left:
@@ -327,11 +219,11 @@ class _Mobility:
                 group |= more
             left -= group
             found.append(sorted(group))
-        return found
+        return [group for group in found if group[0] < len(self.hulls)]
 
     def balances(self) -> Iterator[Balance]:
         for group in self.groups():
-            hulls = [self.hulls[k] for k in group]
+            hulls = [self.hulls[k] for k in group if k < len(self.hulls)]
             planes = [hull.planes() for hull in hulls]
             for number in range(min(map(len, planes))):
                 alike = [replace(h, plane=p[number]) for h, p in zip(hulls, planes, strict=True)]
@@ -342,35 +234,59 @@ class _Mobility:
     def _balance(self, group: Sequence[int], hulls: tuple[Hull, ...]) -> Balance:
         """That of one group, in the plane of `hulls`."""
         wrench, acceleration = self._read(self.inputs), self._read(self.outputs)
-        heave, turn = np.tile([0.0, 1.0, 0.0], len(group)), _rotation(hulls)
+        wrench[self.owners >= len(self.hulls)] = 0.0  # no water
+        heave, turn = np.tile([0.0, 1.0, 0.0], len(hulls)), _rotation(hulls)
         buoyancy = np.concatenate([hull.buoyancy for hull in hulls])
-        found = Balance(hulls)
-        motion = self._spread(group, hulls, turn)
+        found = Balance(hulls, carried=tuple(self.bodies[k].base for k in group[len(hulls) :]))
         alike = len({hull.plane.ahead for hull in hulls}) == 1
-        if alike and (c := self._weights(motion)) is not None:
+        if alike and (allowed := self._allowed(group, hulls, np.array([0.0, 0.0, 1.0]))):
+            motion, c, _ = allowed
             moment = c @ acceleration - motion @ wrench + turn @ buoyancy
-            found = Balance(hulls, moment=hulls[0].plane.sign * float(moment))
-        motion = self._spread(group, hulls, heave)
-        if (c := self._weights(motion)) is not None:
+            found = replace(
+                found,
+                moment=hulls[0].plane.sign * float(moment),
+                top_weight=self._top_weight(group, hulls),
+            )
+        if allowed := self._allowed(group, hulls, np.array([0.0, 1.0, 0.0])):
+            motion, c, whole = allowed
             load = motion @ wrench - c @ acceleration
-            found = Balance(
-                hulls,
+            found = replace(
+                found,
                 load=float(load),
                 connected=-float(c @ self.connected),
-                mass=float(c @ motion) - self._added_mass(hulls),
+                mass=float(c @ motion) - self._added_mass(hulls, heave, heave),
                 force=float(heave @ buoyancy - load),
-                moment=found.moment,
+                carried=found.carried if whole else (),
             )
         return found
 
-    def _spread(
+    def _allowed(
         self, group: Sequence[int], hulls: Sequence[Hull], motion: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, bool] | None:
+        """A motion (3,) of the group as one, as a motion (m,) [m, rad]; its weights c (m,).
+
+        Of the hulls only, beside which the others move as they must, where joints forbid that of
+        all: then the last is False. None where they forbid that, too.
+        """
+        for members in dict.fromkeys((tuple(group), tuple(group[: len(hulls)]))):
+            whole = self._spread(members, hulls, motion)
+            if (c := self._weights(whole)) is not None:
+                return whole, c, len(members) == len(group)
+        return None
+
+    def _spread(
+        self, members: Sequence[int], hulls: Sequence[Hull], motion: np.ndarray
     ) -> np.ndarray:
-        """A motion (3n,) of a group in its plane as one of all bodies, (m,)."""
-        whole = np.zeros(len(self.inputs))
-        for k, hull, part in zip(group, hulls, motion.reshape(-1, 3), strict=True):
-            whole[self.owners == k] = part if hull.symbols == WRENCH else hull.plane.in_world(part)
-        return whole
+        """A motion (3,) of bodies as one, in the plane of `hulls` about their middle, as (m,)."""
+        along, up = _middle(hulls)
+        found = np.zeros(len(self.inputs))
+        for k in members:
+            body = self.bodies[k]
+            plane = hulls[members.index(k)].plane if k < len(self.hulls) else hulls[0].plane
+            place = _place(self.network, f"{self.component}.{body.base}", plane)
+            arm = np.array([place[1] - up, along - place[0], 0.0])
+            found[self.owners == k] = body.motion(motion + arm * motion[2], plane)
+        return found
 
     def _weights(self, motion: np.ndarray) -> np.ndarray | None:
         """c with c·a = `motion`·(all forces); None of a motion that joints forbid."""
@@ -379,15 +295,38 @@ class _Mobility:
             return None
         return self.unit * (self.inverse @ scaled)
 
-    def _added_mass(self, hulls: Sequence[Hull]) -> float:
-        """Added mass that the component carries [kg]."""
+    def _top_weight(self, group: Sequence[int], hulls: Sequence[Hull]) -> float | None:
+        """Sum of mass times height over the middle of the hulls [kg.m], of all bodies.
+
+        It is what couples the motions ahead and turning, without the added mass. 0 of one body,
+        None where joints forbid one of them, or where water carries one of the others.
+        """
+        if len(group) == 1:
+            return 0.0
+        if any(self.bodies[k].base in self.wet for k in group[len(hulls) :]):
+            return None
+        ahead, turn = (self._allowed(group, hulls, np.eye(3)[k]) for k in (0, 2))
+        if ahead is None or turn is None or not (ahead[2] and turn[2]):
+            return None
+        added = self._added_mass(hulls, np.tile([1.0, 0.0, 0.0], len(hulls)), _rotation(hulls))
+        return float(turn[1] @ ahead[0]) - added
+
+    def _added_mass(self, hulls: Sequence[Hull], motion: np.ndarray, other: np.ndarray) -> float:
+        """Added mass that the component carries, between two motions (3n,) of hulls, in SI."""
         carried = {
             link.source.component
             for link in self.wiring.all_links
             if link.target.component == self.component
             and link.target.variable.startswith("added_mass[")
         }
-        return sum(a.added_mass(b) for a in hulls for b in hulls if a.component in carried)
+        parts = zip(hulls, motion.reshape(-1, 3), other.reshape(-1, 3), strict=True)
+        wet = [part for part in parts if part[0].component in carried]
+        return sum(
+            float(a.motion(left) @ a.added_mass(b) @ b.motion(right))
+            for a, left, _ in wet
+            for b, _, right in wet
+            if a.component == b.component
+        )
 
 
 def _unit(hull: Hull, symbol: str) -> float:
@@ -398,15 +337,21 @@ def _unit(hull: Hull, symbol: str) -> float:
 
 def _rotation(hulls: Sequence[Hull]) -> np.ndarray:
     """Motions (3n,) of bodies that turn as one about the middle of the displaced water."""
-    places = np.array([_place(hull) for hull in hulls])
+    along, up = _middle(hulls)
+    places = [_place(hull.network, hull.name, hull.plane) for hull in hulls]
+    return np.array([[place[1] - up, along - place[0], 1.0] for place in places]).ravel()
+
+
+def _middle(hulls: Sequence[Hull]) -> tuple[float, float]:
+    """Of the hulls' centres of gravity, weighted by the displaced water: ahead, and up [m]."""
+    places = np.array([_place(hull.network, hull.name, hull.plane) for hull in hulls])
     masses = np.array([max(hull.neutral_mass, 1e-9) for hull in hulls])
-    arms = places - masses @ places / masses.sum()
-    return np.column_stack([arms[:, 1], -arms[:, 0], np.ones(len(hulls))]).ravel()
+    along, up = masses @ places / masses.sum()
+    return float(along), float(up)
 
 
-def _place(hull: Hull) -> tuple[float, float]:
-    """Along the plane's horizontal axis, and up [m]."""
-    terms = [("x", hull.plane.ahead[0]), ("y", hull.plane.ahead[1])]
-    read = hull.network.read
-    along = sum(w * float(read(f"{hull.name}.{name}")) for name, w in terms if w != 0.0)
-    return along, float(read(f"{hull.name}.z"))
+def _place(network: AtStart, name: str, plane: Plane) -> tuple[float, float]:
+    """Of the body `name`, along the plane's horizontal axis, and up [m]."""
+    terms = [("x", plane.ahead[0]), ("y", plane.ahead[1])]
+    along = sum(w * float(network.read(f"{name}.{axis}")) for axis, w in terms if w != 0.0)
+    return along, float(network.read(f"{name}.z"))

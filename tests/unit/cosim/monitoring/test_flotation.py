@@ -183,6 +183,59 @@ def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
     assert trim.startswith("raft.body.fore and body.aft: a moment of -1962 kN.m about the middle")
 
 
+def test_joined_bodies_that_capsize_are_told(tmp_path: Path) -> None:
+    """Two hulls with 981 kN/m at 5 m aside and 1962 kN.m/rad each carry 10 t, 600 m up."""
+    text = (
+        RAFT.replace("mass: m,", "mass: 90e3,")
+        .replace(
+            "bodies:",
+            """bodies:
+  mast: {mass: 10e3, inertia: 1e5}""",
+        )
+        .replace("parameters: {m: {value: 100, unit: t}}\n", "")
+    )
+    text += "  foot: {type: fixed, parent: fore, child: mast, joint_to_child: [0, 600]}\n"
+    (tmp_path / "raft.model.yaml").write_text(text)
+    program = model_program(load_model(tmp_path / "raft.model.yaml"))
+    hulls = calm(("fore", "aft"), places=(-5.0, 5.0))
+    system = System(
+        name="raft",
+        components=(
+            Component("raft", FmuFile(build_fmu(program, tmp_path / "raft.fmu", native=True))),
+            Component("hydro", FmuFile(water(tmp_path / "hydro.fmu", hulls))),
+        ),
+        connections=(
+            "raft.fore <-> hydro.fore",
+            "raft.aft <-> hydro.aft",
+            "hydro.added_mass -> raft.added_mass",
+        ),
+        simulation=Simulation(0.1, 0.05),
+    )
+    told, *_ = run(system, results=tmp_path / "r.nc").warnings
+    # 2 (490.5 · 25 + 1962) kN.m, less 98.1 kN at 600 m
+    assert told.startswith(
+        "raft.body.fore and body.aft: with mast they are unstable in pitch, with a stiffness of "
+        "-3.041e+07 N.m/rad"
+    )
+
+
+def test_a_carried_body_that_the_ground_holds_does_not_count(
+    fmus: dict[str, Path], tmp_path: Path
+) -> None:
+    """A mast that slides along a rail on the ground, hinged to the buoy, cannot turn with it."""
+    text = MODEL.replace("bodies: {", "bodies: {mast: {mass: 10e3, inertia: 1e5}, ").replace(
+        "sea: {type: floating, child: float, initial: {z: -1.0}}",
+        "rail: {type: prismatic, child: mast, direction: [0, 1], initial: {q: -1.0}}, "
+        "hinge: {type: revolute, parent: mast, child: float, parent_to_joint: [0, 0]}",
+    )
+    (tmp_path / "held.model.yaml").write_text(text)
+    program = model_program(load_model(tmp_path / "held.model.yaml"))
+    held = build_fmu(program, tmp_path / "held.fmu", native=True)
+    (told,) = floated({**fmus, "buoy": held}, tmp_path).warnings
+    assert "are 1079.1 kN at the start, the still water carries 981 kN" in told
+    assert "unstable" not in told
+
+
 def test_the_neutral_mass_can_be_connected(fmus: dict[str, Path], tmp_path: Path) -> None:
     outcome = floated(fmus, tmp_path, "hydro.float.neutral_mass -> buoy.m")
     assert outcome.warnings == ()

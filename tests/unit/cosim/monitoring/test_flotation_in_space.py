@@ -66,6 +66,7 @@ def told(
     *,
     start: Mapping[str, float] | None = None,
     rename: Mapping[str, str] | None = None,
+    connections: tuple[str, ...] = (),
 ) -> tuple[str, ...]:
     """Warnings of a model in water with start values of the water, and other names in its FMU."""
     folder.mkdir(exist_ok=True)
@@ -80,7 +81,11 @@ def told(
             Component("barge", FmuFile(barge)),
             Component("hydro", FmuFile(hydro), start=start or {}),
         ),
-        connections=("barge.hull <-> hydro.hull", "hydro.added_mass -> barge.added_mass"),
+        connections=(
+            "barge.hull <-> hydro.hull",
+            "hydro.added_mass -> barge.added_mass",
+            *connections,
+        ),
         simulation=Simulation(0.1, 0.05),
     )
     return run(prepare(system), results=folder / "r.nc").warnings
@@ -157,3 +162,65 @@ def test_water_of_others_may_have_no_heading(tmp_path: Path) -> None:
     water = hydrodynamics_program(coefficients(), name="hydro")
     (heel,) = told(tmp_path, LEVEL, water, rename={"heading": "course"})
     assert "the heel is 11.5 deg" in heel
+
+
+CARRYING = """\
+name: barge
+dimensions: 3
+gravity: [0, 0, -9.81]
+bodies:
+  hull: {{mass: {mass}, inertia: [1e6, 2e6, 3e6], added_mass: true}}
+  mast: {{mass: 10e3, inertia: [1e5, 1e5, 1e4]}}
+  pulley: {{mass: 1.0, inertia: [1e-3, 1e-3, 1e-3]}}
+joints:
+  sea: {{type: floating, child: hull, initial: {{z: -1.0}}}}
+  foot: {{type: {foot}, parent: hull, child: mast, parent_to_joint: [0, 0, {foot_z}],
+    joint_to_child: [0, 0, {height}]}}
+  axle: {{type: revolute, axis: [0, 1, 0], parent: mast, child: pulley}}
+"""
+FIXED, HINGE = "fixed", "revolute, axis: [1, 0, 0]"
+FALLS = HINGE + ", initial: {q: 0.1}"
+
+
+def carrying(folder: Path, *, mass: str = "90e3", foot: str = FIXED, height: float = 25.0,
+    foot_z: float = 0.0, connections: tuple[str, ...] = (),
+) -> tuple[str, ...]:  # fmt: skip
+    """Of the start of a barge with a mast of 10 t, whose centre is `height` over its foot."""
+    text = CARRYING.format(mass=mass, foot=foot, height=height, foot_z=foot_z)
+    water = hydrodynamics_program(coefficients(), name="hydro")
+    return told(folder, text, water, connections=connections)
+
+
+@pytest.mark.parametrize("foot", [FIXED, HINGE])
+def test_a_body_that_is_carried_counts_at_its_height(foot: str, tmp_path: Path) -> None:
+    """10 t at 25 m: 1962 - 2453 kN.m/rad, and 1 kg of a pulley. At 15 m nothing capsizes."""
+    line, *_ = carrying(tmp_path / "high", foot=foot)
+    assert line.startswith(
+        "barge.body.hull: with mast, pulley it is unstable in roll, with a stiffness of -4.907e+05"
+    )
+    assert "(GM = -0.5 m): without other forces it capsizes: lower the centres of gravity" in line
+    assert carrying(tmp_path / "low", foot=foot, height=15.0) == ()
+
+
+@pytest.mark.parametrize("foot", [FIXED, FALLS])
+def test_a_neutral_mass_leaves_out_what_is_carried(foot: str, tmp_path: Path) -> None:
+    """A hinged mast that stands beside its foot falls at the start, and has its weight still."""
+    wanted = "barge.body.hull.neutral_mass"
+    told_of, *_ = carrying(tmp_path, mass="neutral", foot=foot, height=15.0)
+    offset = f"hydro.hull.neutral_mass - 10001 -> {wanted}"
+    assert "leaves out what it carries and the other forces" in told_of
+    assert f"'{offset}' includes them" in told_of
+    right = carrying(tmp_path, mass="neutral", foot=foot, height=15.0, connections=(offset,))
+    assert not any("still water carries" in line for line in right)
+    heavy = f"hydro.hull.neutral_mass - 5001 -> {wanted}"
+    told_of, *_ = carrying(tmp_path, mass="neutral", height=15.0, connections=(heavy,))
+    assert f"'{offset}' includes them" in told_of
+
+
+def test_a_mass_is_advised_without_that_of_what_is_carried(tmp_path: Path) -> None:
+    """The hull has the neutral mass of 100 t already: 10 t and 1 kg are too much."""
+    for foot in (FIXED, FALLS):
+        told_of, *_ = carrying(tmp_path, mass="100e3", foot=foot, height=15.0)
+        assert told_of.endswith(
+            "if it is to float there, give it 10001 kg less (with mast, pulley now 110001 kg)"
+        )
