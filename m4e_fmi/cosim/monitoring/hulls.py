@@ -184,5 +184,5 @@ class Hull:
         )
 
     def motion(self, part: np.ndarray) -> np.ndarray:
-        """A motion (3,) in its plane as one of the world, (n,) [m, rad]: three in plane water."""
+        """The motion `part` (3,) [m, rad] in its plane as one of the world, (n,) [m, rad]."""
         return self.plane.in_world(part) if self.is_in_space else part
