@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -97,6 +98,8 @@ def _run(options: argparse.Namespace) -> None:
     check_suffix(output, (".nc",), "a response")
     periods = [x for part in options.periods or [_range("4:14:21")] for x in part]
     waves = load_in_waves(system, options, highest=_highest(options, periods))
+    if system.scenario:
+        print("warning: the scenario takes no part: a response has no actions", file=sys.stderr)
     point = equilibrium(waves.program, at=start_values(options))
     if options.sea is None:
         _regular(waves, point, periods, output, options)
@@ -163,16 +166,16 @@ def _regular(
         height=options.height,
     )
     _print(options, wave_text(response), wave_json(response))
-    if options.check:
-        d, k = np.unravel_index(response.third.max(axis=2).argmax(), response.third.shape[:2])
-        _compare(
-            waves, response, f"of {response.periods[k]:.4g} s", period=int(k), direction=int(d)
-        )
     files = [write_waves(response, output)]
     if not options.no_plot:
         files.append(plot_waves(response, output.with_suffix(".png")))
     if not options.json:
         print_files(files)
+    if options.check:
+        d, k = np.unravel_index(response.third.max(axis=2).argmax(), response.third.shape[:2])
+        _compare(
+            waves, response, f"of {response.periods[k]:.4g} s", period=int(k), direction=int(d)
+        )
 
 
 def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.Namespace) -> None:
@@ -183,11 +186,11 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
         waves, point, _given_sea(waves, point, options), outputs=options.outputs
     )
     _print(options, sea_text(response), sea_json(response))
-    if options.check:
-        _compare(waves, response, "of an hour, in the same waves")
     write_sea(response, output)
     if not options.json:
         print_files([output])
+    if options.check:
+        _compare(waves, response, "of an hour, in the same waves")
 
 
 def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespace) -> Sea:
@@ -210,8 +213,6 @@ def _compare(
     period: int = 0,
     direction: int = 0,
 ) -> None:
-    import sys
-
     from m4e_fmi.analysis.response import compared_in_time
     from m4e_fmi.report import comparison_text
 

@@ -149,7 +149,7 @@ class _Push:
         del values
         return None
 
-    def own_direction(self, values: Mapping[str, float]) -> float:
+    def own_direction(self, values: Mapping[str, float]) -> float | None:
         del values
         return 0.0
 
@@ -248,3 +248,73 @@ def test_resonance_of_the_sphere() -> None:
         return float(stiffness - omega**2 * (mass + added))
 
     assert brentq(rest, 1.2, 1.7) == pytest.approx(1.43946, rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    "omega", [np.linspace(0.98, 1.02, 41), np.linspace(0.9, 1.1, 41), np.array([1.0])]
+)
+def test_drag_that_limits_a_resonance_settles(omega: np.ndarray) -> None:
+    """Of seas so narrow that more motion makes less in the next step of the iteration."""
+    program = oscillator(drag=0.5)
+    amplitude = np.full(len(omega), 1.0 / np.sqrt(len(omega)))
+    sea = Sea(omega, amplitude, 0.0)
+    waves = InWaves(program, {"": _Push()})
+    found = sea_response(waves, equilibrium(program), sea, outputs=["v"]).deviation("v")
+    damping = 0.02 + np.sqrt(8.0 / np.pi) * 0.5 * found
+    transfer = omega / np.abs(1.0 - omega**2 - 1j * omega * damping)
+    exact = np.sqrt(0.5 * np.sum((amplitude * transfer) ** 2))
+    assert found == pytest.approx(exact, rel=2e-3)
+
+
+def test_large_numbers_beside_it_change_nothing() -> None:
+    """Of a filtered force of 1e9 N beside a motion of metres."""
+    found = []
+    for size in (1.0, 1e9):
+        r = Recorder("filtered", "")
+        r.input(Variable("elevation", "m", ""))
+        push = r.input(Variable("push", "N", ""))
+        x = r.state(Variable("x", "m", ""))
+        v = r.state(Variable("v", "m/s", "", derivative_of="x"))
+        f = r.state(Variable("f", "N", ""))
+        r.rate("x", v)
+        r.rate("v", push - x - 0.02 * v - 0.5 * abs(v) * v)
+        r.rate("f", size * push - f)
+        program = r.program()
+        sea = Sea(np.linspace(0.5, 1.5, 101), np.full(101, 0.1), 0.0)
+        waves = InWaves(program, {"": _Push()})
+        response = sea_response(waves, equilibrium(program), sea, outputs=["x", "f"])
+        found.append(response.deviation("x"))
+    assert found[1] == pytest.approx(found[0], rel=1e-5)
+
+
+def test_a_steady_force_counts_in_all_waves(buoy: tuple[InWaves, OperatingPoint]) -> None:
+    waves, rest = buoy
+    force = "hydro.float.wave_force_x"
+    point = equilibrium(waves.program, at={force: 5e3})
+    small = wave_response(waves, point, periods=[8.0], outputs=[SURGE]).mean(SURGE)[0]
+    low = wave_response(waves, point, periods=[8.0], outputs=[SURGE], height=1e-3)
+    assert small > rest[SURGE] + 0.1
+    assert low.mean(SURGE)[0] == pytest.approx(small, rel=1e-3)
+    sea = waves.jonswap(1e-3, 8.0, 3.3, 0.0)
+    assert sea_response(waves, point, sea, outputs=[SURGE]).mean(SURGE) == pytest.approx(
+        small, rel=1e-3
+    )
+
+
+def test_a_motion_that_drag_alone_damps() -> None:
+    """At the undamped natural period: drag is all that holds it."""
+    r = Recorder("undamped", "")
+    r.input(Variable("elevation", "m", ""))
+    push = r.input(Variable("push", "N", ""))
+    x = r.state(Variable("x", "m", ""))
+    v = r.state(Variable("v", "m/s", "", derivative_of="x"))
+    r.rate("x", v)
+    r.rate("v", push - x - 0.5 * abs(v) * v)
+    program = r.program()
+    waves = InWaves(program, {"": _Push()})
+    response = wave_response(
+        waves, equilibrium(program), periods=[2 * np.pi], outputs=["x"], height=2.0
+    )
+    lorentz = np.sqrt(1.0 / (8.0 / (3.0 * np.pi) * 0.5))
+    assert abs(response.of("x")[0]) == pytest.approx(lorentz, rel=0.01)
+    assert not wave_response(waves, equilibrium(program), periods=[5.0], outputs=["x"]).third.any()

@@ -20,6 +20,7 @@ from m4e_adapters.hydrodynamics.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 
+MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
 OF_A, OF_A_INF = 0.6, 1.2  # 1/(2^p - 1) for observed orders p = 1.4 and 0.9 in panel size
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
@@ -173,7 +174,7 @@ def table_and_problems(
     if wanted.maximum is not None or problems:
         return table, problems
     step = EXTENSION_STEP * (table[1] - table[0])
-    needed = max(needed_frequency(config.waves), highest)
+    needed = max(needed_frequency(config.waves), min(highest, MOST_BEYOND * limit))
     more = math.ceil((needed - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
 

@@ -130,12 +130,14 @@ class HullWaves:
         if isinstance(self.waves, Still | Regular):
             return None
         amplitudes = np.array([values[_amplitude(k)] for k in range(len(self._own))])
-        return Sea(self._own, amplitudes, self.own_direction(values))
+        direction = self.own_direction(values)
+        assert direction is not None
+        return Sea(self._own, amplitudes, direction)
 
-    def own_direction(self, values: Mapping[str, float]) -> float:
-        """The configured direction [rad]; 0 in still water."""
+    def own_direction(self, values: Mapping[str, float]) -> float | None:
+        """The configured direction [rad]; None in still water."""
         if isinstance(self.waves, Still):
-            return math.radians(self.coefficients.wave_direction)
+            return None
         return values.get("wave.direction", math.radians(self.waves.direction))
 
     def jonswap(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,11 @@ from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.errors import RunError
+from m4e_fmi.program import Variable
 
+DRIFT = 1e-6
+"""Mean rate, over that which a unit change of all states causes, from which on it is told."""
+SCALINGS = 20
 RANK = 1e-10
 """Singular values of the equations at rest below this part of the largest are zero."""
 
@@ -29,15 +34,21 @@ class Held:
     @classmethod
     def by(cls, A: Floats) -> Held:
         """Of the linear equations A (n, n) at rest, in SI."""
-        sizes = np.linalg.norm(A, axis=1)
-        sizes[sizes == 0.0] = np.inf
-        left, values, right = np.linalg.svd(A / sizes[:, None])
+        rows, columns = np.ones(len(A)), np.ones(len(A))
+        for _ in range(SCALINGS):  # so that the rank does not depend on units
+            sizes = np.abs(A * np.outer(rows, columns))
+            rows /= np.sqrt(_or_one(sizes.max(axis=1, initial=0.0)))
+            columns /= np.sqrt(_or_one(sizes.max(axis=0, initial=0.0)))
+        left, values, right = np.linalg.svd(A * np.outer(rows, columns))
         known = int(np.sum(values > RANK * values[0])) if len(A) else 0
-        return cls(left[:, :known].T / sizes, right[:known].T)
+        return cls(left[:, :known].T * rows, columns[:, None] * right[:known].T)
 
     def step(self, A: Floats, rates: Floats) -> Floats:
         """The change (n,) that makes `rates` (n,) zero as far as they are held, by A (n, n), SI."""
-        inner = np.linalg.solve(self.rows @ A @ self.columns, self.rows @ rates)
+        try:
+            inner = np.linalg.solve(self.rows @ A @ self.columns, self.rows @ rates)
+        except np.linalg.LinAlgError:
+            return np.zeros(len(rates))
         return np.asarray(-self.columns @ inner, dtype=float)
 
 
@@ -75,12 +86,15 @@ class LinearEquations:
             slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:], values[:n], values[n:],
         )  # fmt: skip
 
-    def harmonics(self, omega: Floats, forces: Complex) -> tuple[Complex, Complex]:
+    def harmonics(
+        self, omega: Floats, forces: Complex, *, decay: float = 0.0
+    ) -> tuple[Complex, Complex]:
         """States (k, n) and outputs (k, outputs) [SI], for `forces` (k, m) [SI], those of inputs.
 
+        With a `decay` [1] all motions decay by that part of ω, a guess where nothing damps them.
         For e^{−iωt} with `omega` (k,) [rad/s]. RunError at an undamped natural frequency.
         """
-        shifted = -1j * omega[:, None, None] * np.eye(len(self.A)) - self.A
+        shifted = (decay - 1j) * omega[:, None, None] * np.eye(len(self.A)) - self.A
         try:
             states = np.linalg.solve(shifted, (forces @ self.B.T)[:, :, None])[:, :, 0]
         except np.linalg.LinAlgError:
@@ -88,3 +102,19 @@ class LinearEquations:
             raise RunError(message, "leave it out, or give the system some damping") from None
         outputs: Complex = states @ self.C.T + forces @ self.D.T
         return np.asarray(states, dtype=complex), outputs
+
+
+def adrift(rest: LinearEquations, rates: Floats, states: Sequence[Variable]) -> str:
+    """The state with the largest mean of its `rates` (n,) [SI], "" if changes balance them all.
+
+    `rest` are the equations at rest.
+    """
+    if not len(rates):
+        return ""
+    left = np.abs(rates) / (1.0 + np.abs(rest.A).sum(axis=1))
+    worst = int(np.argmax(left))
+    return states[worst].name if left[worst] > DRIFT else ""
+
+
+def _or_one(values: Floats) -> Floats:
+    return np.where(values > 0.0, values, 1.0)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from m4e_fmi.analysis.attitudes import attitudes, rotated
 from m4e_fmi.analysis.linearization import Linearization, Linearizer
 from m4e_fmi.analysis.points import Floats, OperatingPoint
+from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.engine import Engine
@@ -40,8 +41,13 @@ class LocalEquations:
         outputs: Sequence[str],
     ) -> None:
         self.point = point
-        self._linear = linear = Linearizer(program, inputs=inputs, outputs=outputs)
+        names = list(dict.fromkeys(outputs))
+        self._linear = linear = Linearizer(program, inputs=inputs, outputs=names)
         self.states, self.inputs, self.outputs = linear.states, linear.inputs, linear.outputs
+        if not (self.outputs and self.states):
+            what = "state that moves" if self.outputs else "output to show"
+            message = f"{program.name}: it has no {what}"
+            raise InputError.single(message, "name outputs of what moves: --outputs NAME")
         self._attitudes = attitudes(program)
 
     @cached_property
@@ -153,6 +159,8 @@ class _Many:
         moved = {v.name: v for v in program.inputs}
         zero = program.tape.constant(0.0).index
         self._kept = [k for k, v in enumerate(program.inputs) if v.name not in names]
+        places = {v.name: k for k, v in enumerate(program.inputs)}
+        self._moved = [places[name] for name in names]
         program = replace(
             program,
             inputs=tuple(program.inputs[k] for k in self._kept),
@@ -164,8 +172,9 @@ class _Many:
         self._form = None if compiled else load_python(program)
 
     def at(self, point: OperatingPoint, states: Floats, forces: Floats) -> Floats:
-        """Outputs (s, outputs) for `states` (s, n) and `forces` (s, m), else as at `point`."""
-        rows, inputs = np.concatenate([states, forces], axis=1), point.inputs[self._kept]
+        """Outputs (s, outputs) for `states` (s, n), and `forces` (s, m) beside those of `point`."""
+        forces, inputs = forces + point.inputs[self._moved], point.inputs[self._kept]
+        rows = np.concatenate([states, forces], axis=1)
         if self._engine is not None:
             self._engine.set_parameters(point.parameters)
             self._engine.set_inputs(inputs)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats, OperatingPoint, place
-from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations
+from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations, adrift
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
 from m4e_fmi.analysis.response.waves import Complex, InWaves, Sea
@@ -28,9 +28,15 @@ from m4e_fmi.shown import listing
 
 SAMPLES = 2048
 """Of the motion, half of them the other half's opposites."""
-ACCURACY = 1e-7
+ACCURACY = 1e-6
 """Relative change of standard deviations at which the iteration ends."""
-MOST_STEPS = 200
+MOST_STEPS = 100
+DECAY = 1e-2
+"""Of the first guess: decay of all motions over their frequency."""
+SMALL = 1e-3
+"""Standard deviation over the largest of its unit from which on its own size counts."""
+NONE = 1e-9
+"""Standard deviation over the largest of its unit below which it is rounding."""
 LEAST = 1e-12
 """Part of the largest variance below which a direction of the correlated motion counts as none."""
 
@@ -41,7 +47,8 @@ class SeaResponse:
 
     `deviations` are standard deviations. `values` (k, outputs) are the harmonics per wave
     amplitude of the linearised response to each wave of the sea, `states` (k, n) those of states,
-    `linear` the equations that they come from, about `point` and a mean step `mean` (n,) from it.
+    `linear` the equations that they come from, about `point` and a `mean_step` (n,) from it.
+    `notes` say where the response is in doubt.
     """
 
     point: OperatingPoint = field(repr=False)
@@ -93,10 +100,13 @@ def sea_response(
     linear, mean = motion.settled()
     states, values = linear.harmonics(sea.omega, forces)
     means, deviations = motion.statistics(linear, mean)
+    notes = [*doubts(waves, local, _needed(sea), small=False)]
+    if name := adrift(LinearEquations.of(local), linear.rates, local.states):
+        notes.append(f"nothing balances the mean force on {name}: it drifts")
     return SeaResponse(
         point=point, sea=sea, outputs=local.outputs, means=means, deviations=deviations,
         values=values, states=states, mean_step=mean, linear=linear,
-        notes=tuple(doubts(waves, local, _needed(sea), small=False)),
+        notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -113,22 +123,25 @@ class _Motion:
     def __init__(self, local: LocalEquations, sea: Sea, forces: Complex) -> None:
         self.local, self.sea, self.forces = local, sea, forces
         self._normal = _normal_samples(len(local.curved))
+        self._units = np.array([v.unit for v in (*local.states, *local.inputs)], dtype=str)
 
     def settled(self) -> tuple[LinearEquations, Floats]:
         """The equivalent linear equations, and the mean step (n,) of the states."""
         mean = np.zeros(self.local.n)
         linear = LinearEquations.of(self.local)
-        last, held = self._covariance(linear), Held.by(linear.A)
+        last, held = self._covariance(linear, decay=DECAY), Held.by(linear.A)
         for _ in range(MOST_STEPS):
             linear = self._averaged(mean, last)
             sizes = 1.0 + np.abs(mean)
             step = held.step(linear.A, linear.rates)
             mean = mean + step
             now = self._covariance(linear)
-            change = np.max(np.abs(np.sqrt(now.diagonal()) - np.sqrt(last.diagonal())))
-            scale = np.sqrt(np.max(now.diagonal()[: self.local.n], initial=0.0))
-            last = now
-            if change <= ACCURACY * max(scale, 1.0) and np.max(np.abs(step) / sizes) <= ACCURACY:
+            size, before = np.sqrt(now.diagonal()), np.sqrt(last.diagonal())
+            least = np.maximum(size, SMALL / NONE * self._rounding(size))
+            settled = np.abs(size - before) <= ACCURACY * least
+            # half of the way: drag that limits a resonance would overshoot for ever
+            last = 0.5 * (last + now)
+            if settled.all() and np.max(np.abs(step) / sizes) <= ACCURACY:
                 return linear, mean
         name = self.local.point.program.name
         message = f"{name}: the linearised response to the sea did not settle"
@@ -151,9 +164,14 @@ class _Motion:
     def _averaged(self, mean: Floats, covariance: Floats) -> LinearEquations:
         return LinearEquations.averaged(self.local, *self._samples(mean, covariance))
 
-    def _covariance(self, linear: LinearEquations) -> Floats:
+    def _rounding(self, deviations: Floats) -> Floats:
+        """The standard deviations (n + m,) below which those of their unit are rounding."""
+        alike = self._units[:, None] == self._units
+        return NONE * np.max(np.where(alike, deviations, 0.0), axis=1)
+
+    def _covariance(self, linear: LinearEquations, *, decay: float = 0.0) -> Floats:
         """Of states and inputs, (n + m, n + m)."""
-        states, _ = linear.harmonics(self.sea.omega, self.forces)
+        states, _ = linear.harmonics(self.sea.omega, self.forces, decay=decay)
         all_of = np.concatenate([states, self.forces], axis=1) * self.sea.amplitudes[:, None]
         return 0.5 * np.real(all_of.T @ all_of.conj())
 
@@ -161,6 +179,9 @@ class _Motion:
         """Steps (s, n) and inputs (s, m) with that covariance, of the curved ones only."""
         n, curved = self.local.n, self.local.curved
         found = np.zeros((len(self._normal), len(covariance)))
+        deviations = np.sqrt(covariance.diagonal())
+        there = deviations > self._rounding(deviations)
+        covariance = covariance * np.outer(there, there)
         if curved:
             found[:, curved] = _with_covariance(self._normal, covariance[np.ix_(curved, curved)])
         return found[:, :n] + mean, found[:, n:]
@@ -186,7 +207,7 @@ def _with_covariance(normal: Floats, covariance: Floats) -> Floats:
     scale = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
     divisor = np.where(scale > 0, scale, 1.0)
     values, vectors = np.linalg.eigh(covariance / np.outer(divisor, divisor))
-    order = np.argsort(-values)  # the first numbers of the sequence are the most even
     roots = np.sqrt(np.where(values > LEAST * values.max(initial=0.0), np.maximum(values, 0), 0))
-    factor = (vectors * roots)[:, order] * scale[:, None]
+    # the symmetric root: unlike eigenvectors it follows a covariance that changes little
+    factor = (vectors * roots) @ vectors.T * scale[:, None]
     return normal @ factor.T

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 
 from m4e_fmi.analysis.points import Floats
-from m4e_fmi.analysis.response.linear_equations import Held
+from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations, adrift
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex
 from m4e_fmi.errors import RunError
@@ -26,10 +26,10 @@ PHASES = 64
 ACCURACY = 1e-9
 """Of the motion, over 1 + its own size in its unit."""
 MOST_STEPS = 60
+RISE = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""Parts of the waves for which the motion is found one after another, if not at once."""
 SHORTEST = 1e-3
 """Part of a Newton step below which the search is given up."""
-DRIFT = 1e-6
-"""Mean rate, over that which a unit change of all states causes, from which on it is told."""
 _PHASE = 2.0 * np.pi * np.arange(PHASES) / PHASES
 _FIRST: Complex = np.exp(1j * _PHASE)
 _BASIS = np.array(
@@ -68,9 +68,14 @@ def steady_motion(
     """
     waves = np.real(amplitude * forces * np.conj(_FIRST)[:, None])
     balance = _Balance(local, omega, waves)
-    x = np.zeros((_SIZE, local.n))
-    x[1], x[2] = amplitude * guess.real, amplitude * guess.imag
-    x = balance.solved(x)
+    start = np.zeros((_SIZE, local.n))
+    start[1], start[2] = amplitude * guess.real, amplitude * guess.imag
+    try:
+        x = balance.solved(start)
+    except RunError:  # from lower waves on
+        x = RISE[0] * start
+        for part in RISE:
+            x = _Balance(local, omega, part * waves).solved(x)
     values = balance.values(x)
     outputs = values[:, local.n :]
     first, third = (2.0 / PHASES * (_FIRST**h @ outputs) for h in (1, 3))
@@ -140,9 +145,8 @@ class _Balance:
 
     def drift(self, x: Floats) -> str:
         """The state with the largest mean rate, if no change of states balances it."""
-        left = np.abs(self.rest(x)[0]) / (1.0 + np.abs(self.local.at_rest.A).sum(axis=1))
-        worst = int(np.argmax(left))
-        return self.local.states[worst].name if left[worst] > DRIFT else ""
+        rest = LinearEquations.of(self.local)
+        return adrift(rest, self.rest(x)[0], self.local.states)
 
     def _lost(self) -> RunError:
         name, period = self.local.point.program.name, 2.0 * np.pi / self.omega

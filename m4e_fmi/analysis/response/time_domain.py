@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.analysis.points import Floats
+from m4e_fmi.analysis.points import Floats, observed
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.sea_response import SeaResponse
 from m4e_fmi.analysis.response.wave_response import WaveResponse
 from m4e_fmi.analysis.response.waves import Complex, InWaves
-from m4e_fmi.program import TIME, Program, Scalar, cos, sin, with_feedback
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import TIME, Scalar, cos, sin, with_feedback
 from m4e_fmi.program.feedback import Law
 from m4e_fmi.simulate import simulate
 
@@ -57,6 +58,8 @@ def compared_in_time(
     The phases of the sea are random, and both see the same waves. RunError if the simulation fails.
     """
     if isinstance(response, WaveResponse):
+        if not response.height:
+            raise InputError.single("small waves have no simulation beside them", "give a height")
         return _in_regular_waves(waves, response, period, direction)
     return _in_a_sea(waves, response)
 
@@ -125,13 +128,17 @@ def _simulated(
 
     It begins a step `start` (n,) from the point.
     """
-    laws = {v.name: _law(omega, forces[:, j]) for j, v in enumerate(local.inputs)}
-    driven = with_feedback(waves.program, laws)
-    point = local.point
+    point, program = local.point, waves.program
+    laws = {
+        v.name: _law(omega, forces[:, j], point.values[v.name]) for j, v in enumerate(local.inputs)
+    }
+    known = {v.name for v in program.states}
+    names = [v.name for v in local.outputs if v.name not in known]
+    driven = with_feedback(observed(program, names), laws)
     values = {**point.values, **local.start(start)}
     known = {v.name for v in (*driven.parameters, *driven.inputs, *driven.states)}
     run = simulate(
-        _started_at(driven, {k: x for k, x in values.items() if k in known}),
+        driven.with_start({k: x for k, x in values.items() if k in known}),
         stop_time=stop_time,
         output_interval=interval,
         tolerance=TOLERANCE,
@@ -140,15 +147,11 @@ def _simulated(
     return np.asarray(run.time), np.array(columns).T
 
 
-def _started_at(program: Program, values: Mapping[str, float]) -> Program:
-    return program.with_start(dict(values))
-
-
-def _law(omega: Floats, forces: Complex) -> Law:
-    """The input that is Σ Re[`forces` (k,) e^{−iωt}]."""
+def _law(omega: Floats, forces: Complex, mean: float) -> Law:
+    """The input that is `mean` + Σ Re[`forces` (k,) e^{−iωt}], in its unit."""
 
     def law(x: Mapping[str, Scalar]) -> Scalar | float:
-        total: Scalar | float = 0.0
+        total: Scalar | float = mean
         for w, force in zip(omega.tolist(), forces.tolist(), strict=True):
             angle = w * x[TIME]
             total = total + force.real * cos(angle) + force.imag * sin(angle)

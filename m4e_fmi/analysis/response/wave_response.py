@@ -9,21 +9,23 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.modes import NEGLIGIBLE
-from m4e_fmi.analysis.points import Floats, OperatingPoint, motion, place
+from m4e_fmi.analysis.points import Floats, OperatingPoint, local_parts, motion, place
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.steady_motion import steady_motion
 from m4e_fmi.analysis.response.waves import Complex, InWaves
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.shown import listing
 
 POWER = "W"
 INPUTS = "inputs.power"
+GUESS = 1e-2
+"""Of the first guess of a motion: its decay over its frequency."""
 THIRD = 0.05
 """Third harmonic over first from which on it is told."""
 COUNTS = 1e-3
@@ -37,7 +39,8 @@ class WaveResponse:
     A crest of the wave, of amplitude a, is at x = y = 0 at t = 0. `omega` (k,) [rad/s],
     `directions` (d,) [rad]; `values` (d, k, outputs) complex, per m. `height` [m] is that of the
     waves, 0 of small ones. `means` (d, k, outputs) are over a period, in the outputs' units;
-    `third` (d, k, outputs) the amplitude of the third harmonic over that of the first [1];
+    `third` (d, k, outputs) the amplitude of the third harmonic over that of the first [1],
+    0 of powers and of what is small beside others of its unit;
     `states` (d, k, n) are those of the states, as `values`. `notes` say where the response is in
     doubt.
     """
@@ -89,13 +92,15 @@ def wave_response(
     `directions` (d,) [rad] are those that waves travel to, by default the configured one. `outputs`
     names outputs or states, by default `usual_outputs`. `height` [m] is that of the waves, crest to
     trough; 0: small waves. InputError for periods that are not positive and unknown names,
-    RunError where no steady motion is found.
+    RunError where no steady motion is found; where one is found for other waves, nan and a note.
     """
     omega = _frequencies(periods)
     if not (np.isfinite(height) and height >= 0):
         raise InputError.single(f"the wave height must not be negative, got {height:g} m")
     given = waves.own_direction(point) if directions is None else directions
     angles = np.atleast_1d(np.asarray(given, dtype=float))
+    if not np.isfinite(angles).all():
+        raise InputError.single("directions of waves must be finite numbers of radians")
     names = usual_outputs(waves.program) if outputs is None else outputs
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     rest = LinearEquations.of(local)
@@ -104,17 +109,30 @@ def wave_response(
     means, third = np.zeros(shape), np.zeros(shape)
     means[:] = rest.outputs
     drifts: dict[str, None] = {}
+    failures: list[RunError] = []
     for d, angle in enumerate(angles.tolist()):
         forces = waves.per_amplitude(omega, angle, point)
-        states[d], values[d] = rest.harmonics(omega, forces)
+        decay = GUESS if height else 0.0
+        states[d], values[d] = rest.harmonics(omega, forces, decay=decay)
         for k in range(len(omega) if height else 0):
-            steady = steady_motion(local, float(omega[k]), forces[k], states[d, k], height / 2.0)
+            try:
+                steady = steady_motion(
+                    local, float(omega[k]), forces[k], states[d, k], height / 2.0
+                )
+            except RunError as error:
+                failures.append(error)
+                states[d, k] = values[d, k] = means[d, k] = np.nan
+                continue
             states[d, k], values[d, k] = steady.states, steady.response
             means[d, k], third[d, k] = steady.mean, steady.third
             drifts |= {steady.drift: None} if steady.drift else {}
+    if height and len(failures) == values[..., 0].size:
+        raise failures[0]
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0)]
+    notes += [f"{error}" for error in failures]
     notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
-    notes += _third_harmonics(local, omega, values, third)
+    third[~_counts(local, values)] = 0.0
+    notes += _third_harmonics(local, omega, third)
     return WaveResponse(
         point=point, omega=omega, directions=angles, height=height, outputs=local.outputs,
         values=values, means=means, third=third, states=states,
@@ -145,24 +163,33 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         )
     if any(TIME in local.point.program.dependencies(node) for node in waves.program.rates):
         yield f"loads depend on time: they are taken at t = {local.point.time:g} s"
+    if not small and local_parts(waves.program):
+        yield "components that are settled stay linear about the rest in still water"
     if small and local.curved:
         yield "small waves: drag and all that is not linear count as at rest"
 
 
-def _third_harmonics(
-    local: LocalEquations, omega: Floats, values: Complex, third: Floats
-) -> Iterator[str]:
-    """A line for each output whose third harmonic is not small beside its first.
+def _counts(local: LocalEquations, values: Complex) -> NDArray[np.bool_]:
+    """True where a first harmonic, `values` (d, k, outputs), is not small beside those of its unit.
 
-    Outputs that are small beside others of their unit, and powers, are passed over.
+    Never for powers, which have twice the frequency of the motion.
     """
-    sizes = np.abs(values)
+    sizes = np.nan_to_num(np.abs(values))
+    found = np.zeros(sizes.shape, dtype=bool)
     units = [v.unit for v in local.outputs]
+    for j, unit in enumerate(units):
+        alike = [k for k, other in enumerate(units) if unit == other]
+        found[:, :, j] = (unit != POWER) & (
+            sizes[:, :, j] > COUNTS * sizes[:, :, alike].max(axis=2)
+        )
+    return found
+
+
+def _third_harmonics(local: LocalEquations, omega: Floats, third: Floats) -> Iterator[str]:
+    """A line for each output whose third harmonic is not small beside its first."""
     for j, v in enumerate(local.outputs):
-        alike = [k for k, unit in enumerate(units) if unit == v.unit]
-        counts = sizes[:, :, j] > COUNTS * sizes[:, :, alike].max(axis=2)
-        found = np.where(counts, third[:, :, j], 0.0)
-        if v.unit != POWER and found.max(initial=0.0) > THIRD:
+        found = third[:, :, j]
+        if found.max(initial=0.0) > THIRD:
             period = 2.0 * np.pi / omega[int(np.argmax(found.max(axis=0)))]
             yield (
                 f"third harmonic of {v.name}: up to {100 * found.max():.2g} % of the first, at "

@@ -6,19 +6,21 @@ x = y = 0, and makes the force Re[X a e^{−iωt}].
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from m4e_fmi.analysis.points import Evaluation, Floats, OperatingPoint
+from m4e_fmi.analysis.points import Floats, OperatingPoint
 from m4e_fmi.errors import InputError
-from m4e_fmi.program import Program
+from m4e_fmi.program import TIME, Program, evaluated
 
 Complex = NDArray[np.complex128]
+MOST = 10.0
+"""Largest peak enhancement of a JONSWAP sea."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,8 @@ class WaveForces(Protocol):
         """The irregular sea that the program was configured with, if it was."""
         ...
 
-    def own_direction(self, values: Mapping[str, float]) -> float:
-        """The direction [rad] that the program was configured with; 0 in still water."""
+    def own_direction(self, values: Mapping[str, float]) -> float | None:
+        """The direction [rad] that the program was configured with; None in still water."""
         ...
 
     def jonswap(
@@ -114,9 +116,15 @@ class InWaves:
         return np.concatenate(parts, axis=1)
 
     def own_direction(self, point: OperatingPoint) -> float:
-        """The direction [rad] of the first part's waves."""
-        part, forces = next(iter(self.forces.items()))
-        return forces.own_direction(self._values(part, point))
+        """The direction [rad] of the parts' waves; 0 in still water. InputError if they differ."""
+        given = (f.own_direction(self._values(part, point)) for part, f in self.forces.items())
+        found = list(dict.fromkeys(angle for angle in given if angle is not None))
+        if len(found) > 1:
+            raise InputError.single(
+                f"{self.program.name}: waves of its components travel in different directions",
+                "give one for all: --headings",
+            )
+        return found[0] if found else 0.0
 
     def own_sea(self, point: OperatingPoint) -> Sea:
         """The sea that the parts were configured with.
@@ -142,27 +150,30 @@ class InWaves:
     def jonswap(
         self, significant_height: float, peak_period: float, enhancement: float, direction: float
     ) -> Sea:
-        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad].
+
+        InputError for numbers that no sea has.
+        """
+        given = (significant_height, peak_period, enhancement)
+        sound = significant_height > 0 and peak_period > 0 and 1.0 <= enhancement <= MOST
+        if not (sound and all(map(math.isfinite, (*given, direction)))):
+            message = f"no JONSWAP sea has height, peak period and enhancement {given}"
+            raise InputError.single(message, f"positive ones, the last from 1 to {MOST:g}")
         forces = next(iter(self.forces.values()))
         return forces.jonswap(significant_height, peak_period, enhancement, direction)
 
     def _values(self, part: str, point: OperatingPoint) -> dict[str, float]:
         """Parameters, states and calculated parameters of a part, by their names in it."""
-        calculated = zip(self.program.calculated, self._calculated.at(point), strict=True)
-        known = {**point.values, **{v.name: float(value) for v, value in calculated}}
-        start = _joined(part, "")
-        return {
-            name.removeprefix(start): value
-            for name, value in known.items()
-            if name.startswith(start)
-        }
-
-    @cached_property
-    def _calculated(self) -> Evaluation:
-        """The calculated parameters, as outputs."""
+        known = {**point.values, TIME: point.time}
         program = self.program
-        outputs, results = program.calculated, program.constants
-        return Evaluation(replace(program, outputs=outputs, results=results))
+        for one in program.parts if part else ():
+            if one.name == part:
+                nodes = evaluated(program.tape, list(one.nodes.values()), known)
+                known = {name: nodes[node] for name, node in one.nodes.items()}
+                known, program = {**known, TIME: point.time}, one.program
+        calculated = evaluated(program.tape, program.constants, known)
+        named = zip(program.calculated, program.constants, strict=True)
+        return {**known, **{v.name: calculated[node] for v, node in named}}
 
 
 def _joined(part: str, name: str) -> str:

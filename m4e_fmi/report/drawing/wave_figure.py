@@ -50,15 +50,17 @@ def _draw_unit(response: WaveResponse, unit: str, row: np.ndarray) -> None:
     for j, v in enumerate(response.outputs):
         if v.unit != unit:
             continue
+        order = np.argsort(response.periods)
+        periods = response.periods[order]
         for d, angle in enumerate(np.degrees(response.directions).tolist()):
             several = len(response.directions) > 1
             label = shortened(v.name) + (f", {round(angle, 6):g} deg" if several else "")
             colour = BODY_COLOURS[(j * len(response.directions) + d) % len(BODY_COLOURS)]
             style = {"color": colour, "lw": 1.4, "marker": marker, "ms": 4, "label": label}
-            values = response.values[d, :, j]
-            left.plot(response.periods, response.means[d, :, j] if power else abs(values), **style)
+            values = response.values[d, order, j]
+            left.plot(periods, response.means[d, order, j] if power else abs(values), **style)
             if not power:
-                right.plot(response.periods, _degrees(values), **style)
+                right.plot(periods, _degrees(values), **style)
     left.set_ylabel("mean [W]" if power else f"[{unit}/m]", fontsize=9)
     left.set_ylim(bottom=None if power else 0.0)
     left.legend(fontsize=7, frameon=False)

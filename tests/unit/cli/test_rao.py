@@ -63,6 +63,8 @@ def test_the_sea_of_the_file_and_another(
         (["--check"], "add --height, or --sea"),
         (["--headings", "30"], "the excitation was computed for waves that travel at 0 deg"),
         (["--outputs", "buoy.body.flaot.z"], "no output or state"),
+        (["--sea", "2", "8", "11"], "between 1 and 10"),
+        (["--open", "buoy", "generator"], "no output to show"),
         (["--height", "-1"], "must not be negative"),
     ],
 )
