@@ -318,3 +318,16 @@ def test_a_motion_that_drag_alone_damps() -> None:
     lorentz = np.sqrt(1.0 / (8.0 / (3.0 * np.pi) * 0.5))
     assert abs(response.of("x")[0]) == pytest.approx(lorentz, rel=0.01)
     assert not wave_response(waves, equilibrium(program), periods=[5.0], outputs=["x"]).third.any()
+
+
+def test_motions_beyond_their_limits_are_told(buoy: tuple[InWaves, OperatingPoint]) -> None:
+    waves, point = buoy
+    low, high = (
+        wave_response(waves, point, periods=[5.5], outputs=[HEAVE], height=h).notes
+        for h in (0.2, 6.0)
+    )
+    assert not any("limits" in note for note in low)
+    assert any("hydro.float.pitch: an amplitude of" in note for note in high)
+    sea = waves.jonswap(6.0, 6.0, 3.3, 0.0)
+    notes = sea_response(waves, point, sea, outputs=[HEAVE]).notes
+    assert any("hydro.float.pitch: a significant amplitude of" in note for note in notes)

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats, OperatingPoint, place
+from m4e_fmi.analysis.response.limits import SIGNIFICANT, Limits
 from m4e_fmi.analysis.response.linear_equations import Held, LinearEquations, adrift
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.wave_response import doubts, usual_outputs
@@ -101,6 +102,11 @@ def sea_response(
     states, values = linear.harmonics(sea.omega, forces)
     means, deviations = motion.statistics(linear, mean)
     notes = [*doubts(waves, local, _needed(sea), small=False)]
+    limits = Limits(waves, point)
+    if limits.outputs:
+        sizes = np.abs(limits.harmonics(states, forces)) * sea.amplitudes[:, None]
+        significant = SIGNIFICANT * np.sqrt(0.5 * np.sum(sizes**2, axis=0))
+        notes += limits.passed(significant, "a significant amplitude of")
     if name := adrift(LinearEquations.of(local), linear.rates, local.states):
         notes.append(f"nothing balances the mean force on {name}: it drifts")
     return SeaResponse(

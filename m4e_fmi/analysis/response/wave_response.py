@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.modes import NEGLIGIBLE
 from m4e_fmi.analysis.points import Floats, OperatingPoint, local_parts, motion, place
+from m4e_fmi.analysis.response.limits import Limits
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.steady_motion import steady_motion
@@ -131,6 +132,8 @@ def wave_response(
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0)]
     notes += [f"{error}" for error in failures]
     notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
+    if height:
+        notes += _beyond(waves, point, omega, angles, states, height / 2.0)
     third[~_counts(local, values)] = 0.0
     notes += _third_harmonics(local, omega, third)
     return WaveResponse(
@@ -167,6 +170,26 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         yield "components that are settled stay linear about the rest in still water"
     if small and local.curved:
         yield "small waves: drag and all that is not linear count as at rest"
+
+
+def _beyond(
+    waves: InWaves,
+    point: OperatingPoint,
+    omega: Floats,
+    angles: Floats,
+    states: Complex,
+    amplitude: float,
+) -> Iterator[str]:
+    """Lines on outputs that leave their limits in waves of that amplitude."""
+    limits = Limits(waves, point)
+    if not limits.outputs:
+        return
+    rows = [
+        np.abs(limits.harmonics(states[d], waves.per_amplitude(omega, angle, point)))
+        for d, angle in enumerate(angles.tolist())
+    ]
+    largest = np.nan_to_num(np.array(rows)).max(axis=(0, 1))
+    yield from limits.passed(amplitude * largest, "an amplitude of")
 
 
 def _counts(local: LocalEquations, values: Complex) -> NDArray[np.bool_]:

@@ -76,9 +76,9 @@ def wave_json(response: WaveResponse) -> dict[str, object]:
         "outputs": {
             v.name: {
                 "unit": v.unit,
-                "amplitude_per_m": np.abs(response.values[:, :, j]).tolist(),
-                "phase": np.angle(response.values[:, :, j]).tolist(),
-                "mean": response.means[:, :, j].tolist(),
+                "amplitude_per_m": _plain(np.abs(response.values[:, :, j])),
+                "phase": _plain(np.angle(response.values[:, :, j])),
+                "mean": _plain(response.means[:, :, j]),
                 "third_harmonic": response.third[:, :, j].tolist(),
             }
             for j, v in enumerate(response.outputs)
@@ -102,6 +102,11 @@ def sea_json(response: SeaResponse) -> dict[str, object]:
             )
         },
     }
+
+
+def _plain(values: np.ndarray) -> list[list[float | None]]:
+    """`values` (d, k), in any unit, as lists; None for nan, which JSON does not have."""
+    return [[x if np.isfinite(x) else None for x in row] for row in values.tolist()]
 
 
 def _harmonics(response: WaveResponse, d: int, columns: Sequence[int]) -> list[str]:
