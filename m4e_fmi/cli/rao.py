@@ -172,7 +172,9 @@ def _regular(
     if not options.json:
         print_files(files)
     if options.check:
-        d, k = np.unravel_index(response.third.max(axis=2).argmax(), response.third.shape[:2])
+        found = np.isfinite(response.values).all(axis=2)
+        largest = np.where(found, response.third.max(axis=2), -1.0)
+        d, k = np.unravel_index(largest.argmax(), largest.shape)
         _compare(
             waves, response, f"of {response.periods[k]:.4g} s", period=int(k), direction=int(d)
         )

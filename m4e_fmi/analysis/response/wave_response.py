@@ -104,43 +104,72 @@ def wave_response(
         raise InputError.single("directions of waves must be finite numbers of radians")
     names = usual_outputs(waves.program) if outputs is None else outputs
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
-    rest = LinearEquations.of(local)
-    shape = (len(angles), len(omega), len(local.outputs))
-    values, states = np.zeros(shape, complex), np.zeros((*shape[:2], local.n), complex)
-    means, third = np.zeros(shape), np.zeros(shape)
-    means[:] = rest.outputs
-    drifts: dict[str, None] = {}
-    failures: list[RunError] = []
-    for d, angle in enumerate(angles.tolist()):
-        forces = waves.per_amplitude(omega, angle, point)
-        decay = GUESS if height else 0.0
-        states[d], values[d] = rest.harmonics(omega, forces, decay=decay)
-        for k in range(len(omega) if height else 0):
-            try:
-                steady = steady_motion(
-                    local, float(omega[k]), forces[k], states[d, k], height / 2.0
-                )
-            except RunError as error:
-                failures.append(error)
-                states[d, k] = values[d, k] = means[d, k] = np.nan
-                continue
-            states[d, k], values[d, k] = steady.states, steady.response
-            means[d, k], third[d, k] = steady.mean, steady.third
-            drifts |= {steady.drift: None} if steady.drift else {}
-    if height and len(failures) == values[..., 0].size:
-        raise failures[0]
-    notes = [*doubts(waves, local, float(omega.max()), small=height == 0)]
-    notes += [f"{error}" for error in failures]
-    notes += [f"nothing balances the mean force on {name}: it drifts" for name in drifts]
+    forces = [waves.per_amplitude(omega, angle, point) for angle in angles.tolist()]
+    found = _Found.of(local, forces, omega, height / 2.0)
+    notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *found.notes]
     if height:
-        notes += _beyond(waves, point, omega, angles, states, height / 2.0)
-    third[~_counts(local, values)] = 0.0
+        notes += _beyond(Limits(waves, point), forces, found.states, height / 2.0)
+    third = np.where(_counts(local, found.values), found.third, 0.0)
     notes += _third_harmonics(local, omega, third)
     return WaveResponse(
         point=point, omega=omega, directions=angles, height=height, outputs=local.outputs,
-        values=values, means=means, third=third, states=states,
+        values=found.values, means=found.means, third=third, states=found.states,
         notes=tuple(notes),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Harmonics, means and third harmonics as of `WaveResponse`, before what does not count."""
+
+    values: Complex
+    states: Complex
+    means: Floats
+    third: Floats
+    notes: list[str]
+
+    @classmethod
+    def of(
+        cls, local: LocalEquations, forces: Sequence[Complex], omega: Floats, amplitude: float
+    ) -> _Found:
+        """For `forces` (k, m) [SI] of each direction and `omega` (k,) [rad/s]; 0: small waves.
+
+        RunError if no steady motion is found in any wave.
+        """
+        rest = LinearEquations.of(local)
+        decay = GUESS if amplitude else 0.0
+        linear = [rest.harmonics(omega, per_wave, decay=decay) for per_wave in forces]
+        states, values = (np.array(part) for part in zip(*linear, strict=True))
+        means = np.tile(rest.outputs, (*values.shape[:2], 1))
+        found = cls(values, states, means, np.zeros(values.shape), [])
+        if amplitude:
+            found._make_steady(local, forces, omega, amplitude)
+        return found
+
+    def _make_steady(
+        self, local: LocalEquations, forces: Sequence[Complex], omega: Floats, amplitude: float
+    ) -> None:
+        """Put the steady motions in waves of that amplitude in place of the linear ones."""
+        drifts: dict[str, None] = {}
+        failures: list[RunError] = []
+        for place_of in np.ndindex(self.values.shape[:2]):
+            d, k = place_of
+            guess = self.states[place_of]
+            try:
+                steady = steady_motion(local, float(omega[k]), forces[d][k], guess, amplitude)
+            except RunError as error:
+                failures.append(error)
+                for part in (self.states, self.values, self.means):
+                    part[place_of] = np.nan
+                continue
+            self.states[place_of], self.values[place_of] = steady.states, steady.response
+            self.means[place_of], self.third[place_of] = steady.mean, steady.third
+            drifts |= {steady.drift: None} if steady.drift else {}
+        if len(failures) == self.values[..., 0].size:
+            raise failures[0]
+        self.notes.extend(str(error) for error in failures)
+        drifting = (f"nothing balances the mean force on {name}: it drifts" for name in drifts)
+        self.notes.extend(drifting)
 
 
 def usual_outputs(program: Program) -> list[str]:
@@ -173,21 +202,13 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
 
 
 def _beyond(
-    waves: InWaves,
-    point: OperatingPoint,
-    omega: Floats,
-    angles: Floats,
-    states: Complex,
-    amplitude: float,
+    limits: Limits, forces: Sequence[Complex], states: Complex, amplitude: float
 ) -> Iterator[str]:
     """Lines on outputs that leave their limits in waves of that amplitude."""
-    limits = Limits(waves, point)
     if not limits.outputs:
         return
-    rows = [
-        np.abs(limits.harmonics(states[d], waves.per_amplitude(omega, angle, point)))
-        for d, angle in enumerate(angles.tolist())
-    ]
+    pairs = zip(states, forces, strict=True)
+    rows = [np.abs(limits.harmonics(own, per_wave)) for own, per_wave in pairs]
     largest = np.nan_to_num(np.array(rows)).max(axis=(0, 1))
     yield from limits.passed(amplitude * largest, "an amplitude of")
 
