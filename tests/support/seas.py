@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Jonswap
-from m4e_adapters.hydrodynamics.waves import (
+from m4e_adapters.hydrodynamics.seas.waves import (
     component_amplitudes,
     component_frequencies,
     component_phases,

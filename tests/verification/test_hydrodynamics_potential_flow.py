@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics import cache
-from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Body, Water
+from m4e_adapters.hydrodynamics.flow import cache
+from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels

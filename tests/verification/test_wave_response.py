@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from support.floating_buoy import held_buoy
 from support.published_coefficients import sphere
 
-from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_fmi.analysis import OperatingPoint, equilibrium, frequency_response, linearize
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.analysis.response import (

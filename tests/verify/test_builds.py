@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics import cache
+from m4e_adapters.hydrodynamics.flow import cache
 from m4e_fmi.cosim import fmu_files, load_system, prepare, run
 from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.fmu.export.build_record import read_record

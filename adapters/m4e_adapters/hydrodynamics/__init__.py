@@ -8,7 +8,6 @@ space) and `hydrodynamics_program`, which takes `Coefficients` from any source. 
 Imports of m4e_fmi only what an adapter may: see `m4e_adapters`.
 """
 
-from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.build import (
     coefficients_from_config,
     frequency_table,
@@ -16,8 +15,9 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
-from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_adapters.hydrodynamics.requirements import requirements

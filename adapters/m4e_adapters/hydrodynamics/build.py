@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
+from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
-from m4e_adapters.hydrodynamics.load import Heading, RecordSea, hydrodynamics_program
-from m4e_adapters.hydrodynamics.sea import needed_frequency, record_sea, waves_beyond
-from m4e_adapters.hydrodynamics.wave_forces import HullWaves
-from m4e_adapters.hydrodynamics.waves import angular_frequency
+from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
+from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 

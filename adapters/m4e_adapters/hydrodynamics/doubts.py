@@ -16,8 +16,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Regular, Still, Water, Waves
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.sea import wavelength
-from m4e_adapters.hydrodynamics.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.sea import wavelength
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 
 STEEPEST, OF_DEPTH = 0.142, 0.78  # heights that break, over wavelength and over depth
 PERIODS, STEEPNESSES = (8.0, 15.0), (1 / 15, 1 / 25)  # [s] of the peak, and limits there

@@ -6,7 +6,7 @@ import tempfile
 from importlib.metadata import version
 from importlib.util import find_spec
 
-from m4e_adapters.hydrodynamics.cache import ENVIRONMENT, cache_folder
+from m4e_adapters.hydrodynamics.flow.cache import ENVIRONMENT, cache_folder
 
 REINSTALL = "reinstall it: pip install --force-reinstall capytaine"
 
@@ -30,7 +30,7 @@ def _core() -> tuple[str, bool, str]:
     """Solve the infinite-frequency heave of a small ball with the compiled kernels."""
     what = "capytaine's compiled core"
     try:
-        from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
+        from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 
         with kept_warnings():
             capytaine = import_capytaine()

@@ -11,7 +11,7 @@ from m4e_adapters.hydrodynamics.build import (
     program_in_waves,
 )
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.program import Program
 
 Config = HydrodynamicsConfig

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, read_mesh

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.capytaine_setup import import_capytaine
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_MESH

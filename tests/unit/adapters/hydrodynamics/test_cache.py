@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics import bem, cache
 from m4e_adapters.hydrodynamics.config import Box, Water
+from m4e_adapters.hydrodynamics.flow import bem, cache
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels

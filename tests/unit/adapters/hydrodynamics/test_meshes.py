@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.bem import resolved_frequency, warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.build import check_config, frequency_table
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig, Water
+from m4e_adapters.hydrodynamics.flow.bem import resolved_frequency, warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import (

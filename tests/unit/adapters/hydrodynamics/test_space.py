@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import Coefficients, HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.config import Box, Drag, Radiation, Regular
+from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_adapters.hydrodynamics.heading import Heading
-from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
@@ -89,7 +89,10 @@ def wedge(folder: Path) -> Coefficients:
 def test_a_hull_without_symmetry_has_capytaines_coefficients(
     wedge: Coefficients, folder: Path
 ) -> None:
-    from m4e_adapters.hydrodynamics.capytaine_setup import accurate_finite_depth, import_capytaine
+    from m4e_adapters.hydrodynamics.flow.capytaine_setup import (
+        accurate_finite_depth,
+        import_capytaine,
+    )
 
     capytaine: Any = import_capytaine()
     (hull,) = make_hulls(validated(WEDGE), folder, progress=lambda _: None)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import Coefficients, HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.bem import solve_hulls
 from m4e_adapters.hydrodynamics.config import Radiation, Regular
+from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_adapters.hydrodynamics.heading import Heading
-from m4e_adapters.hydrodynamics.load import hydrodynamics_program
+from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_fmi.files.document import Document
 from m4e_fmi.program.python_form import load_python
 
@@ -82,7 +82,10 @@ def found(folder: Path) -> Coefficients:
     tolerance="1e-9; excitation between its directions 1e-6",
 )  # fmt: skip
 def test_two_bodies_have_capytaines_coefficients(found: Coefficients, folder: Path) -> None:
-    from m4e_adapters.hydrodynamics.capytaine_setup import accurate_finite_depth, import_capytaine
+    from m4e_adapters.hydrodynamics.flow.capytaine_setup import (
+        accurate_finite_depth,
+        import_capytaine,
+    )
 
     capytaine: Any = import_capytaine()
     parts = []

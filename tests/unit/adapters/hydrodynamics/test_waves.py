@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.waves import (
+from m4e_adapters.hydrodynamics.seas.waves import (
     BAND,
     LOGARITHMIC,
     angular_frequency,

@@ -25,7 +25,7 @@ from m4e_adapters.hydrodynamics.config import (
     Regular,
     Still,
 )
-from m4e_adapters.hydrodynamics.waves import (
+from m4e_adapters.hydrodynamics.seas.waves import (
     component_amplitudes,
     component_frequencies,
     component_phases,

@@ -14,17 +14,23 @@ from importlib.metadata import version
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_adapters.hydrodynamics import cache
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.flow_solver import METHOD, FlowSolver
+from m4e_adapters.hydrodynamics.flow import cache
+from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
-from m4e_adapters.hydrodynamics.waves import angular_frequency, wavenumber
+from m4e_adapters.hydrodynamics.seas.waves import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 from m4e_fmi.errors import RunError
 
-CODE = ("cache", "capytaine_setup", "flow_solver", "geometry.motions", "geometry.panels")
+CODE = (
+    "flow.cache",
+    "flow.capytaine_setup",
+    "flow.flow_solver",
+    "geometry.motions",
+    "geometry.panels",
+)
 """Modules that the solution is of."""
 LIBRARIES = ("capytaine", "numpy", "scipy")  # whose versions count
 PANELS_PER_WAVELENGTH = 8  # panel radius below wavelength / 8: Capytaine's own rule
@@ -177,7 +183,7 @@ def _felt(hulls: Sequence[Hull]) -> np.ndarray:
 def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
     """All that the solution at a frequency depends on, but for frequency and directions."""
     content: dict[str, ArrayLike] = {
-        "code": [package_hash(f"{__package__}.{name}") for name in CODE],
+        "code": [package_hash(f"m4e_adapters.hydrodynamics.{name}") for name in CODE],
         "libraries": [f"{name} {version(name)}" for name in LIBRARIES],
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],

@@ -16,7 +16,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Regular, Still
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
-from m4e_adapters.hydrodynamics.sea import (
+from m4e_adapters.hydrodynamics.seas.sea import (
     AnyWaves,
     Number,
     check_harmonics,
@@ -25,7 +25,7 @@ from m4e_adapters.hydrodynamics.sea import (
     record_direction,
     record_ramp,
 )
-from m4e_adapters.hydrodynamics.waves import component_amplitudes, part_edges
+from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Scalar, Variable

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.capytaine_setup import (
+from m4e_adapters.hydrodynamics.config import Water
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import (
     accurate_finite_depth,
     import_capytaine,
     kept_warnings,
 )
-from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels

@@ -9,7 +9,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import NO_WATERPLANE, Coefficients
 from m4e_adapters.hydrodynamics.config import Still
-from m4e_adapters.hydrodynamics.sea import AnyWaves, wavelength
+from m4e_adapters.hydrodynamics.seas.sea import AnyWaves, wavelength
 
 HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase

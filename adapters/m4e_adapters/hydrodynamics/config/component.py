@@ -1,0 +1,180 @@
+"""All keys of the component."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+from pydantic_core import InitErrorDetails, ValidationError
+
+from m4e_adapters.hydrodynamics.config.numbers import (
+    Depth,
+    Finite,
+    NotNegative,
+    Order,
+    Place,
+    Positive,
+)
+from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.waves import Still, Waves
+from m4e_fmi.files.document import Section, rejected
+
+NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
+
+
+class Water(Section):
+    """`density` [kg/m3], `depth` [m] or `deep` (default), `gravity` [m/s2]."""
+
+    density: Positive = 1025.0
+    depth: Depth = math.inf
+    gravity: Positive = 9.81
+
+
+class Drag(Section):
+    """Quadratic drag F = −c |v| v at the centre of gravity, in still water.
+
+    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
+    Sway, roll and yaw are motions of space.
+    """
+
+    surge: NotNegative = 0.0
+    sway: NotNegative = 0.0
+    heave: NotNegative = 0.0
+    roll: NotNegative = 0.0
+    pitch: NotNegative = 0.0
+    yaw: NotNegative = 0.0
+
+
+class Body(Section):
+    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose,
+    [x, y, z] in space.
+
+    `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
+    quadratic.
+    """
+
+    shape: Shape
+    center_of_gravity: Place
+    panels: Annotated[int, Field(ge=48, le=20000)] = 600
+    drag: Drag = Drag()
+
+    @model_validator(mode="after")
+    def _panels_of_a_file(self) -> Body:
+        if self.shape.mesh is not None and "panels" in self.model_fields_set:
+            raise rejected(
+                "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
+            )
+        return self
+
+
+class Frequencies(Section):
+    """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
+    `minimum` to `maximum` [rad/s].
+
+    Defaults: `count` 40; `maximum` sqrt(4.5 g / a), above which radiation is negligible: a is the
+    radius of the half-ball of the smallest displacement or of its waterplane, for a submerged body
+    plus the depth of its highest point; `minimum` = maximum / count, more in shallow water. Where
+    the waves need more (regular: their frequency; irregular: 2.5 peak frequencies), frequencies at
+    twice the spacing follow. Above the last one excitation falls as 1/omega^3.
+    """
+
+    minimum: Positive | None = None
+    maximum: Positive | None = None
+    count: Annotated[int, Field(ge=12, le=400)] = 40
+
+    @model_validator(mode="after")
+    def _increasing(self) -> Frequencies:
+        if self.minimum and self.maximum and self.minimum >= self.maximum:
+            raise rejected(
+                f"minimum {self.minimum:g} is not below maximum {self.maximum:g} rad/s",
+                "exchange them",
+            )
+        return self
+
+
+class Radiation(Section):
+    """Number of poles of the radiation memory of each group of coupled motions.
+
+    `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
+    """
+
+    order: Order = None
+
+
+class HydrodynamicsConfig(Section):
+    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
+
+    `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
+    six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
+    of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
+    through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
+    the yaw of the body (one only) with this time constant.
+    """
+
+    dimensions: Literal[2, 3] = 2
+    water: Water = Water()
+    heading: Finite = 0.0
+    heading_filter: Positive | None = None
+    bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    frequencies: Frequencies = Frequencies()
+    radiation: Radiation = Radiation()
+    waves: Waves = Still(spectrum="still")
+
+    @model_validator(mode="after")
+    def _of_its_dimensions(self) -> HydrodynamicsConfig:
+        wrong = [*_places(self)]
+        if self.dimensions == 2:
+            wrong += _beyond_the_plane(self)
+        elif self.heading_filter is not None and len(self.bodies) > 1:
+            text = f"the heading cannot follow the yaw of {len(self.bodies)} bodies"
+            remedy = "remove heading_filter, or give each body a hydrodynamics component of its own"
+            wrong.append(_wrong(("heading_filter",), text, remedy))
+        if wrong:
+            raise ValidationError.from_exception_data("hydrodynamics", wrong)
+        return self
+
+
+def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
+    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+
+
+def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Places that do not have as many coordinates as the component has dimensions."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, body in config.bodies.items():
+        given = {
+            ("center_of_gravity",): body.center_of_gravity,
+            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        }
+        for keys, place in given.items():
+            if place is None or len(place) == config.dimensions:
+                continue
+            text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
+            remedy = f"write {axes}; numbers have a decimal point"
+            if config.dimensions == 2:
+                remedy += ", and places in space need 'dimensions: 3'"
+            yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys and values of space in a component of the X-Z plane."""
+    remedy = "remove it, or write 'dimensions: 3' on top of the component"
+    waves = config.waves
+    if not isinstance(waves, Still) and waves.direction not in (0.0, 180.0):
+        yield _wrong(
+            ("waves", waves.spectrum, "direction"),
+            f"wave direction {waves.direction:g} deg leaves the X-Z plane",
+            "write 0 (waves travel towards +X), 180 (towards -X), or 'dimensions: 3' on top",
+        )
+    for key in {"heading", "heading_filter"} & config.model_fields_set:
+        yield _wrong((key,), f"'{key}' is of space", remedy)
+    for name, body in config.bodies.items():
+        kind = body.shape.kind
+        if getattr(getattr(body.shape, kind), "center_y", 0.0):
+            place = ("bodies", name, "shape", kind, "center_y")
+            yield _wrong(place, "'center_y' leaves the X-Z plane", remedy)
+        for motion in ("sway", "roll", "yaw"):
+            if motion in body.drag.model_fields_set:
+                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", remedy)

@@ -1,0 +1,91 @@
+"""Outputs of the load: wrenches and their parts, displacements, added mass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.geometry.motions import mass_unit
+from m4e_adapters.hydrodynamics.heading import (
+    Axes,
+)
+from m4e_adapters.hydrodynamics.load.parts import SMALL
+from m4e_adapters.hydrodynamics.load.small_motions import motion_ranges
+from m4e_adapters.hydrodynamics.seas.sea import AnyWaves
+from m4e_fmi.program import Recorder, Scalar, Variable
+
+Vector = list[Scalar | float]
+
+
+def record_displacement(
+    recorder: Recorder,
+    body: str,
+    coefficients: Coefficients,
+    displacement: Vector,
+    k: int,
+    waves: AnyWaves,
+) -> None:
+    """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
+    limits = motion_ranges(coefficients, k, waves)
+    for motion, value in zip(coefficients.body_motions, displacement, strict=True):
+        limit = limits[motion.name]
+        text = f"{motion.name} from the reference pose"
+        if not limit.is_open:
+            text += f"; {limit.reason}"
+        variable = Variable(
+            f"{body}.{motion.name}", motion.unit, text, minimum=limit.minimum, maximum=limit.maximum
+        )
+        recorder.output(variable, value)
+
+
+def record_outputs(
+    recorder: Recorder,
+    body: str,
+    coefficients: Coefficients,
+    parts: tuple[Vector, ...],
+    axes: Axes | None,
+) -> None:
+    """The wrench on a body and two of its parts; `parts` as the program sums them."""
+    motions = coefficients.body_motions
+
+    def in_world(vector: Vector) -> Vector:
+        return axes.to_world(vector) if axes else vector
+
+    _, memory, excitation, _ = parts
+    wrench = list(parts[0])
+    for part in parts[1:]:
+        wrench = [total + value for total, value in zip(wrench, part, strict=True)]
+    for motion, total in zip(motions, in_world(wrench), strict=True):
+        symbol, unit = motion.force, motion.force_unit
+        text = f"{symbol} of the water on {body} about its centre of gravity, world frame"
+        recorder.output(Variable(f"{body}.{symbol}", unit, text), total)
+    for kind, part in (("excitation", excitation), ("radiation", memory)):
+        for motion, value in zip(motions, in_world(part), strict=True):
+            symbol, unit = motion.force, motion.force_unit
+            text = f"part of {body}.{symbol}: wave {kind}"
+            if kind == "radiation":
+                text = f"part of {body}.{symbol}: radiation memory, without added_mass"
+            recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
+
+
+def publish_added_mass(
+    publish: Callable[[Variable, Scalar | float], None],
+    coefficients: Coefficients,
+    matrix: np.ndarray,
+    axes: Axes | None,
+) -> None:
+    """A∞, `matrix` (n, n) [kg, kg.m, kg.m2], in world axes. Connections read from the descriptions which bodies rows are for."""
+    scale = np.sqrt(np.maximum(np.abs(matrix.diagonal()), 1e-300))
+    kept = np.where(np.abs(matrix) > SMALL * np.outer(scale, scale), matrix, 0.0)
+    in_world = axes.matrix_to_world(kept) if axes else kept.tolist()
+    names, kinds = coefficients.motions, coefficients.body_motions * len(coefficients.bodies)
+    for i, (row, values) in enumerate(zip(names, in_world, strict=True)):
+        for j, (column, value) in enumerate(zip(names, values, strict=True)):
+            variable = Variable(
+                f"added_mass[{i + 1},{j + 1}]",
+                mass_unit(kinds[i], kinds[j]),
+                f"added mass at infinite frequency: {row} per acceleration in {column}",
+            )
+            publish(variable, value)

@@ -1,0 +1,112 @@
+"""The parts of the load: memory, hydrostatics, drag."""
+
+from __future__ import annotations
+
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.config import Drag
+from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
+from m4e_fmi.program import Recorder, Scalar, Variable
+
+Vector = list[Scalar | float]
+
+SMALL = 1e-9  # relative to the largest: panels' noise
+
+
+def record_memory(
+    recorder: Recorder,
+    groups: tuple[RadiationGroup, ...],
+    coefficients: Coefficients,
+    velocity: Vector,
+) -> Vector:
+    """States of the radiation memory and the force they make, −∫ K v dτ.
+
+    Each pole p = σ ± jω of a group has, for each of its motions' velocities v, the block
+    ẋ₁ = σ x₁ + ω x₂ + 2 v, ẋ₂ = −ω x₁ + σ x₂ (a real pole: ẋ = σ x + v); the residue r of a force
+    adds Re r x₁ + Im r x₂ to it.
+    """
+    force: Vector = [0.0] * len(velocity)
+    count = dict.fromkeys(coefficients.bodies, 0)
+
+    def state(place: int) -> tuple[str, Scalar]:
+        k, own = divmod(place, coefficients.per_body)
+        body, motion = coefficients.bodies[k], coefficients.body_motions[own]
+        count[body] += 1
+        name = f"{body}.radiation_state[{count[body]}]"
+        text = f"memory of {body}'s {motion.name}"
+        return name, recorder.state(Variable(name, motion.unit, text, local=True))
+
+    for group in groups:
+        for column, motion in enumerate(group.motions):
+            v = velocity[motion]
+            for pole, residue in zip(group.poles, group.residues, strict=True):
+                sigma, omega = float(pole.real), float(pole.imag)
+                name, first = state(motion)
+                if omega > 0:
+                    other, second = state(motion)
+                    recorder.rate(name, sigma * first + omega * second + 2.0 * v)
+                    recorder.rate(other, sigma * second - omega * first)
+                else:
+                    second = None
+                    recorder.rate(name, sigma * first + v)
+                for row, target in enumerate(group.motions):
+                    r = residue[row, column]
+                    force[target] = force[target] - float(r.real) * first
+                    if second is not None:
+                        force[target] = force[target] - float(r.imag) * second
+    return force
+
+
+def record_hydrostatics(
+    recorder: Recorder, coefficients: Coefficients, displacement: Vector
+) -> tuple[Vector, Vector]:
+    """Buoyancy in the reference pose less stiffness times displacement; both are parameters.
+
+    Also what the water carries of each body in the reference pose, (N,).
+    """
+    force: Vector = []
+    carried: Vector = [0.0] * len(coefficients.bodies)
+    for k, body in enumerate(coefficients.bodies):
+        own, motions = coefficients.own(k), coefficients.body_motions
+        stiffness = coefficients.hydrostatic_stiffness[own, own]
+        buoyancy = coefficients.buoyancy[own]
+        for i, motion in enumerate(motions):
+            symbol, unit = motion.force, motion.force_unit
+            total: Scalar | float = 0.0
+            if abs(buoyancy[i]) > SMALL * max(abs(coefficients.buoyancy).max(), 1e-300):
+                text = f"{symbol} of the still water in the reference pose"
+                start = float(buoyancy[i])
+                total = recorder.parameter(
+                    Variable(f"{body}.buoyancy_{symbol}", unit, text, start=start)
+                )
+                if symbol == "force_z":
+                    carried[k] = total
+            for j, other in enumerate(motions):
+                if abs(stiffness[i, j]) <= SMALL * abs(stiffness).max(initial=0.0):
+                    continue
+                text = f"hydrostatic stiffness: {symbol} per {other.name}"
+                variable = Variable(
+                    f"{body}.hydrostatic_stiffness[{i + 1},{j + 1}]",
+                    f"{unit}/{other.unit}",
+                    text,
+                    start=float(stiffness[i, j]),
+                )
+                total = total - recorder.parameter(variable) * displacement[own][j]
+            force.append(total)
+    return force, carried
+
+
+def record_drag(
+    recorder: Recorder, body: str, coefficients: Coefficients, drag: Drag, velocity: Vector
+) -> Vector:
+    force: Vector = []
+    for motion, v in zip(coefficients.body_motions, velocity, strict=True):
+        variable = Variable(
+            f"{body}.drag_{motion.name}",
+            motion.drag_unit,
+            f"quadratic drag in {motion.name}: force -c |v| v",
+            start=getattr(drag, motion.name),
+            minimum=0.0,
+            tunable=True,
+        )
+        force.append(-recorder.parameter(variable) * abs(v) * v)
+    return force
