@@ -76,7 +76,10 @@ def publish_added_mass(
     matrix: np.ndarray,
     axes: Axes | None,
 ) -> None:
-    """A∞, `matrix` (n, n) [kg, kg.m, kg.m2], in world axes. Connections read from the descriptions which bodies rows are for."""
+    """A∞, `matrix` (n, n) [kg, kg.m, kg.m2], in world axes.
+
+    Connections read from the descriptions which bodies rows are for.
+    """
     scale = np.sqrt(np.maximum(np.abs(matrix.diagonal()), 1e-300))
     kept = np.where(np.abs(matrix) > SMALL * np.outer(scale, scale), matrix, 0.0)
     in_world = axes.matrix_to_world(kept) if axes else kept.tolist()
