@@ -22,6 +22,8 @@ _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "012
 _FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
 
 
+POWER = "W"
+"""Unit of outputs that are powers."""
 LONGEST_UNIT = 100
 """Characters of a unit's text; those of physics have up to 20."""
 LARGEST_EXPONENT = 20

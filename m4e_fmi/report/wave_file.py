@@ -38,7 +38,7 @@ def write_waves(response: WaveResponse, path: Path) -> Path:
             values = response.values[:, :, j]
             for name, unit, data in (
                 ("amplitude", f"({v.unit})/m", np.abs(values)),
-                ("phase", "rad", np.angle(values)),
+                ("phase", "rad", response.phases[:, :, j]),
                 ("mean", v.unit, response.means[:, :, j]),
                 ("third_harmonic", "1", response.third[:, :, j]),
             ):
@@ -51,8 +51,8 @@ def write_waves(response: WaveResponse, path: Path) -> Path:
 def write_sea(response: SeaResponse, path: Path) -> Path:
     """Write a response to a sea to `path`: the waves of the sea, and statistics by output.
 
-    Of an output ``x`` there are ``x.mean``, ``x.standard_deviation``, and for each wave
-    ``x.amplitude`` per m and ``x.phase``.
+    Of an output ``x`` there are ``x.mean``, ``x.standard_deviation``, ``x.zero_crossing_period``,
+    and for each wave ``x.amplitude`` per m and ``x.phase``.
     """
     sea = response.sea
     with written(path) as part, netcdf(part) as file:
@@ -73,6 +73,7 @@ def write_sea(response: SeaResponse, path: Path) -> Path:
             for name, unit, dimensions, data in (
                 ("mean", v.unit, (), response.means[j]),
                 ("standard_deviation", v.unit, (), response.deviations[j]),
+                ("zero_crossing_period", "s", (), response.zero_crossing_period(v.name)),
                 ("amplitude", f"({v.unit})/m", ("omega",), np.abs(values)),
                 ("phase", "rad", ("omega",), np.angle(values)),
             ):

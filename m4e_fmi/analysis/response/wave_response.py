@@ -22,11 +22,13 @@ from m4e_fmi.analysis.response.waves import Complex, InWaves
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.shown import listing
+from m4e_fmi.units import POWER
 
-POWER = "W"
 INPUTS = "inputs.power"
 GUESS = 1e-2
 """Of the first guess of a motion: its decay over its frequency."""
+ROUNDING = 1e-9
+"""Of the largest amplitude of the same unit; smaller ones have no phase."""
 THIRD = 0.05
 """Third harmonic over first from which on it is told."""
 COUNTS = 1e-3
@@ -69,6 +71,19 @@ class WaveResponse:
     def mean(self, output: str, direction: int = 0) -> Floats:
         """The mean of an output (k,) in its unit, as of a power, in waves of that direction."""
         return self.means[direction, :, place(output, self.outputs)]
+
+    @property
+    def phases(self) -> Floats:
+        """Lag of each output behind the crest at x = y = 0 [rad], (d, k, outputs).
+
+        nan where the amplitude is rounding beside the largest of its unit: of motions that a
+        symmetry excludes.
+        """
+        sizes = np.nan_to_num(np.abs(self.values))
+        units = [v.unit for v in self.outputs]
+        alike = np.array([[unit == other for other in units] for unit in units])
+        largest = np.array([sizes[:, :, own].max(axis=(1, 2)) for own in alike]).T
+        return np.where(sizes > ROUNDING * largest[:, None], np.angle(self.values), np.nan)
 
     def __repr__(self) -> str:
         waves = f"waves of {self.height:g} m" if self.height else "small waves"

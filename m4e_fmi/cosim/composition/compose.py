@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from m4e_fmi.analysis.points import operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
+from m4e_fmi.cosim.composition.parts import Made, Named, look_at
 from m4e_fmi.cosim.composition.settled import stand_ins
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.input_checks.drafts import drafted
-from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.preparation.components import Tell
-from m4e_fmi.cosim.ssp import unpack_member
-from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module
-from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.fmu import Description, PythonSource, read_description
-from m4e_fmi.fmu.export.expected import expected_description
-from m4e_fmi.fmu.importer.reading import resized
-from m4e_fmi.model import load_model
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.fmu import Description
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
-Made = Program | PythonSource
 IN_WAVES = "make_in_waves"
 """Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
 
@@ -56,7 +47,7 @@ def system_program(
     that are delayed, and loops that have no solution as linear ones. RunError where a component
     does not settle.
     """
-    named = _Named(frozenset(keep_open), frozenset(settled))
+    named = Named(frozenset(keep_open), frozenset(settled))
     return _program(system, named, build_directory=build_directory, tell=tell or _silent)
 
 
@@ -68,7 +59,7 @@ def resting_program(
     As `system_program`, with all components settled that are no equations; steps of components and
     delays of connections, which mean nothing at rest, are no problem.
     """
-    named = _Named(frozenset(), frozenset(), at_rest=True)
+    named = Named(frozenset(), frozenset(), at_rest=True)
     return _program(system, named, build_directory=build_directory, tell=tell or _silent)
 
 
@@ -85,17 +76,16 @@ def system_in_waves(
 
     InputError as there, and where no component is in water.
     """
-    named = _Named(frozenset(keep_open), frozenset(settled))
+    named = Named(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
 
-    def drawn(component: Component, tell: Tell) -> Made:
+    def drawn(component: Component, tell: Tell) -> Made | None:
         source = component.source
-        make = (
-            getattr(kind_module(source.name), IN_WAVES, None) if isinstance(source, Kind) else None
-        )
+        if not isinstance(source, Kind):
+            return None
+        make = getattr(kind_module(source.name), IN_WAVES, None)
         if make is None:
-            return drafted(system, component, tell).made
-        assert isinstance(source, Kind)
+            return None
         made, forces[component.name] = make(
             source.config, name=component.name, folder=system.folder, highest=highest,
             progress=tell,
@@ -114,14 +104,14 @@ def system_in_waves(
 
 def _program(
     system: System,
-    named: _Named,
+    named: Named,
     *,
     build_directory: str | Path,
     tell: Tell,
-    drawn: Callable[[Component, Tell], Made] | None = None,
+    drawn: Callable[[Component, Tell], Made | None] | None = None,
 ) -> Program:
     """The program of a system, of components that are no FMU as `drawn`; see `system_program`."""
-    found = _looked_at(system, named, tell, drawn)
+    found = look_at(system, named, tell, drawn)
     wiring = connect(system, found.descriptions)
     for line in _left_open(wiring, sorted(named.open), found.programs):
         tell(line)
@@ -179,86 +169,6 @@ def _started(
         yield name, program.with_start(values)
 
 
-@dataclass(frozen=True)
-class _Named:
-    """Components that are left out, and those that take part by their static law.
-
-    With `at_rest` these are all that are no equations, and steps mean nothing.
-    """
-
-    open: frozenset[str]
-    settled: frozenset[str]
-    at_rest: bool = False
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Programs of components by name, what models they are from, descriptions of all components.
-
-    `settled` are those that take part by their static law.
-    """
-
-    programs: Mapping[str, Program]
-    settled: Collection[str]
-    origins: Mapping[str, object]
-    descriptions: Mapping[str, Description]
-
-
-def _looked_at(
-    system: System,
-    named: _Named,
-    tell: Tell,
-    drawn: Callable[[Component, Tell], Made] | None = None,
-) -> _Found:
-    """All components, those that are no FMU as `drawn`; InputError with all problems of them."""
-    if not system.components:
-        raise InputError([no_component(system)])
-    problems = [*_unknown(system, named)]
-    programs: dict[str, Program] = {}
-    settled: list[str] = []
-    origins: dict[str, object] = {}
-    descriptions: dict[str, Description] = {}
-    for component in system.components:
-        name, source = component.name, component.source
-        try:
-            if isinstance(source, FmuFile):
-                made = None
-                description = resized(_described(source), component.start)
-            else:
-                say = _prefixed(name, tell)
-                made = drawn(component, say) if drawn else drafted(system, component, say).made
-                description = expected_description(made, Path(f"{name}.fmu"))
-            descriptions[name] = with_units(component, description)
-        except InputError as error:
-            problems += [system.located(name, problem) for problem in error.problems]
-            continue
-        if name in named.open:
-            continue
-        if name in named.settled or (named.at_rest and not isinstance(made, Program)):
-            settled.append(name)
-            if isinstance(made, Program):
-                problems.append(_has_equations(system, name))
-            continue
-        if isinstance(made, Program):
-            programs[name] = made
-            problems += [] if named.at_rest else _sampled(system, component)
-            if isinstance(source, ModelFile):
-                origins[name] = load_model(source.path)
-        else:
-            problems.append(_no_equations(system, component))
-    if problems:
-        raise InputError(problems)
-    return _Found(programs, settled, origins, descriptions)
-
-
-def _described(source: FmuFile) -> Description:
-    """The description of an FMU, which may be packed."""
-    if not source.member:
-        return read_description(source.path)
-    with TemporaryDirectory() as folder:
-        return read_description(unpack_member(source.path, source.member, Path(folder)))
-
-
 def _left_open(
     wiring: Wiring, keep_open: Collection[str], programs: Mapping[str, Program]
 ) -> Iterator[str]:
@@ -274,52 +184,6 @@ def _left_open(
 
 def _silent(_: str) -> None:
     pass
-
-
-def _unknown(system: System, named: _Named) -> Iterator[Problem]:
-    """Problems of the names that the caller gives."""
-    names = [c.name for c in system.components]
-    for given, what in ((named.open, "kept open"), (named.settled, "settled")):
-        for name in sorted(given.difference(names)):
-            message = f"{system.name}: there is no component {name!r} to be {what}"
-            yield Problem(message, suggestion(name, names, "components"))
-    for name in sorted(named.open & named.settled):
-        message = f"{system.name}: {name} cannot be both open and settled"
-        yield Problem(message, "settled, it takes part by its static law; open, it is left out")
-
-
-def _prefixed(component: str, tell: Tell) -> Tell:
-    """Lines of progress with the name of the component in front."""
-    return lambda line: tell(f"{component}: {line}")
-
-
-def _has_equations(system: System, name: str) -> Problem:
-    message = f"{name} is equations, which take part as they are: there is nothing to be settled"
-    return system.problem(("components", name), message, f"leave out --settled {name}")
-
-
-def _no_equations(system: System, component: Component) -> Problem:
-    what = "is an FMU, whose equations are not known"
-    if not isinstance(component.source, FmuFile):
-        what = "is computed by Python code, not by equations"
-    message = f"{component.name} {what}: it cannot be part of one program"
-    remedy = (
-        f"keep it open (--open {component.name}): what it gives becomes inputs of the rest; take "
-        f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
-    )
-    return system.problem(("components", component.name), message, remedy)
-
-
-def _sampled(system: System, component: Component) -> Iterator[Problem]:
-    """The problem of a component that holds its outputs for longer than a step of the system."""
-    own = component.own_step
-    if own is not None and own > system.simulation.step:
-        message = (
-            f"{component.name} is stepped every {float(own):g} s, and holds its outputs between: "
-            "one program has no steps"
-        )
-        remedy = f"leave out its step_size, or keep it open (--open {component.name})"
-        yield system.problem(("components", component.name, "step_size"), message, remedy)
 
 
 def _inner_links(

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.units import POWER
+
 if TYPE_CHECKING:
     from m4e_fmi.analysis.response import Comparison, SeaResponse, WaveResponse
     from m4e_fmi.program import Variable
 
 PER_TABLE = 4
-POWER = "W"
 
 
 def wave_text(response: WaveResponse) -> str:
@@ -77,7 +78,7 @@ def wave_json(response: WaveResponse) -> dict[str, object]:
             v.name: {
                 "unit": v.unit,
                 "amplitude_per_m": _plain(np.abs(response.values[:, :, j])),
-                "phase": _plain(np.angle(response.values[:, :, j])),
+                "phase": _plain(response.phases[:, :, j]),
                 "mean": _plain(response.means[:, :, j]),
                 "third_harmonic": response.third[:, :, j].tolist(),
             }
@@ -93,7 +94,12 @@ def sea_json(response: SeaResponse) -> dict[str, object]:
         "direction": response.sea.direction,
         "notes": list(response.notes),
         "outputs": {
-            v.name: {"unit": v.unit, "mean": mean, "standard_deviation": deviation}
+            v.name: {
+                "unit": v.unit,
+                "mean": mean,
+                "standard_deviation": deviation,
+                "zero_crossing_period": _number(response.zero_crossing_period(v.name)),
+            }
             for v, mean, deviation in zip(
                 response.outputs,
                 response.means.tolist(),
@@ -106,7 +112,11 @@ def sea_json(response: SeaResponse) -> dict[str, object]:
 
 def _plain(values: np.ndarray) -> list[list[float | None]]:
     """`values` (d, k), in any unit, as lists; None for nan, which JSON does not have."""
-    return [[x if np.isfinite(x) else None for x in row] for row in values.tolist()]
+    return [[_number(x) for x in row] for row in values.tolist()]
+
+
+def _number(x: float) -> float | None:
+    return x if np.isfinite(x) else None
 
 
 def _harmonics(response: WaveResponse, d: int, columns: Sequence[int]) -> list[str]:
@@ -116,13 +126,17 @@ def _harmonics(response: WaveResponse, d: int, columns: Sequence[int]) -> list[s
         f"  {'period':>9}" + "".join(f"  {_short(v):>22}" for v in shown),
         f"  {'[s]':>9}" + "".join(f"  {f'[{_per_m(v)}]':>13} {'[deg]':>8}" for v in shown),
     ]
+    phases = np.degrees(response.phases[d])
     for k, period in enumerate(response.periods):
-        cells = [response.values[d, k, j] for j in columns]
-        lines.append(
-            f"  {period:9.4g}"
-            + "".join(f"  {abs(x):13.5g} {np.degrees(np.angle(x)):8.1f}" for x in cells)
-        )
+        cells = [(abs(response.values[d, k, j]), phases[k, j]) for j in columns]
+        lines.append(f"  {period:9.4g}" + "".join(_cell(*cell) for cell in cells))
     return lines
+
+
+def _cell(amplitude: float, phase: float) -> str:
+    """An amplitude in its unit per m and a phase [deg], a dash where it has none."""
+    lag = f"{phase:8.1f}" if np.isfinite(phase) else f"{'-':>8}"
+    return f"  {amplitude:13.5g} {lag}"
 
 
 def _means(response: WaveResponse, d: int) -> list[str]:

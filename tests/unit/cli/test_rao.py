@@ -46,6 +46,8 @@ def test_the_sea_of_the_file_and_another(
         given = ["--sea", *sea, "--json", "--output-file", str(file)]
         assert main(["rao", str(buoy), *given]) == 0
         found.append(json.loads(capsys.readouterr().out))
+    heave = found[0]["outputs"]["buoy.body.float.z"]["zero_crossing_period"]
+    assert 5 < heave < 9
     own, other = (x["outputs"]["generator.power"]["mean"] for x in found)
     assert found[0]["significant_height"] == pytest.approx(1.5)
     # 60 components at random frequencies, beside 300 in the middles of their parts
@@ -87,3 +89,16 @@ def test_a_model_alone_is_in_no_waves(buoy: Path, capsys: pytest.CaptureFixture[
 def test_still_water_has_no_sea(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rao", str(held_buoy(tmp_path)), "--sea"]) == 2
     assert "configured with no irregular sea" in capsys.readouterr().err
+
+
+def test_what_is_wrong_is_told_before_the_flow_is_computed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = held_buoy(tmp_path)
+    text = path.read_text("utf-8").replace("panels: 120", "panels: 333")  # not in the cache
+    text = text.replace("buoy.float  ", "buoy.flaot  ")
+    path.write_text(text, encoding="utf-8")
+    assert main(["rao", str(path)]) == 2
+    told = capsys.readouterr()
+    assert "flaot" in told.err
+    assert "potential flow" not in told.out + told.err

@@ -1,0 +1,184 @@
+"""The components that a system's program is of: what each is, and what cannot take part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.ssp import unpack_member
+from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
+from m4e_fmi.cosim.system.component_units import with_units
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.fmu import Description, PythonSource, read_description
+from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.importer.reading import resized
+from m4e_fmi.model import load_model
+from m4e_fmi.program import Program
+
+Made = Program | PythonSource
+
+
+@dataclass(frozen=True)
+class Named:
+    """Components that are left out, and those that take part by their static law.
+
+    With `at_rest` these are all that are no equations, and steps mean nothing.
+    """
+
+    open: frozenset[str]
+    settled: frozenset[str]
+    at_rest: bool = False
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Programs of components by name, what models they are from, descriptions of all components.
+
+    `settled` are those that take part by their static law.
+    """
+
+    programs: Mapping[str, Program]
+    settled: Collection[str]
+    origins: Mapping[str, object]
+    descriptions: Mapping[str, Description]
+
+
+def look_at(
+    system: System,
+    named: Named,
+    tell: Tell,
+    drawn: Callable[[Component, Tell], Made | None] | None = None,
+) -> Parts:
+    """All components, those that are no FMU as `drawn`, or as a run has them where that is None.
+
+    What takes long is made last, and not at all if something else is wrong. InputError with all
+    problems of the system.
+    """
+    problems, drafts = checked_inputs(system)
+    problems += _unknown(system, named)
+    found: dict[str, tuple[Made | None, Description]] = {}
+    for component in sorted(system.components, key=lambda c: takes_long(c.source)):
+        if problems and takes_long(component.source):
+            break
+        try:
+            found[component.name] = _looked_at(system, component, drafts, tell, drawn)
+        except InputError as error:
+            problems += [system.located(component.name, problem) for problem in error.problems]
+            continue
+        problems += _out_of_place(system, named, component, found[component.name][0])
+    if problems:
+        raise InputError(list(dict.fromkeys(problems)))
+    parts = {c.name: (c, found[c.name][0]) for c in system.components if c.name not in named.open}
+    programs = {
+        name: made
+        for name, (_, made) in parts.items()
+        if isinstance(made, Program) and name not in named.settled
+    }
+    return Parts(
+        programs,
+        settled=[name for name in parts if name not in programs],
+        origins={
+            name: load_model(component.source.path)
+            for name, (component, _) in parts.items()
+            if name in programs and isinstance(component.source, ModelFile)
+        },
+        descriptions={c.name: found[c.name][1] for c in system.components},
+    )
+
+
+def _looked_at(
+    system: System,
+    component: Component,
+    drafts: Mapping[str, Draft],
+    tell: Tell,
+    drawn: Callable[[Component, Tell], Made | None] | None,
+) -> tuple[Made | None, Description]:
+    """A component as it is made (None: an FMU) and described; from `drafts` where it is there."""
+    name, source = component.name, component.source
+    if isinstance(source, FmuFile):
+        return None, with_units(component, resized(_described(source), component.start))
+    say = _prefixed(name, tell)
+    made = drawn(component, say) if drawn else None
+    if made is None:
+        if (draft := drafts.get(name)) is None:
+            draft = drafted(system, component, say)
+        for line in draft.lines:
+            say(line)
+        made = draft.made
+    return made, with_units(component, expected_description(made, Path(f"{name}.fmu")))
+
+
+def _out_of_place(
+    system: System, named: Named, component: Component, made: Made | None
+) -> Iterator[Problem]:
+    """Problems of a component that is no equations but not settled, or the other way round."""
+    name = component.name
+    if name in named.open:
+        return
+    if not isinstance(made, Program):
+        if name not in named.settled and not named.at_rest:
+            yield _no_equations(system, component)
+    elif name in named.settled:
+        yield _has_equations(system, name)
+    elif not named.at_rest:
+        yield from _sampled(system, component)
+
+
+def _described(source: FmuFile) -> Description:
+    """The description of an FMU, which may be packed."""
+    if not source.member:
+        return read_description(source.path)
+    with TemporaryDirectory() as folder:
+        return read_description(unpack_member(source.path, source.member, Path(folder)))
+
+
+def _unknown(system: System, named: Named) -> Iterator[Problem]:
+    """Problems of the names that the caller gives."""
+    names = [c.name for c in system.components]
+    for given, what in ((named.open, "kept open"), (named.settled, "settled")):
+        for name in sorted(given.difference(names)):
+            message = f"{system.name}: there is no component {name!r} to be {what}"
+            yield Problem(message, suggestion(name, names, "components"))
+    for name in sorted(named.open & named.settled):
+        message = f"{system.name}: {name} cannot be both open and settled"
+        yield Problem(message, "settled, it takes part by its static law; open, it is left out")
+
+
+def _prefixed(component: str, tell: Tell) -> Tell:
+    """Lines of progress with the name of the component in front."""
+    return lambda line: tell(f"{component}: {line}")
+
+
+def _has_equations(system: System, name: str) -> Problem:
+    message = f"{name} is equations, which take part as they are: there is nothing to be settled"
+    return system.problem(("components", name), message, f"leave out --settled {name}")
+
+
+def _no_equations(system: System, component: Component) -> Problem:
+    what = "is an FMU, whose equations are not known"
+    if not isinstance(component.source, FmuFile):
+        what = "is computed by Python code, not by equations"
+    message = f"{component.name} {what}: it cannot be part of one program"
+    remedy = (
+        f"keep it open (--open {component.name}): what it gives becomes inputs of the rest; take "
+        f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
+    )
+    return system.problem(("components", component.name), message, remedy)
+
+
+def _sampled(system: System, component: Component) -> Iterator[Problem]:
+    """The problem of a component that holds its outputs for longer than a step of the system."""
+    own = component.own_step
+    if own is not None and own > system.simulation.step:
+        message = (
+            f"{component.name} is stepped every {float(own):g} s, and holds its outputs between: "
+            "one program has no steps"
+        )
+        remedy = f"leave out its step_size, or keep it open (--open {component.name})"
+        yield system.problem(("components", component.name, "step_size"), message, remedy)
