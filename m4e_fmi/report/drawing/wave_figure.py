@@ -104,7 +104,7 @@ def _colours(response: WaveResponse, outputs: Sequence[int]) -> Sequence[object]
 
 
 def _broken(periods: np.ndarray, phases: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`periods` (k,) [s] and `phases` (k,) [rad] in deg, with a break where the line crosses ±180."""
+    """`periods` (k,) [s] and `phases` (k,) [rad] in deg, with breaks at ±180."""
     degrees = np.degrees(phases)
     jumps = np.flatnonzero(np.abs(np.diff(degrees)) > 180.0) + 1
     return np.insert(periods, jumps, np.nan), np.insert(degrees, jumps, np.nan)
