@@ -22,7 +22,6 @@ from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
 from m4e_adapters.hydrodynamics.seas.waves import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
-from m4e_fmi.errors import RunError
 
 CODE = (
     "flow.cache",
@@ -75,7 +74,7 @@ def solve_hulls(
     if missing:
         for k, arrays in _computed(hulls, water, questions, missing, progress):
             found[k] = arrays
-            _store(keys[k], arrays, progress)
+            cache.keep(keys[k], arrays, progress)
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
@@ -107,11 +106,7 @@ def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
     """Content of the cache under each key; None where nothing is that can be used."""
     count = 0
     for key in keys:
-        try:
-            arrays = cache.load(key)
-        except (cache.DamagedError, OSError) as error:
-            progress(f"coefficients in the cache cannot be used and are computed again: {error}")
-            arrays = None
+        arrays = cache.found(key, progress)
         count += arrays is not None
         yield arrays
     if count:
@@ -131,13 +126,6 @@ def _computed(
     for count, k in enumerate(missing, start=1):
         progress(f"potential flow: frequency {count} of {len(missing)}")
         yield k, solver.at(*questions[k])
-
-
-def _store(key: str, arrays: Arrays, progress: Progress) -> None:
-    try:
-        cache.store(key, arrays)
-    except RunError as error:
-        progress(f"the coefficients are not cached: {error.message}")
 
 
 def _directions(

@@ -10,12 +10,13 @@ from __future__ import annotations
 import hashlib
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from m4e_fmi.errors import RunError
 from m4e_fmi.files.writing import remove_leftovers, written
 
 ENVIRONMENT = "M4E_FMI_CACHE"
@@ -71,6 +72,26 @@ def store(key: str, arrays: Mapping[str, np.ndarray]) -> None:
     remove_leftovers(path.parent)
     with written(path) as part:
         part.write_bytes(_hash(key, content) + content)
+
+
+def found(key: str, progress: Callable[[str], object]) -> dict[str, np.ndarray] | None:
+    """The arrays stored under `key`, with the shape of then, in SI units, or None.
+
+    `progress` is told of what is there but cannot be used.
+    """
+    try:
+        return load(key)
+    except (DamagedError, OSError) as error:
+        progress(f"coefficients in the cache cannot be used and are computed again: {error}")
+        return None
+
+
+def keep(key: str, arrays: Mapping[str, np.ndarray], progress: Callable[[str], object]) -> None:
+    """Keep `arrays` (any shape of each, SI) under `key`, or tell `progress` why that fails."""
+    try:
+        store(key, arrays)
+    except RunError as error:
+        progress(f"the coefficients are not cached: {error.message}")
 
 
 def _path(key: str) -> Path:

@@ -27,7 +27,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory import soundness
-from m4e_adapters.hydrodynamics.memory.group_fit import fit_group
+from m4e_adapters.hydrodynamics.memory.kept import kept_group
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_adapters.hydrodynamics.memory.reach import Reach, check_counts
 from m4e_fmi.errors import InputError
@@ -79,7 +79,9 @@ def fit_radiation(
     groups, coupled = [], _coupled(data, signal)
     _tell_of_silent_bodies(data, coupled, progress)
     for motions in coupled:
-        group = fit_group(data, motions, signal, sound, reach=reach, order=order)
+        group = kept_group(
+            data, motions, signal, sound, reach=reach, order=order, progress=progress
+        )
         text = _report(group, data)
         if group.error > USELESS:
             raise InputError.single(text, REMEDY)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import published_coefficients
 
 from m4e_adapters.hydrodynamics.config import Box, Water
 from m4e_adapters.hydrodynamics.flow import bem, cache
@@ -17,7 +18,10 @@ from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
+from m4e_adapters.hydrodynamics.memory import kept
+from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 
+ORDER = 5
 ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
 FROM_CACHE = "potential flow: coefficients taken from the cache"
 
@@ -183,3 +187,23 @@ def test_what_a_killed_process_left_is_removed(
 
 def _no_such_process(process: int, number: int) -> None:
     raise ProcessLookupError(process, number)
+
+
+def test_a_memory_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    data = published_coefficients.sphere()
+    first, told = fit_radiation(data, order=ORDER), list[str]()
+    with monkeypatch.context() as patch:
+        patch.setattr(kept, "fit_group", _not_again)
+        second = fit_radiation(data, order=ORDER, progress=told.append)
+        with pytest.raises(AssertionError, match="again"):
+            fit_radiation(data, order=ORDER + 1)
+        with pytest.raises(AssertionError, match="again"):
+            fit_radiation(replace(data, added_mass=data.added_mass * (1 + 1e-12)), order=ORDER)
+    for one, other in zip(first.groups, second.groups, strict=True):
+        for name, value in vars(one).items():
+            assert np.array_equal(value, getattr(other, name)), name
+    assert "radiation of" in told[-1]
+
+
+def _not_again(*_: object, **__: object) -> None:
+    raise AssertionError("fitted again")
