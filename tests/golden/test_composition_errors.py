@@ -78,7 +78,7 @@ CASES = {
 def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     model = tmp_path / "cart.model.yaml"
     model.write_text(CART, "utf-8")
-    build_fmu(model_program(load_model(model)), tmp_path / "cart.fmu", native=True)
+    build_fmu(model_program(load_model(model)), tmp_path / "cart.fmu")
 
     def message(changes: dict[str, str]) -> str:
         path = tmp_path / "system.yaml"

@@ -17,6 +17,7 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu import Description, PythonSource, read_description
 from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.program_files import carried_program
 from m4e_fmi.fmu.importer.reading import resized
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Program
@@ -67,7 +68,9 @@ def look_at(
         if problems and takes_long(component.source):
             break
         try:
-            found[component.name] = _looked_at(system, component, drafts, tell, drawn)
+            found[component.name] = _looked_at(
+                system, component, drafts, tell, drawn, unread=named.settled | named.open
+            )
         except InputError as error:
             problems += [system.located(component.name, problem) for problem in error.problems]
             continue
@@ -98,11 +101,17 @@ def _looked_at(
     drafts: Mapping[str, Draft],
     tell: Tell,
     drawn: Callable[[Component, Tell], Made | None] | None,
+    *,
+    unread: Collection[str],
 ) -> tuple[Made | None, Description]:
-    """A component as it is made (None: an FMU) and described; from `drafts` where it is there."""
+    """A component as it is made (None: an FMU) and described; from `drafts` where it is there.
+
+    FMUs of ours are the programs that they carry, but for those that are `unread`.
+    """
     name, source = component.name, component.source
     if isinstance(source, FmuFile):
-        return None, with_units(component, resized(_described(source), component.start))
+        made, description = _read(source, component, as_program=name not in unread)
+        return made, with_units(component, description)
     say = _prefixed(name, tell)
     made = drawn(component, say) if drawn else None
     if made is None:
@@ -130,12 +139,24 @@ def _out_of_place(
         yield from _sampled(system, component)
 
 
-def _described(source: FmuFile) -> Description:
-    """The description of an FMU, which may be packed."""
-    if not source.member:
-        return read_description(source.path)
-    with TemporaryDirectory() as folder:
-        return read_description(unpack_member(source.path, source.member, Path(folder)))
+def _read(
+    source: FmuFile, component: Component, *, as_program: bool
+) -> tuple[Program | None, Description]:
+    """The description of an FMU, which may be packed, and the program that ours carry."""
+    if source.member:
+        with TemporaryDirectory() as folder:
+            path = unpack_member(source.path, source.member, Path(folder))
+            return _read(FmuFile(path), component, as_program=as_program)
+    description = resized(read_description(source.path), component.start)
+    program = carried_program(source.path) if as_program else None
+    if program is None:
+        return None, description
+    known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
+    shown = {v.name for v in (*program.outputs, *program.calculated)}
+    if not description.variables.keys() >= known | shown:
+        return None, description
+    given = ((name, v.start) for name, v in description.variables.items() if name in known)
+    return program.with_start({n: float(x) for n, x in given if x is not None}), description
 
 
 def _unknown(system: System, named: Named) -> Iterator[Problem]:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.limits import LARGEST_PROGRAM
 from m4e_fmi.fmu.export.selection import renamed
 from m4e_fmi.program import TIME, Program, rate_entries, tangent
-from m4e_fmi.program.binary_form import encode
+from m4e_fmi.program.binary_form import decode, encode
 
 PROGRAM, TANGENT = "model.m4e", "tangent.m4e"
 
@@ -16,6 +20,18 @@ def model_file(program: Program, method: str, rename: Mapping[str, str]) -> byte
     """The program in its binary form, with what `method` needs; `rename` as in `renamed`."""
     entries = rate_entries(program) if method == "rodas" else ()
     return encode(renamed(program, rename), entries)
+
+
+def carried_program(fmu: Path) -> Program | None:
+    """The program that a native FMU of ours carries; None of another FMU, or of another version."""
+    try:
+        with ZipFile(fmu) as archive:
+            info = archive.getinfo(f"resources/{PROGRAM}")
+            if info.file_size > LARGEST_PROGRAM:
+                return None
+            return decode(archive.read(info))[0]
+    except (KeyError, InputError, OSError, BadZipFile):
+        return None
 
 
 def tangent_file(program: Program) -> bytes:

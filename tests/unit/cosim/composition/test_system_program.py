@@ -10,6 +10,9 @@ from support.programs import Evaluated
 
 from m4e_fmi.cosim import load_system, save_system, system_program
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.model import load_model
+from m4e_fmi.multibody import model_program
 from m4e_fmi.simulate import simulate
 
 CART = """\
@@ -108,18 +111,33 @@ def test_start_values_of_the_system(tmp_path: Path) -> None:
     assert values["a.joint.rail.q"] == 0.05
 
 
-def test_packed_fmus_are_named_or_left_open(tmp_path: Path) -> None:
+def test_native_fmus_of_ours_are_the_programs_that_they_carry(tmp_path: Path) -> None:
+    """Packed, and with a start value of the package; of others nothing is known."""
     text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
     path = system(tmp_path, text, a=2, b=4)
+    path.write_text(
+        path.read_text("utf-8").replace("b.model.yaml}", "b.model.yaml, start: {k: 70}}"), "utf-8"
+    )
     package = save_system(load_system(path), tmp_path / "carts.ssp", build_directory=tmp_path / "b")
-    packed = load_system(package)
-    with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
-        system_program(packed)
-    with pytest.raises(InputError) as caught:
-        system_program(packed, keep_open=["a"])
-    assert len(caught.value.problems) == 1
-    nothing = system_program(packed, keep_open=["a", "b"])
+    whole, packed = system_program(load_system(path)), system_program(load_system(package))
+    assert packed.rates == whole.rates
+    assert packed.states == whole.states
+    assert packed.parameters == whole.parameters
+    assert {v.name for v in packed.outputs} > {v.name for v in whole.outputs}  # energies, too
+    one, other = (simulate(p, stop_time=1.0)["b.joint.rail.q"] for p in (whole, packed))
+    assert np.array_equal(one, other)
+    assert [v.start for v in packed.parameters if v.name == "b.k"] == [70.0]
+    nothing = system_program(load_system(package), keep_open=["a", "b"])
     assert not nothing.states
+
+
+def test_an_fmu_of_python_is_named_or_left_open(tmp_path: Path) -> None:
+    path = system(tmp_path, "connections: []\n", a=2, b=4)
+    build_fmu(model_program(load_model(tmp_path / "a.model.yaml")), tmp_path / "a.fmu")
+    path.write_text(path.read_text("utf-8").replace("model: a.model.yaml", "fmu: a.fmu"), "utf-8")
+    with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
+        system_program(load_system(path))
+    assert [part.name for part in system_program(load_system(path), keep_open=["a"]).parts] == ["b"]
 
 
 def test_what_is_left_open_is_told(tmp_path: Path) -> None:
