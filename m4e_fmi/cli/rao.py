@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,7 @@ from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
-    from m4e_fmi.analysis.response import InWaves, Sea, SeaResponse, WaveResponse
+    from m4e_fmi.analysis.response import Comparison, InWaves, Sea
 
 PEAKS = 2.5
 """Peak frequencies up to which forces are computed for a sea."""
@@ -154,7 +155,7 @@ def _regular(
 ) -> None:
     import numpy as np
 
-    from m4e_fmi.analysis.response import wave_response
+    from m4e_fmi.analysis.response import compared_in_time, wave_response
     from m4e_fmi.report import plot_waves, wave_json, wave_text, write_waves
 
     response = wave_response(
@@ -165,34 +166,33 @@ def _regular(
         outputs=options.outputs,
         height=options.height,
     )
-    _print(options, wave_text(response), wave_json(response))
     files = [write_waves(response, output)]
     if not options.no_plot:
         files.append(plot_waves(response, output.with_suffix(".png")))
-    if not options.json:
-        print_files(files)
-    if options.check:
+
+    def check() -> tuple[list[Comparison], str]:
         found = np.isfinite(response.values).all(axis=2)
         largest = np.where(found, response.third.max(axis=2), -1.0)
-        d, k = np.unravel_index(largest.argmax(), largest.shape)
-        _compare(
-            waves, response, f"of {response.periods[k]:.4g} s", period=int(k), direction=int(d)
-        )
+        d, k = (int(place) for place in np.unravel_index(largest.argmax(), largest.shape))
+        compared = compared_in_time(waves, response, period=k, direction=d)
+        return compared, f"of {response.periods[k]:.4g} s"
+
+    _tell(options, wave_text(response), wave_json(response), files, check)
 
 
 def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.Namespace) -> None:
-    from m4e_fmi.analysis.response import sea_response
+    from m4e_fmi.analysis.response import compared_in_time, sea_response
     from m4e_fmi.report import sea_json, sea_text, write_sea
 
     response = sea_response(
         waves, point, _given_sea(waves, point, options), outputs=options.outputs
     )
-    _print(options, sea_text(response), sea_json(response))
-    write_sea(response, output)
-    if not options.json:
-        print_files([output])
-    if options.check:
-        _compare(waves, response, "of an hour, in the same waves")
+    files = [write_sea(response, output)]
+
+    def check() -> tuple[list[Comparison], str]:
+        return compared_in_time(waves, response), "of an hour, in the same waves"
+
+    _tell(options, sea_text(response), sea_json(response), files, check)
 
 
 def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespace) -> Sea:
@@ -207,25 +207,28 @@ def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespac
     return waves.jonswap(height, period, enhancement[0] if enhancement else ENHANCEMENT, angle)
 
 
-def _compare(
-    waves: InWaves,
-    response: WaveResponse | SeaResponse,
-    title: str,
-    *,
-    period: int = 0,
-    direction: int = 0,
+def _tell(
+    options: argparse.Namespace,
+    text: str,
+    values: dict[str, object],
+    files: list[Path],
+    check: Callable[[], tuple[list[Comparison], str]],
 ) -> None:
-    from m4e_fmi.analysis.response import compared_in_time
-    from m4e_fmi.report import comparison_text
-
-    found = compared_in_time(waves, response, period=period, direction=direction)
-    print(comparison_text(found, title=title), file=sys.stderr)
-
-
-def _print(options: argparse.Namespace, text: str, values: object) -> None:
+    """Print a response as `text` or JSON, and the simulation beside it where that is asked for."""
     import json
 
-    print(json.dumps(values, indent=2) if options.json else text)
+    from m4e_fmi.report import comparison_json, comparison_text
+
+    if not options.json:
+        print(text)
+        print_files(files)
+    if options.check:
+        found, title = check()
+        values["check"] = comparison_json(found, title=title)
+        if not options.json:
+            print(comparison_text(found, title=title))
+    if options.json:
+        print(json.dumps(values, indent=2))
 
 
 def _range(text: str) -> list[float]:

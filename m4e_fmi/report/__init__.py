@@ -22,6 +22,7 @@ from m4e_fmi.report.text.summaries import run_summary, simulation_summary
 from m4e_fmi.report.text.tables import model_tables
 from m4e_fmi.report.text.validation_text import validation_text
 from m4e_fmi.report.text.wave_text import (
+    comparison_json,
     comparison_text,
     sea_json,
     sea_text,
@@ -34,6 +35,7 @@ __all__ = [
     "animate",
     "check_animation_path",
     "check_picture_path",
+    "comparison_json",
     "comparison_text",
     "draw_model",
     "draw_system",

@@ -101,7 +101,7 @@ def test_waves_of_two_metres(buoy: tuple[InWaves, OperatingPoint], tmp_path: Pat
     waves, point = buoy
     names = [HEAVE, PITCH, SURGE, "generator.power"]
     periods = [4.0, 5.0, 6.0, 8.0, 11.0]
-    small = wave_response(waves, point, periods=periods, outputs=names)
+    small = wave_response(waves, point, periods=periods, outputs=names[:3])
     response = wave_response(waves, point, periods=periods, outputs=names, height=2.0)
     assert max(abs(abs(small.of(PITCH)) / abs(response.of(PITCH)) - 1)) > 0.2
     for k, period in enumerate(periods):

@@ -117,7 +117,9 @@ def wave_response(
     angles = np.atleast_1d(np.asarray(given, dtype=float))
     if not np.isfinite(angles).all():
         raise InputError.single("directions of waves must be finite numbers of radians")
-    names = usual_outputs(waves.program) if outputs is None else outputs
+    names = usual_outputs(waves.program, powers=height > 0) if outputs is None else outputs
+    if not height:
+        _check_powers(waves.program, names)
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     forces = [waves.per_amplitude(omega, angle, point) for angle in angles.tolist()]
     found = _Found.of(local, forces, omega, height / 2.0)
@@ -187,13 +189,21 @@ class _Found:
         self.notes.extend(drifting)
 
 
-def usual_outputs(program: Program) -> list[str]:
-    """Coordinates (of free attitudes roll, pitch, yaw), and outputs that are powers."""
+def _check_powers(program: Program, names: Sequence[str]) -> None:
+    """InputError for outputs that are powers: in small waves their linear response is 0."""
+    powers = {v.name for v in program.outputs if v.unit == POWER}
+    if found := [name for name in names if name in powers]:
+        message = f"{', '.join(found)}: powers are of second order, in small waves 0"
+        raise InputError.single(message, "give the waves a height (--height), or take a sea")
+
+
+def usual_outputs(program: Program, *, powers: bool = True) -> list[str]:
+    """Coordinates (of free attitudes roll, pitch, yaw), and outputs that are `powers`."""
     known = {v.name for v in program.outputs}
     moved = [program.states[q].name for q, _ in motion(program)]
     turned = [f"{a.owner}.{name}" for a in attitudes(program) for name in ("phi", "theta", "psi")]
-    powers = [v.name for v in program.outputs if v.unit == POWER and not v.name.endswith(INPUTS)]
-    return [*moved, *(name for name in turned if name in known), *powers]
+    found = [v.name for v in program.outputs if v.unit == POWER and not v.name.endswith(INPUTS)]
+    return [*moved, *(name for name in turned if name in known), *(found if powers else ())]
 
 
 def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool) -> Iterator[str]:

@@ -25,7 +25,7 @@ def plot_waves(response: WaveResponse, picture: Path) -> Path:
     """
     from matplotlib.figure import Figure
 
-    shown = [j for j, v in enumerate(response.outputs) if v.unit != POWER or response.height]
+    shown = range(len(response.outputs))
     several = len(response.directions) > 1
     groups = [[j] for j in shown] if several else _by_unit(response, shown)
     figure = Figure(figsize=(11, 0.8 + 2.6 * max(1, len(groups))), layout="constrained")

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Variable
 
 PER_TABLE = 4
+SMALL = 1e-3
+"""Of the largest value of its unit; smaller ones have no relative difference."""
 
 
 def wave_text(response: WaveResponse) -> str:
@@ -53,18 +55,40 @@ def sea_text(response: SeaResponse) -> str:
 
 
 def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
-    """Values of a simulation beside those of the linearised response."""
+    """Values of a simulation beside those of the linearised response.
+
+    Of what is small beside others of its unit no relative difference is shown.
+    """
     lines = ["", f"beside a simulation {title}:"]
     lines.append(f"  {'':<36} {'':<18} {'simulated':>13} {'linearised':>13} {'difference':>10}")
+    largest: dict[str, float] = {}
+    for c in found:
+        largest[c.unit] = max(largest.get(c.unit, 0.0), abs(c.simulated), abs(c.linearised))
     for c in found:
         if c.unit == POWER and c.what != "mean":
             continue
-        shown = f"{100 * c.difference:+9.2g} %" if np.isfinite(c.difference) else ""
+        counts = max(abs(c.simulated), abs(c.linearised)) > SMALL * largest[c.unit]
+        shown = f"{100 * c.difference:+9.2g} %" if counts and np.isfinite(c.difference) else ""
         lines.append(
             f"  {c.output:<36} {c.what:<18} {c.simulated:13.6g} {c.linearised:13.6g} {shown:>10}"
             f"  {c.unit}"
         )
     return "\n".join(lines)
+
+
+def comparison_json(found: Sequence[Comparison], *, title: str) -> dict[str, object]:
+    """The same numbers."""
+    rows = [
+        {
+            "output": c.output,
+            "unit": c.unit,
+            "what": c.what,
+            "simulated": _number(c.simulated),
+            "linearised": _number(c.linearised),
+        }
+        for c in found
+    ]
+    return {"simulation": title, "values": rows}
 
 
 def wave_json(response: WaveResponse) -> dict[str, object]:

@@ -68,6 +68,7 @@ def test_the_sea_of_the_file_and_another(
         (["--sea", "2", "8", "11"], "between 1 and 10"),
         (["--open", "buoy", "generator"], "no output to show"),
         (["--height", "-1"], "must not be negative"),
+        (["--outputs", "generator.power"], "powers are of second order, in small waves 0"),
     ],
 )
 def test_refusals(
@@ -89,6 +90,25 @@ def test_a_model_alone_is_in_no_waves(buoy: Path, capsys: pytest.CaptureFixture[
 def test_still_water_has_no_sea(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rao", str(held_buoy(tmp_path)), "--sea"]) == 2
     assert "configured with no irregular sea" in capsys.readouterr().err
+
+
+def test_a_simulation_beside_it(
+    buoy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    given = [str(buoy), "--periods", "7", "--height", "0.5", "--check", "--no-plot"]
+    given += ["--output-file", str(tmp_path / "r.nc")]
+    assert main(["rao", *given]) == 0
+    printed = capsys.readouterr()
+    assert "beside a simulation of 7 s" in printed.out
+    assert main(["rao", *given, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["check"]
+    assert found["simulation"] == "of 7 s"
+    heave = next(
+        row
+        for row in found["values"]
+        if row["output"] == "buoy.body.float.z" and row["what"] == "amplitude"
+    )
+    assert heave["linearised"] == pytest.approx(heave["simulated"], rel=5e-3)
 
 
 def test_what_is_wrong_is_told_before_the_flow_is_computed(
