@@ -16,10 +16,10 @@ from ctypes import (
 )
 from pathlib import Path
 
-ABI = 4
+ABI = 5
 LANES = 8
 METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
-BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3}
+BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3, "timely": 4}
 
 
 class Counts(ctypes.Structure):
@@ -29,7 +29,7 @@ class Counts(ctypes.Structure):
         (name, c_uint32)
         for name in (
             "states", "inputs", "parameters", "outputs", "calculated",
-            "nodes", "literals", "entries", "hoisted",
+            "nodes", "literals", "entries", "hoisted", "timely",
         )
     ]  # fmt: skip
 
@@ -87,6 +87,7 @@ class Block(ctypes.Structure):
         ("result", c_void_p),
         ("results", c_uint32),
         ("registers", c_uint32),
+        ("timely", c_uint32),
         ("kernel", c_void_p),
     ]
 

@@ -29,7 +29,7 @@
 #pragma GCC visibility push(hidden)
 #endif
 
-#define M4E_ABI 4   /* changes with any declaration below */
+#define M4E_ABI 5   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -42,6 +42,7 @@ typedef struct {
     uint32_t states, inputs, parameters, outputs, calculated;
     uint32_t nodes, literals, entries; /* entries: of the Jacobian, 0 where there is none */
     uint32_t hoisted;                  /* operations done once per change of a parameter */
+    uint32_t timely; /* values of time and parameters only that are computed apart, for rates */
 } m4e_counts;
 
 typedef struct {
@@ -93,7 +94,7 @@ typedef struct {
 } m4e_events;
 
 /* A block: instructions that compute some results from registers, of which the first hold time,
-   states, inputs, parameters, hoisted values and literals. Operations and operands: internal.h. */
+   states, inputs, parameters, hoisted values, literals and timely values. Operations and operands: internal.h. */
 typedef struct {
     uint32_t code, d, a, b;
 } m4e_instruction;
@@ -106,11 +107,11 @@ typedef struct {
     m4e_instruction *code; /* the last one ends the block */
     uint64_t length;
     uint32_t *result; /* registers */
-    uint32_t results, registers;
+    uint32_t results, registers, timely; /* timely: it reads such values */
     m4e_kernel *kernel; /* runs instead of the instructions; NULL: none */
 } m4e_block;
 
-enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_CONSTANTS, M4E_BLOCKS };
+enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CONSTANTS, M4E_BLOCKS };
 
 M4E_API int m4e_abi(void);
 
