@@ -158,7 +158,7 @@ static void propose(m4e_integrator *s, lane *now) {
     const double smallest = fmax(roundings, HOPELESS * (now->bound - now->t));
     now->h = 0.0;
     if (now->done) return;
-    if (now->report.accepted + now->report.rejected >= s->options.max_steps) {
+    if (now->report.accepted + now->report.rejected - now->before >= s->options.max_steps) {
         m4e_stop(now, M4E_MANY_STEPS, -1);
         return;
     }

@@ -22,6 +22,7 @@ typedef struct {
     const double *times;
     double *states; /* where the next row goes */
     size_t left;    /* rows still to write */
+    uint64_t before; /* attempts of earlier calls */
     m4e_report report;
 } lane;
 

@@ -46,6 +46,8 @@ struct m4e_program {
     char *text;
     uint32_t *rates, *results, *constants, *rows, *columns, *derivatives;
     uint32_t *hoisted, *timely; /* nodes, ascending */
+    uint32_t *corners;             /* pairs of nodes, see add_corner */
+    uint32_t corner_count;
     uint32_t first_timely, unread; /* registers after the literals, after the timely values */
 };
 
@@ -77,6 +79,7 @@ struct m4e_model {
     block *blocks[M4E_BLOCKS];
     foresight timely;
     double *entries; /* of the Jacobian */
+    double *sides;   /* of the corners, at two times */
     double curves_from;            /* s; t0 of the curves */
     const double *curves[3];       /* of the inputs: value, first and second derivative; or NULL */
 };

@@ -67,7 +67,7 @@ typedef struct {
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
     double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
                           next time asked for that are not longer, whatever their error */
-    uint64_t max_steps;
+    uint64_t max_steps; /* of one call */
     uint64_t quadratures; /* the last states, which no rate depends on: a norm of their own */
 } m4e_options;
 
@@ -111,7 +111,7 @@ typedef struct {
     m4e_kernel *kernel; /* runs instead of the instructions; NULL: none */
 } m4e_block;
 
-enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CONSTANTS, M4E_BLOCKS };
+enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CORNERS, M4E_CONSTANTS, M4E_BLOCKS };
 
 M4E_API int m4e_abi(void);
 
@@ -166,6 +166,17 @@ M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
 M4E_API int m4e_step(m4e_integrator *integrator, double bound, double *state, m4e_report *report);
 /* The states at the time that a failed `advance` or `step` reported. */
 M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
+
+/* A communication step of a co-simulation, from (t, x) to `end`, which leaves x there. If nothing was
+   set since the step before (`held`), the integrator may go beyond `end`, look up the state there
+   and go on from where it is next time; `ahead` tells if it has, and is its own: 0 at first. Steps of
+   M4E_RK4, and those with a corner or a jump that depends on time, end at `end`. */
+M4E_API int m4e_go_on(m4e_integrator *integrator, double t, double *x, double end, int held,
+                      double step, int32_t *ahead, m4e_report *report);
+/* What an integrator that is ahead goes on from, so many numbers for n states. */
+#define M4E_KEPT(n) (4 + 10 * (size_t)(n))
+M4E_API void m4e_keep(const m4e_integrator *integrator, double *kept);
+M4E_API void m4e_take_up(m4e_integrator *integrator, const double *kept);
 
 /* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
 M4E_API int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,

@@ -14,6 +14,17 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
     return b;
 }
 
+/* Both sides of each corner; of one alone, itself twice. */
+static block *plan_corners(const m4e_program *p) {
+    const uint32_t count = 2 * p->corner_count;
+    uint32_t *roots = malloc((count + (size_t)1) * sizeof *roots);
+    for (uint32_t i = 0; roots && i < count; ++i)
+        roots[i] = p->corners[i] == M4E_NONE ? p->corners[i - 1] : p->corners[i];
+    block *b = roots ? m4e_block_new(p, count, roots, OF_ALL) : NULL;
+    free(roots);
+    return b;
+}
+
 m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
                          const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
     const m4e_program *p = program;
@@ -28,6 +39,7 @@ m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t se
     m->blocks[M4E_DERIVATIVES] = m4e_block_new(p, p->count.entries, p->derivatives, OF_ALL);
     m->blocks[M4E_WATCHED] = plan_outputs(p, watched, events);
     m->blocks[M4E_TIMELY] = m4e_block_new(p, p->count.timely, p->timely, OF_TIMELY);
+    m->blocks[M4E_CORNERS] = plan_corners(p);
     m->blocks[M4E_CONSTANTS] = m4e_block_new(p, p->count.hoisted, p->hoisted, OF_HOISTED);
     uint32_t registers = 0;
     for (int i = 0; i < M4E_BLOCKS; ++i) {
@@ -35,8 +47,9 @@ m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t se
         if (m->blocks[i]->registers > registers) registers = m->blocks[i]->registers;
     }
     m->entries = calloc(p->count.entries + (size_t)1, sizeof *m->entries);
+    m->sides = calloc(4 * p->corner_count + (size_t)1, sizeof *m->sides);
     m->memory = calloc(registers * (size_t)lanes + 8, sizeof *m->registers);
-    if (!m->entries || !m->memory) goto failed;
+    if (!m->entries || !m->sides || !m->memory) goto failed;
     /* whole cache lines: one register of all lanes each */
     m->registers = (double *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
     double *literal = m->registers + (p->first_timely - p->count.literals) * (size_t)lanes;
@@ -56,6 +69,7 @@ void m4e_model_free(m4e_model *m) {
     m4e_timely_free(m);
     free(m->memory);
     free(m->entries);
+    free(m->sides);
     free(m);
 }
 

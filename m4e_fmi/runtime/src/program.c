@@ -163,8 +163,16 @@ static uint8_t variability(const m4e_program *p, uint32_t node, const uint8_t *h
     return a > b ? a : b;
 }
 
+/* Arguments of operations that bend or jump where two of them are equal, or one is zero. */
+static void add_corner(m4e_program *p, uint32_t node) {
+    const uint8_t op = p->op[node];
+    if (op != OP_ABS && op != OP_SIGN && op != OP_MIN && op != OP_MAX) return;
+    p->corners[2 * p->corner_count] = p->a[node];
+    p->corners[2 * p->corner_count++ + 1] = op >= FIRST_BINARY ? p->b[node] : M4E_NONE;
+}
+
 /* Lists the timely nodes that rates, or what moves in them, read, and gives them the registers from
-   `first` on; none where they take less work than it is to keep them. */
+   `first` on; none where they take less work than it is to keep them. Lists their corners, too. */
 static void assign_timely(m4e_program *p, uint32_t first, const uint8_t *how, uint8_t *needed) {
     enum { WITHIN = 1, READ = 2, LEAST_WORK = 200 };
     m4e_counts *n = &p->count;
@@ -176,6 +184,7 @@ static void assign_timely(m4e_program *p, uint32_t first, const uint8_t *how, ui
         needed[p->a[k]] |= how[k] == MOVING ? READ : WITHIN;
         if (p->op[k] >= FIRST_BINARY) needed[p->b[k]] |= how[k] == MOVING ? READ : WITHIN;
         work += how[k] == TIMELY;
+        if (how[k] == TIMELY) add_corner(p, k);
     }
     for (uint32_t k = 0; work >= LEAST_WORK && k < n->nodes; ++k) {
         if (how[k] != TIMELY || !(needed[k] & READ) || p->op[k] < FIRST_UNARY) continue;
@@ -244,7 +253,8 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     p->slot = malloc((n->nodes + (size_t)1) * sizeof *p->slot);
     p->hoisted = malloc((n->nodes + (size_t)1) * sizeof *p->hoisted);
     p->timely = malloc((n->nodes + (size_t)1) * sizeof *p->timely);
-    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->timely || !p->text)
+    p->corners = malloc(2 * (n->nodes + (size_t)1) * sizeof *p->corners);
+    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->timely || !p->corners || !p->text)
         return "does not fit into memory";
     memset(p->slot, 0xff, n->nodes * sizeof *p->slot);
     const char *problem = nodes_problem(p);
@@ -287,7 +297,7 @@ void m4e_program_free(m4e_program *p) {
     if (!p) return;
     void *parts[] = {p->op,      p->a,         p->b,    p->slot,    p->literals,    p->rates,
                      p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted,
-                     p->timely,  p->starts,    p->limits, p->flags, p->text};
+                     p->timely,  p->corners,   p->starts, p->limits, p->flags, p->text};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(p);
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, too
 from .dormand_prince import DormandPrince  # type: ignore[import]  # packed beside this file
@@ -55,9 +56,17 @@ class PythonEngine:
     def _rates(self, t: float, x: Sequence[float]) -> list[float]:
         return model.rates(t, x, self._u, self._p, self._c)
 
-    def advance(self, t: float, x: list[float], t_end: float) -> list[float]:
-        """The states at t_end [s] from the states x at t."""
+    def advance(self, t: float, x: list[float], t_end: float, *, held: bool) -> list[float]:  # noqa: ARG002
+        """The states at t_end [s] from the states x at t; every call starts anew, `held` or not."""
         return self._integrator.advance(t, x, t_end)
+
+    def save(self) -> dict[str, Any]:
+        """What `advance` goes on from, besides states, inputs and parameters."""
+        return {"step": self.step}
+
+    def restore(self, saved: dict[str, Any]) -> None:
+        """Take back what `save` returned."""
+        self.step = saved["step"]
 
     def outputs(self, t: float, x: list[float]) -> list[float]:
         """Outputs at t [s] and the states x."""
