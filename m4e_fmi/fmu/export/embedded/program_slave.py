@@ -95,10 +95,10 @@ class ProgramSlave(M4eSlave):
             values[k] = value
 
     def save(self) -> Saved:
-        return {"held": self._held, **self._engine.save()}
+        return {"held": self._held, "engine": self._engine.save()}
 
     def restore(self, saved: Saved) -> None:
         self._held = saved["held"]
         self._set_tolerance()
-        self._engine.restore(saved)
+        self._engine.restore(saved["engine"])
         self._known = False

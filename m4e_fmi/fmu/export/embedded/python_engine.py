@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, too
 from .dormand_prince import DormandPrince  # type: ignore[import]  # packed beside this file
@@ -60,13 +59,13 @@ class PythonEngine:
         """The states at t_end [s] from the states x at t; every call starts anew, `held` or not."""
         return self._integrator.advance(t, x, t_end)
 
-    def save(self) -> dict[str, Any]:
-        """What `advance` goes on from, besides states, inputs and parameters."""
-        return {"step": self.step}
+    def save(self) -> list[float]:
+        """Step size that `advance` goes on from, besides states, inputs and parameters."""
+        return [self.step]
 
-    def restore(self, saved: dict[str, Any]) -> None:
+    def restore(self, saved: list[float]) -> None:
         """Take back what `save` returned."""
-        self.step = saved["step"]
+        [self.step] = saved
 
     def outputs(self, t: float, x: list[float]) -> list[float]:
         """Outputs at t [s] and the states x."""

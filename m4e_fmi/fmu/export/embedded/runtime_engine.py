@@ -8,7 +8,6 @@ from collections.abc import Callable
 from ctypes import CDLL, Array, byref, c_double, c_int32, c_uint32, create_string_buffer
 from math import inf, isfinite
 from pathlib import Path
-from typing import Any
 
 from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed, too
 
@@ -99,22 +98,22 @@ class RuntimeEngine:
             raise ArithmeticError(self._failure(report))
         return list(result)
 
-    def save(self) -> dict[str, Any]:
-        """What `advance` goes on from, besides states, inputs and parameters."""
+    def save(self) -> list[float]:
+        """Numbers that `advance` goes on from, besides states, inputs and parameters."""
         numbers = (c_double * kept(len(self._states)))()
         if self._ahead.value:
             self._lib.m4e_keep(self._integrator, numbers)
-        return {"step": self.step, "ahead": list(numbers) if self._ahead.value else []}
+        return [self.step, *(numbers if self._ahead.value else ())]
 
-    def restore(self, saved: dict[str, Any]) -> None:
+    def restore(self, saved: list[float]) -> None:
         """Take back what `save` returned; the tolerance is that of then."""
-        self.step = saved["step"]
-        self._ahead.value = bool(saved["ahead"])
+        self.step, *ahead = saved
+        self._ahead.value = bool(ahead)
         if not self._ahead.value:
             return
         if self._built != self.tolerance:
             self._build()
-        self._lib.m4e_take_up(self._integrator, _doubles(saved["ahead"]))
+        self._lib.m4e_take_up(self._integrator, _doubles(ahead))
 
     def _build(self) -> None:
         if self._release:
