@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.program.program import TIME, Program
-from m4e_fmi.program.tape import Tape
 
 Floats = NDArray[np.float64]
 
@@ -85,8 +84,7 @@ class _Corners:
     def __init__(self, program: Program, stop_time: float) -> None:
         self._tape, self._stop = program.tape, stop_time
         self._fixed: Mapping[str, float] = {v.name: v.start for v in program.parameters}
-        self._timely = _timely(program, self._fixed)
-        self.nodes = [k for k in sorted(self._timely) if self._tape.operations[k][0] in CORNERS]
+        self.nodes = _timely_corners(program, self._fixed)
         self._times: dict[int, list[float]] = {}
         for node in self.nodes:
             self._times[node] = self._found(node)
@@ -149,19 +147,22 @@ class _Corners:
         return [found[k] for k in nodes]
 
 
-def _timely(program: Program, fixed: Mapping[str, float]) -> set[int]:
-    """The nodes that depend on time, and else on parameters only."""
-    tape: Tape = program.tape
-    steady, timely = set[int](), set[int]()
-    for k in tape.reachable([*program.rates, *program.results]):
-        kind, *arguments = tape.operations[k]
+def _timely_corners(program: Program, fixed: Mapping[str, float]) -> list[int]:
+    """The operations with corners that depend on time, and else on parameters only, ascending."""
+    operations = program.tape.operations
+    how = bytearray(len(operations))  # nodes depend on what is: fixed 0, timely 1, moving 2
+    found = []
+    for k, operation in enumerate(operations):
+        kind = operation[0]
         if kind == "symbol":
-            if arguments[0] == TIME:
-                timely.add(k)
-            elif arguments[0] in fixed:
-                steady.add(k)
-        elif kind == "constant" or all(a in steady for a in arguments):
-            steady.add(k)
-        elif all(a in steady or a in timely for a in arguments):
-            timely.add(k)
-    return timely
+            name = operation[1]
+            how[k] = 0 if name in fixed else 1 if name == TIME else 2
+        elif kind != "constant":
+            first, last = how[operation[1]], how[operation[-1]]
+            how[k] = first if first > last else last
+            if kind in CORNERS and how[k] == 1:
+                found.append(k)
+    if not found:
+        return []
+    needed = set(program.tape.reachable([*program.rates, *program.results]))
+    return [k for k in found if k in needed]

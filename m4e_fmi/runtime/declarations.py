@@ -16,10 +16,15 @@ from ctypes import (
 )
 from pathlib import Path
 
-ABI = 4
+ABI = 5
 LANES = 8
 METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
-BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3}
+BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3, "timely": 4}
+
+
+def kept(states: int) -> int:
+    """Numbers that `m4e_keep` writes of so many states: M4E_KEPT of m4e.h."""
+    return 4 + 10 * states
 
 
 class Counts(ctypes.Structure):
@@ -29,7 +34,7 @@ class Counts(ctypes.Structure):
         (name, c_uint32)
         for name in (
             "states", "inputs", "parameters", "outputs", "calculated",
-            "nodes", "literals", "entries", "hoisted",
+            "nodes", "literals", "entries", "hoisted", "timely",
         )
     ]  # fmt: skip
 
@@ -87,6 +92,7 @@ class Block(ctypes.Structure):
         ("result", c_void_p),
         ("results", c_uint32),
         ("registers", c_uint32),
+        ("timely", c_uint32),
         ("kernel", c_void_p),
     ]
 
@@ -112,6 +118,12 @@ _SIGNATURES: dict[str, tuple] = {
     "m4e_advance": (
         c_int, c_void_p, c_double, c_size_t, _DOUBLES, _DOUBLES, POINTER(Report),
     ),
+    "m4e_go_on": (
+        c_int, c_void_p, c_double, _DOUBLES, c_double, c_int, c_double, POINTER(c_int32),
+        POINTER(Report),
+    ),
+    "m4e_keep": (None, c_void_p, _DOUBLES),
+    "m4e_take_up": (None, c_void_p, _DOUBLES),
     "m4e_simulate": (
         c_int, c_void_p, POINTER(Options), POINTER(Events), _DOUBLES, c_size_t, _DOUBLES, _DOUBLES,
         _DOUBLES, POINTER(Report),

@@ -64,7 +64,7 @@ class _Writer:
 
     def __init__(self, counts: Counts) -> None:
         self.fixed = 1 + counts.states
-        many = counts.inputs + counts.parameters + counts.hoisted + counts.literals
+        many = counts.inputs + counts.parameters + counts.hoisted + counts.literals + counts.timely
         self.leaves = ["OF(t, 0)", *(f"OF(x, {k})" for k in range(counts.states))]
         self.leaves += [f"OF(fixed, {k})" for k in range(many)]
 

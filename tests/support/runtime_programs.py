@@ -7,7 +7,7 @@ import operator
 
 from m4e_fmi.program import Program, Recorder, Variable, functions
 from m4e_fmi.program.binary_form import Entry
-from m4e_fmi.program.functions import cos, sin
+from m4e_fmi.program.functions import atan2, cos, sin
 from m4e_fmi.program.tape import BINARY, UNARY, Scalar
 
 
@@ -61,6 +61,31 @@ def every_operation() -> Program:
         r.output(Variable(f"binary.{name}", "1", name), (x + q).record(name, w + r.time))
     r.rate("x", sin(x * q) - w * cos(x) + r.time * q**2)
     r.calculate(Variable("c", "m2", "calculated"), q * q + sin(q))
+    return r.program()
+
+
+def waves(count: int = 40) -> Program:
+    """Two oscillators under waves that begin with other phases at t = -0.0 than at t = 0.0.
+
+    So many components that the forces, which depend on time and parameters, are computed apart.
+    """
+    r = Recorder(f"waves{count}", "oscillators under forces of many frequencies")
+    height = r.parameter(Variable("height", "m", "of every component", start=0.05, tunable=True))
+    push = r.input(Variable("push", "N", "force", start=0.1))
+    x, v, y = (r.state(Variable(name, "1", "state", start=0.2)) for name in "xvy")
+    elevation = forces = r.tape.constant(0.0)
+    turn = atan2(r.time, r.tape.constant(-1.0))
+    for k in range(1, count + 1):
+        phase = (0.3 + 0.05 * k) * r.time + (1.7 * k * k + 0.25 * turn)
+        elevation = elevation + height * cos(phase)
+        forces = forces + height * (cos(phase) / k - 0.3 * sin(phase))
+    r.rate("x", v)
+    r.rate("v", forces + push - 2.0 * x - 0.3 * v * abs(v))
+    r.rate("y", forces * x - y)
+    r.output(Variable("elevation", "m", "of the water"), elevation)
+    r.output(Variable("force", "N", "of the waves"), forces)
+    r.output(Variable("power", "W", "of the waves"), forces * v)
+    r.calculate(Variable("most", "m", "possible elevation"), count * height)
     return r.program()
 
 

@@ -15,7 +15,7 @@
 
 typedef struct {
     const m4e_program *program;
-    int hoisting;
+    int kind;
     uint32_t *uses;  /* by needed nodes and roots; 0: not needed */
     uint32_t *order; /* needed nodes, as they will be computed */
     uint32_t *where; /* of a trigonometric argument: its instruction; later: register of a node */
@@ -29,17 +29,26 @@ enum { THROUGH_REGISTER = 3, SIDE_BY_SIDE = 4 /* operations, on average, are man
 
 static int is_trig(uint8_t op) { return op == OP_SIN || op == OP_COS; }
 
-/* Nodes that have a register for good; a block of hoisted values computes those itself. */
+/* A register for good whose value this block computes. */
+static int own(const planner *s, uint32_t node) {
+    const uint32_t slot = s->program->slot[node];
+    if (slot == M4E_NONE || s->program->op[node] < FIRST_UNARY) return 0;
+    return s->kind == (slot < s->program->first_timely ? OF_HOISTED : OF_TIMELY);
+}
+
+/* Nodes that have a register for good, which another block fills. */
 static int available(const planner *s, uint32_t node) {
-    return s->program->slot[node] != M4E_NONE &&
-           !(s->hoisting && s->program->op[node] >= FIRST_UNARY);
+    return s->program->slot[node] != M4E_NONE && !own(s, node);
 }
 
 static void count_uses(planner *s, uint32_t count, const uint32_t *roots) {
     const m4e_program *p = s->program;
     for (uint32_t i = 0; i < count; ++i) ++s->uses[roots[i]];
     for (uint32_t k = p->count.nodes; k-- > 0;) {
-        if (available(s, k)) s->uses[k] = 0;
+        if (available(s, k)) {
+            s->out->timely |= s->uses[k] > 0 && p->slot[k] >= p->first_timely;
+            s->uses[k] = 0;
+        }
         if (s->uses[k] == 0) continue;
         ++s->needed;
         ++s->uses[p->a[k]];
@@ -190,8 +199,7 @@ typedef struct {
 
 static uint32_t take(planner *s, pool *registers, uint32_t node) {
     if (node == M4E_NONE) return s->program->unread;
-    if (s->hoisting && s->program->slot[node] != M4E_NONE)
-        return s->where[node] = s->program->slot[node];
+    if (own(s, node)) return s->where[node] = s->program->slot[node];
     const uint32_t r = registers->count ? registers->free[--registers->count] : registers->next++;
     return s->where[node] = r;
 }
@@ -221,10 +229,9 @@ static void allot(planner *s, uint32_t count, const uint32_t *roots) {
     for (uint32_t i = 0; i < count; ++i) out->result[i] = s->where[roots[i]];
 }
 
-block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots,
-                     int hoisting) {
+block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots, int kind) {
     const size_t n = program->count.nodes + (size_t)1;
-    planner s = {.program = program, .hoisting = hoisting};
+    planner s = {.program = program, .kind = kind};
     uint32_t *memory = calloc(5 * n, sizeof *memory);
     int done = 0;
     s.out = calloc(1, sizeof *s.out);

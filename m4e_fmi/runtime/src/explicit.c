@@ -45,6 +45,17 @@ static void stages(m4e_integrator *s, const row *rows, unsigned count, unsigned 
     }
 }
 
+/* Tells the model when the rows' stages will be. */
+static void foresee(const m4e_integrator *s, const row *rows, unsigned count, const row *more,
+                    unsigned more_count) {
+    double node[STAGES];
+    unsigned nodes = 0;
+    for (unsigned i = 0; i < count; ++i)
+        if (i == 0 || rows[i].c != rows[i - 1].c) node[nodes++] = rows[i].c;
+    for (unsigned i = 0; i < more_count; ++i) node[nodes++] = more[i].c;
+    m4e_foresee_step(s, nodes, node);
+}
+
 static void attempt(m4e_integrator *s, const row *rows, unsigned count) {
     stages(s, rows, count, 1);
     memcpy(s->x_new, s->work, s->width * sizeof *s->work); /* the last stage is the solution */
@@ -74,6 +85,7 @@ static void attempt_rk4(m4e_integrator *s) {
 }
 
 static void attempt_rk45(m4e_integrator *s) {
+    foresee(s, rk45_stages, ROWS(rk45_stages), NULL, 0);
     attempt(s, rk45_stages, ROWS(rk45_stages));
     combine(s, rk45_error, s->zero, s->work);
     for (uint32_t l = 0; l < s->model->lanes; ++l)
@@ -81,6 +93,7 @@ static void attempt_rk45(m4e_integrator *s) {
 }
 
 static void attempt_dop853(m4e_integrator *s) {
+    foresee(s, dop853_stages, ROWS(dop853_stages), dop853_more, ROWS(dop853_more));
     attempt(s, dop853_stages, ROWS(dop853_stages));
     double sum[2][GROUPS][M4E_LANES]; /* of the fifth and the third order */
     for (int i = 0; i < 2; ++i) {

@@ -32,6 +32,17 @@ void m4e_stage(m4e_integrator *s, double c, const double *x, double *result) {
     m4e_evaluate(m, M4E_RATES, t, x, result);
 }
 
+void m4e_foresee_step(const m4e_integrator *s, unsigned nodes, const double *node) {
+    const lane *now = &s->lanes[0];
+    double times[STAGES + 2];
+    if (s->model->lanes > 1) return;
+    for (unsigned i = 0; i < nodes; ++i) times[i] = now->t + node[i] * now->h;
+    times[nodes] = now->t_new; /* may differ from t + h by a rounding */
+    const int inside = now->left > 0 && *now->times < now->t_new;
+    if (inside) times[nodes + 1] = *now->times;
+    m4e_foresee(s->model, nodes + 1 + (unsigned)inside, times);
+}
+
 double m4e_sum(const m4e_integrator *s, uint32_t l, group of, const double *v, const double *x,
                const double *y) {
     const size_t lanes = s->model->lanes;
@@ -147,7 +158,7 @@ static void propose(m4e_integrator *s, lane *now) {
     const double smallest = fmax(roundings, HOPELESS * (now->bound - now->t));
     now->h = 0.0;
     if (now->done) return;
-    if (now->report.accepted + now->report.rejected >= s->options.max_steps) {
+    if (now->report.accepted + now->report.rejected - now->before >= s->options.max_steps) {
         m4e_stop(now, M4E_MANY_STEPS, -1);
         return;
     }

@@ -22,6 +22,7 @@ typedef struct {
     const double *times;
     double *states; /* where the next row goes */
     size_t left;    /* rows still to write */
+    uint64_t before; /* attempts of earlier calls */
     m4e_report report;
 } lane;
 
@@ -66,6 +67,8 @@ extern const method m4e_rk4, m4e_rk45, m4e_dop853, m4e_rodas;
 
 /* rates at (t + c h, x) of every lane */
 void m4e_stage(m4e_integrator *s, double c, const double *x, double *result);
+/* an attempt, and what follows from it, may need rates at t + node h */
+void m4e_foresee_step(const m4e_integrator *s, unsigned nodes, const double *node);
 /* sum of the squares of v / (atol + rtol max(|x|, |y|)) over a lane's components of a group */
 double m4e_sum(const m4e_integrator *s, uint32_t l, group of, const double *v, const double *x,
                const double *y);

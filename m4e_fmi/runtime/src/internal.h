@@ -34,7 +34,7 @@ enum {
 #define M4E_MOST (1u << 24) /* nodes, registers: an index fits the upper bits of a code */
 
 /* Registers of a model, in this order: time, states, inputs, parameters, hoisted values, literals,
-   one that nobody reads, temporaries. `slot[node]` is the register of a node that has one for good,
+   timely values (timely.c), one that nobody reads, temporaries. `slot[node]` is the register of a node that has one for good,
    M4E_NONE for what each block computes. */
 struct m4e_program {
     m4e_counts count;
@@ -45,8 +45,10 @@ struct m4e_program {
     uint32_t *flags;
     char *text;
     uint32_t *rates, *results, *constants, *rows, *columns, *derivatives;
-    uint32_t *hoisted; /* nodes, ascending */
-    uint32_t unread;   /* first register after the literals */
+    uint32_t *hoisted, *timely; /* nodes, ascending */
+    uint32_t *corners;             /* pairs of nodes, see add_corner */
+    uint32_t corner_count;
+    uint32_t first_timely, unread; /* registers after the literals, after the timely values */
 };
 
 /* code = operation + 256 c (for OP_SINCOS c is the count of consecutive ones); result d;
@@ -56,6 +58,18 @@ typedef m4e_instruction instruction;
 typedef m4e_block block;
 typedef void runner(const instruction *code, double *registers);
 
+/* Timely values that a model has, and will need. */
+enum { FORESEEN = 2 * M4E_LANES };
+typedef struct {
+    double now;           /* s; time of those in the registers, nan: none */
+    runner *run;          /* on M4E_LANES lanes */
+    double *wide;         /* registers on M4E_LANES lanes; NULL where there is nothing to foresee */
+    int stale;            /* their fixed values are not those of the model */
+    uint32_t count;       /* of the times foreseen */
+    double time[FORESEEN], *values; /* s; [time][value] */
+    void *memory;
+} foresight;
+
 struct m4e_model {
     const m4e_program *program;
     uint32_t lanes;
@@ -63,7 +77,9 @@ struct m4e_model {
     double *registers; /* [register][lane] */
     void *memory;
     block *blocks[M4E_BLOCKS];
+    foresight timely;
     double *entries; /* of the Jacobian */
+    double *sides;   /* of the corners, at two times */
     double curves_from;            /* s; t0 of the curves */
     const double *curves[3];       /* of the inputs: value, first and second derivative; or NULL */
 };
@@ -81,12 +97,23 @@ int m4e_is_within(const fusion *f, uint32_t node); /* it is part of another's in
 /* Its instruction, with nodes for registers; returns 2 if it takes two, one being OP_MORE. */
 int m4e_fused(const fusion *f, uint32_t node, instruction form[2]);
 
-/* Instructions that compute `roots`; `hoisting` for the block of the hoisted values themselves. */
-block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots,
-                     int hoisting);
+/* Instructions that compute `roots`: the hoisted or the timely values themselves, or what reads both
+   from their registers. */
+enum { OF_HOISTED, OF_TIMELY, OF_ALL };
+block *m4e_block_new(const m4e_program *program, uint32_t count, const uint32_t *roots, int kind);
 void m4e_block_free(block *b);
 runner m4e_run;
 runner *m4e_lanes_runner(void); /* on M4E_LANES register files, for this processor */
+
+/* timely.c; 0: memory is short */
+int m4e_timely_new(m4e_model *m);
+void m4e_timely_free(m4e_model *m);
+/* The values in the registers are those of t, one time per lane. */
+void m4e_timely_at(m4e_model *m, const double *t);
+/* The model will soon need values at these times. */
+void m4e_foresee(m4e_model *m, uint32_t count, const double *times);
+/* A parameter has changed. */
+void m4e_timely_forget(m4e_model *m);
 
 /* A block at (t, x): one time per lane, vectors as [component][lane]. */
 void m4e_evaluate(m4e_model *model, int which, const double *t, const double *x, double *result);

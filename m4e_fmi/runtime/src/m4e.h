@@ -29,7 +29,7 @@
 #pragma GCC visibility push(hidden)
 #endif
 
-#define M4E_ABI 4   /* changes with any declaration below */
+#define M4E_ABI 5   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -42,6 +42,7 @@ typedef struct {
     uint32_t states, inputs, parameters, outputs, calculated;
     uint32_t nodes, literals, entries; /* entries: of the Jacobian, 0 where there is none */
     uint32_t hoisted;                  /* operations done once per change of a parameter */
+    uint32_t timely; /* values of time and parameters only that are computed apart, for rates */
 } m4e_counts;
 
 typedef struct {
@@ -66,7 +67,7 @@ typedef struct {
     double rtol, atol; /* local error per step <= atol + rtol |x|, RMS norm */
     double max_step;   /* s; INFINITY for no limit. M4E_RK4 takes the fewest equal steps up to the
                           next time asked for that are not longer, whatever their error */
-    uint64_t max_steps;
+    uint64_t max_steps; /* of one call */
     uint64_t quadratures; /* the last states, which no rate depends on: a norm of their own */
 } m4e_options;
 
@@ -93,7 +94,7 @@ typedef struct {
 } m4e_events;
 
 /* A block: instructions that compute some results from registers, of which the first hold time,
-   states, inputs, parameters, hoisted values and literals. Operations and operands: internal.h. */
+   states, inputs, parameters, hoisted values, literals and timely values. Operations and operands: internal.h. */
 typedef struct {
     uint32_t code, d, a, b;
 } m4e_instruction;
@@ -106,11 +107,11 @@ typedef struct {
     m4e_instruction *code; /* the last one ends the block */
     uint64_t length;
     uint32_t *result; /* registers */
-    uint32_t results, registers;
+    uint32_t results, registers, timely; /* timely: it reads such values */
     m4e_kernel *kernel; /* runs instead of the instructions; NULL: none */
 } m4e_block;
 
-enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_CONSTANTS, M4E_BLOCKS };
+enum { M4E_RATES, M4E_OUTPUTS, M4E_DERIVATIVES, M4E_WATCHED, M4E_TIMELY, M4E_CORNERS, M4E_CONSTANTS, M4E_BLOCKS };
 
 M4E_API int m4e_abi(void);
 
@@ -165,6 +166,17 @@ M4E_API int m4e_advance(m4e_integrator *integrator, double bound, size_t count,
 M4E_API int m4e_step(m4e_integrator *integrator, double bound, double *state, m4e_report *report);
 /* The states at the time that a failed `advance` or `step` reported. */
 M4E_API void m4e_reached(const m4e_integrator *integrator, double *x);
+
+/* A communication step of a co-simulation, from (t, x) to `end`, which leaves x there. If nothing was
+   set since the step before (`held`), the integrator may go beyond `end`, look up the state there
+   and go on from where it is next time; `ahead` tells if it has, and is its own: 0 at first. Steps of
+   M4E_RK4, and those with a corner or a jump that depends on time, end at `end`. */
+M4E_API int m4e_go_on(m4e_integrator *integrator, double t, double *x, double end, int held,
+                      double step, int32_t *ahead, m4e_report *report);
+/* What an integrator that is ahead goes on from, so many numbers for n states. */
+#define M4E_KEPT(n) (4 + 10 * (size_t)(n))
+M4E_API void m4e_keep(const m4e_integrator *integrator, double *kept);
+M4E_API void m4e_take_up(m4e_integrator *integrator, const double *kept);
 
 /* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
 M4E_API int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,

@@ -9,7 +9,18 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
     uint32_t known = 0;
     for (; roots && known < count && outputs[known] < p->count.outputs; ++known)
         roots[known] = p->results[outputs[known]];
-    if (roots && known == count) b = m4e_block_new(p, count, roots, 0);
+    if (roots && known == count) b = m4e_block_new(p, count, roots, OF_ALL);
+    free(roots);
+    return b;
+}
+
+/* Both sides of each corner; of one alone, itself twice. */
+static block *plan_corners(const m4e_program *p) {
+    const uint32_t count = 2 * p->corner_count;
+    uint32_t *roots = malloc((count + (size_t)1) * sizeof *roots);
+    for (uint32_t i = 0; roots && i < count; ++i)
+        roots[i] = p->corners[i] == M4E_NONE ? p->corners[i - 1] : p->corners[i];
+    block *b = roots ? m4e_block_new(p, count, roots, OF_ALL) : NULL;
     free(roots);
     return b;
 }
@@ -17,34 +28,34 @@ static block *plan_outputs(const m4e_program *p, uint32_t count, const uint32_t 
 m4e_model *m4e_model_new(const m4e_program *program, uint32_t lanes, uint32_t selected,
                          const uint32_t *outputs, uint32_t watched, const uint32_t *events) {
     const m4e_program *p = program;
-    runner *run = lanes == 1 ? m4e_run : NULL;
-#ifdef M4E_SHARED
-    if (lanes == M4E_LANES) run = m4e_lanes_runner();
-#endif
-    if (!run) return NULL;
+    if (lanes != 1 && lanes != M4E_LANES) return NULL;
     m4e_model *m = calloc(1, sizeof *m);
     if (!m) return NULL;
-    m->run = run;
+    m->run = lanes == 1 ? m4e_run : m4e_lanes_runner();
     m->program = program;
     m->lanes = lanes;
-    m->blocks[M4E_RATES] = m4e_block_new(p, p->count.states, p->rates, 0);
+    m->blocks[M4E_RATES] = m4e_block_new(p, p->count.states, p->rates, OF_ALL);
     m->blocks[M4E_OUTPUTS] = plan_outputs(p, selected, outputs);
-    m->blocks[M4E_DERIVATIVES] = m4e_block_new(p, p->count.entries, p->derivatives, 0);
+    m->blocks[M4E_DERIVATIVES] = m4e_block_new(p, p->count.entries, p->derivatives, OF_ALL);
     m->blocks[M4E_WATCHED] = plan_outputs(p, watched, events);
-    m->blocks[M4E_CONSTANTS] = m4e_block_new(p, p->count.hoisted, p->hoisted, 1);
+    m->blocks[M4E_TIMELY] = m4e_block_new(p, p->count.timely, p->timely, OF_TIMELY);
+    m->blocks[M4E_CORNERS] = plan_corners(p);
+    m->blocks[M4E_CONSTANTS] = m4e_block_new(p, p->count.hoisted, p->hoisted, OF_HOISTED);
     uint32_t registers = 0;
     for (int i = 0; i < M4E_BLOCKS; ++i) {
         if (!m->blocks[i]) goto failed;
         if (m->blocks[i]->registers > registers) registers = m->blocks[i]->registers;
     }
     m->entries = calloc(p->count.entries + (size_t)1, sizeof *m->entries);
+    m->sides = calloc(4 * p->corner_count + (size_t)1, sizeof *m->sides);
     m->memory = calloc(registers * (size_t)lanes + 8, sizeof *m->registers);
-    if (!m->entries || !m->memory) goto failed;
+    if (!m->entries || !m->sides || !m->memory) goto failed;
     /* whole cache lines: one register of all lanes each */
     m->registers = (double *)(((uintptr_t)m->memory + 63) & ~(uintptr_t)63);
-    double *literal = m->registers + (p->unread - p->count.literals) * (size_t)lanes;
+    double *literal = m->registers + (p->first_timely - p->count.literals) * (size_t)lanes;
     for (uint32_t i = 0; i < p->count.literals; ++i)
         for (uint32_t l = 0; l < lanes; ++l) literal[i * (size_t)lanes + l] = p->literals[i];
+    if (!m4e_timely_new(m)) goto failed;
     m4e_compute_constants(m);
     return m;
 failed:
@@ -55,8 +66,10 @@ failed:
 void m4e_model_free(m4e_model *m) {
     if (!m) return;
     for (int i = 0; i < M4E_BLOCKS; ++i) m4e_block_free(m->blocks[i]);
+    m4e_timely_free(m);
     free(m->memory);
     free(m->entries);
+    free(m->sides);
     free(m);
 }
 
@@ -64,7 +77,10 @@ block *m4e_model_block(m4e_model *m, int which) {
     return which >= 0 && which < M4E_BLOCKS ? m->blocks[which] : NULL;
 }
 
-void m4e_compute_constants(m4e_model *m) { m->run(m->blocks[M4E_CONSTANTS]->code, m->registers); }
+void m4e_compute_constants(m4e_model *m) {
+    m->run(m->blocks[M4E_CONSTANTS]->code, m->registers);
+    m4e_timely_forget(m);
+}
 
 static void follow_curves(m4e_model *m, double t) {
     const double since = t - m->curves_from;
@@ -78,6 +94,7 @@ void m4e_evaluate(m4e_model *m, int which, const double *t, const double *x, dou
     const size_t lanes = m->lanes, states = m->program->count.states;
     double *r = m->registers;
     if (which == M4E_RATES && m->curves[0]) follow_curves(m, *t);
+    if (b->timely) m4e_timely_at(m, t);
     if (b->kernel) {
         b->kernel(t, x, r + (1 + states) * lanes, result);
         return;

@@ -152,12 +152,53 @@ static const char *text_problem(const m4e_counts *n, const uint8_t *text, size_t
     return NULL;
 }
 
+/* What a node depends on: parameters, time besides, or anything. */
+enum { FIXED, TIMELY, MOVING };
+
+static uint8_t variability(const m4e_program *p, uint32_t node, const uint8_t *how) {
+    const uint8_t op = p->op[node];
+    if (op == OP_LITERAL || op == OP_PARAMETER) return FIXED;
+    if (op < FIRST_UNARY) return op == OP_TIME ? TIMELY : MOVING;
+    const uint8_t a = how[p->a[node]], b = op >= FIRST_BINARY ? how[p->b[node]] : a;
+    return a > b ? a : b;
+}
+
+/* Arguments of operations that bend or jump where two of them are equal, or one is zero. */
+static void add_corner(m4e_program *p, uint32_t node) {
+    const uint8_t op = p->op[node];
+    if (op != OP_ABS && op != OP_SIGN && op != OP_MIN && op != OP_MAX) return;
+    p->corners[2 * p->corner_count] = p->a[node];
+    p->corners[2 * p->corner_count++ + 1] = op >= FIRST_BINARY ? p->b[node] : M4E_NONE;
+}
+
+/* Lists the timely nodes that rates, or what moves in them, read, and gives them the registers from
+   `first` on; none where they take less work than it is to keep them. Lists their corners, too. */
+static void assign_timely(m4e_program *p, uint32_t first, const uint8_t *how, uint8_t *needed) {
+    enum { WITHIN = 1, READ = 2, LEAST_WORK = 200 };
+    m4e_counts *n = &p->count;
+    uint32_t work = 0;
+    memset(needed, 0, n->nodes);
+    for (uint32_t i = 0; i < n->states; ++i) needed[p->rates[i]] = READ;
+    for (uint32_t k = n->nodes; k-- > 0;) {
+        if (!needed[k] || p->op[k] < FIRST_UNARY) continue;
+        needed[p->a[k]] |= how[k] == MOVING ? READ : WITHIN;
+        if (p->op[k] >= FIRST_BINARY) needed[p->b[k]] |= how[k] == MOVING ? READ : WITHIN;
+        work += how[k] == TIMELY;
+        if (how[k] == TIMELY) add_corner(p, k);
+    }
+    for (uint32_t k = 0; work >= LEAST_WORK && k < n->nodes; ++k) {
+        if (how[k] != TIMELY || !(needed[k] & READ) || p->op[k] < FIRST_UNARY) continue;
+        p->slot[k] = first + n->timely;
+        p->timely[n->timely++] = k;
+    }
+}
+
 /* Nodes that depend on parameters only and are read by others, or are results, are computed once
    per change of a parameter. Also gives the leaves their registers. */
 static int assign_slots(m4e_program *p) {
     m4e_counts *n = &p->count;
-    uint8_t *fixed = calloc(n->nodes + (size_t)1, 1), *read = calloc(n->nodes + (size_t)1, 1);
-    if (!fixed || !read) goto done;
+    uint8_t *how = calloc(n->nodes + (size_t)1, 1), *read = calloc(n->nodes + (size_t)1, 1);
+    if (!how || !read) goto done;
     for (uint32_t i = 0; i < n->states; ++i) read[p->rates[i]] = 1;
     for (uint32_t i = 0; i < n->outputs; ++i) read[p->results[i]] = 1;
     for (uint32_t i = 0; i < n->calculated; ++i) read[p->constants[i]] = 1;
@@ -165,15 +206,14 @@ static int assign_slots(m4e_program *p) {
     for (uint32_t k = 0; k < n->nodes; ++k) {
         const uint8_t op = p->op[k];
         const int leaf = op < FIRST_UNARY, binary = op >= FIRST_BINARY;
-        fixed[k] = leaf ? op == OP_LITERAL || op == OP_PARAMETER
-                        : fixed[p->a[k]] && (!binary || fixed[p->b[k]]);
-        if (!leaf && !fixed[k]) read[p->a[k]] = 1;
-        if (binary && !fixed[k]) read[p->b[k]] = 1;
+        how[k] = variability(p, k, how);
+        if (!leaf && how[k] != FIXED) read[p->a[k]] = 1;
+        if (binary && how[k] != FIXED) read[p->b[k]] = 1;
     }
     const uint32_t input = 1 + n->states, parameter = input + n->inputs;
     const uint32_t hoisted = parameter + n->parameters;
     for (uint32_t k = 0; k < n->nodes; ++k) {
-        if (p->op[k] < FIRST_UNARY || !fixed[k] || !read[k]) continue;
+        if (p->op[k] < FIRST_UNARY || how[k] != FIXED || !read[k]) continue;
         p->slot[k] = hoisted + n->hoisted;
         p->hoisted[n->hoisted++] = k;
     }
@@ -181,11 +221,13 @@ static int assign_slots(m4e_program *p) {
     const uint32_t first[] = {literal, 0, 1, input, parameter};
     for (uint32_t k = 0; k < n->nodes; ++k)
         if (p->op[k] < FIRST_UNARY) p->slot[k] = first[p->op[k]] + p->a[k];
-    p->unread = literal + n->literals;
+    p->first_timely = literal + n->literals;
+    assign_timely(p, p->first_timely, how, read);
+    p->unread = p->first_timely + n->timely;
 done:
-    free(fixed);
+    free(how);
     free(read);
-    return fixed && read;
+    return how && read;
 }
 
 static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) {
@@ -210,7 +252,10 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     if (p->text) memcpy(p->text, c.at, text);
     p->slot = malloc((n->nodes + (size_t)1) * sizeof *p->slot);
     p->hoisted = malloc((n->nodes + (size_t)1) * sizeof *p->hoisted);
-    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->text) return "does not fit into memory";
+    p->timely = malloc((n->nodes + (size_t)1) * sizeof *p->timely);
+    p->corners = malloc(2 * (n->nodes + (size_t)1) * sizeof *p->corners);
+    if (c.failed || !p->op || !p->slot || !p->hoisted || !p->timely || !p->corners || !p->text)
+        return "does not fit into memory";
     memset(p->slot, 0xff, n->nodes * sizeof *p->slot);
     const char *problem = nodes_problem(p);
     if (!problem) problem = roots_problem(p);
@@ -218,7 +263,7 @@ static const char *read_body(m4e_program *p, const uint8_t *bytes, size_t text) 
     if (!problem && !assign_slots(p)) problem = "does not fit into memory";
     for (uint32_t i = 0; !problem && i < n->calculated; ++i) {
         const uint32_t slot = p->slot[p->constants[i]];
-        if (slot == M4E_NONE || slot < 1 + n->states + n->inputs)
+        if (slot < 1 + n->states + n->inputs || slot >= p->first_timely)
             problem = "has a calculated parameter that varies";
     }
     return problem;
@@ -230,7 +275,7 @@ m4e_program *m4e_program_read(const uint8_t *bytes, size_t size, char *message, 
     if (!problem) {
         uint32_t n[COUNTS];
         for (int i = 0; i < COUNTS; ++i) n[i] = get32(bytes + 24 + 4 * i);
-        const m4e_counts count = {n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], 0};
+        const m4e_counts count = {n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], 0, 0};
         if (implied_size(&count, n[8]) != size)
             problem = "has counts that do not match its size";
         else if (variables(&count) + count.nodes + count.literals >= M4E_MOST)
@@ -252,7 +297,7 @@ void m4e_program_free(m4e_program *p) {
     if (!p) return;
     void *parts[] = {p->op,      p->a,         p->b,    p->slot,    p->literals,    p->rates,
                      p->results, p->constants, p->rows, p->columns, p->derivatives, p->hoisted,
-                     p->starts,  p->limits,    p->flags, p->text};
+                     p->timely,  p->corners,   p->starts, p->limits, p->flags, p->text};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; ++i) free(parts[i]);
     free(p);
 }

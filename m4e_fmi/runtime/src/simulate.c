@@ -99,6 +99,7 @@ int m4e_advance(m4e_integrator *s, double bound, size_t count, const double *tim
     now->states = states;
     now->left = count;
     now->report.rows = 0;
+    now->before = now->report.accepted + now->report.rejected;
     if (now->report.status == M4E_DONE) {
         now->done = 0;
         if (s->model->lanes != 1 || !m4e_ascending(times, count, now->t, bound))

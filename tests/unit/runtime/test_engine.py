@@ -8,7 +8,14 @@ import resource
 
 import numpy as np
 import pytest
-from support.runtime_programs import chain, every_fusion, every_operation, exact, van_der_pol
+from support.runtime_programs import (
+    chain,
+    every_fusion,
+    every_operation,
+    exact,
+    van_der_pol,
+    waves,
+)
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable
@@ -31,7 +38,7 @@ from m4e_fmi.runtime.engine import (
 from m4e_fmi.runtime.integrator import Integrator
 from m4e_fmi.runtime.kernel import SEVERAL
 
-PROGRAMS = [chain(1), chain(7), every_operation(), every_fusion()]
+PROGRAMS = [chain(1), chain(7), every_operation(), every_fusion(), waves()]
 
 
 def _plain(program: Program, t: float, x: np.ndarray) -> tuple[list[float], list[float]]:

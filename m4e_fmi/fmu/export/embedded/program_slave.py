@@ -32,6 +32,7 @@ class ProgramSlave(M4eSlave):
         self._fixed = set(self._parameters)
         self._default = layout["tolerance"]
         self._known = False
+        self._held = False  # nothing was set since the last step
         self._engine = self._new_engine(layout["method"], layout["step_size"])
 
     def _new_engine(self, method: str, step_size: float) -> RuntimeEngine | PythonEngine:
@@ -59,7 +60,10 @@ class ProgramSlave(M4eSlave):
         self._engine.tolerance = self.tolerance or self._default
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
+        before = [self.values[k] for k in vrs if k < len(self.values)]
         super().set_real(vrs, values)
+        if before != [self.values[k] for k in vrs if k < len(self.values)]:
+            self._held = False
         if self._known and not self._fixed.isdisjoint(vrs):
             self._known = False
 
@@ -77,8 +81,10 @@ class ProgramSlave(M4eSlave):
         self._prepare()
         values = self.values
         x = [values[k] for k in self._states]
-        for k, value in zip(self._states, self._engine.advance(t, x, t + h), strict=True):
+        found = self._engine.advance(t, x, t + h, held=self._held)
+        for k, value in zip(self._states, found, strict=True):
             values[k] = value
+        self._held = True
 
     def update(self) -> None:
         self._prepare()
@@ -89,9 +95,10 @@ class ProgramSlave(M4eSlave):
             values[k] = value
 
     def save(self) -> Saved:
-        return {"step": self._engine.step}
+        return {"held": self._held, "engine": self._engine.save()}
 
     def restore(self, saved: Saved) -> None:
-        self._engine.step = saved["step"]
+        self._held = saved["held"]
         self._set_tolerance()
+        self._engine.restore(saved["engine"])
         self._known = False

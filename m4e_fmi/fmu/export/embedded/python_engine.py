@@ -55,9 +55,17 @@ class PythonEngine:
     def _rates(self, t: float, x: Sequence[float]) -> list[float]:
         return model.rates(t, x, self._u, self._p, self._c)
 
-    def advance(self, t: float, x: list[float], t_end: float) -> list[float]:
-        """The states at t_end [s] from the states x at t."""
+    def advance(self, t: float, x: list[float], t_end: float, *, held: bool) -> list[float]:  # noqa: ARG002
+        """The states at t_end [s] from the states x at t; every call starts anew, `held` or not."""
         return self._integrator.advance(t, x, t_end)
+
+    def save(self) -> list[float]:
+        """Step size that `advance` goes on from, besides states, inputs and parameters."""
+        return [self.step]
+
+    def restore(self, saved: list[float]) -> None:
+        """Take back what `save` returned."""
+        [self.step] = saved
 
     def outputs(self, t: float, x: list[float]) -> list[float]:
         """Outputs at t [s] and the states x."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sys
 import weakref
 from collections.abc import Callable
-from ctypes import CDLL, Array, byref, c_double, c_uint32, create_string_buffer
+from ctypes import CDLL, Array, byref, c_double, c_int32, c_uint32, create_string_buffer
 from math import inf, isfinite
 from pathlib import Path
 
-from .declarations import METHODS, Options, Report, load  # type: ignore[import]  # packed, too
+from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed, too
 
 LIBRARY, PROGRAM = f"runtime.{sys.platform}", "model.m4e"
 DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
@@ -60,6 +60,7 @@ class RuntimeEngine:
         self._states, self._outputs, self._calculated = states, outputs, calculated
         self.tolerance = tolerance
         self.step = 0.0
+        self._ahead = c_int32(0)
 
     def set_parameters(self, p: list[float]) -> list[float]:
         """Calculated parameters, after parameters have been set to `p`."""
@@ -81,19 +82,38 @@ class RuntimeEngine:
                 raise ArithmeticError(f"{name} is {value}")
         return list(result)
 
-    def advance(self, t: float, x: list[float], t_end: float) -> list[float]:
-        """States at t_end [s] from the states x at t; ArithmeticError if it is not reached."""
+    def advance(self, t: float, x: list[float], t_end: float, *, held: bool) -> list[float]:
+        """States at t_end [s] from the states x at t; ArithmeticError if it is not reached.
+
+        Where nothing was set since the last call, which is `held`, the integrator cuts no step.
+        """
         if self._built != self.tolerance:
             self._build()
-        report, end = Report(), c_double(t_end)
-        result = (c_double * len(x))()
-        lib = self._lib
-        lib.m4e_start(self._integrator, t, _doubles(x), self.step)
-        status = lib.m4e_advance(self._integrator, t_end, 1, byref(end), result, byref(report))
+        report, result = Report(), _doubles(x)
+        status = self._lib.m4e_go_on(
+            self._integrator, t, result, t_end, held, self.step, byref(self._ahead), byref(report)
+        )
         self.step = report.step
         if status != DONE:
             raise ArithmeticError(self._failure(report))
         return list(result)
+
+    def save(self) -> list[float]:
+        """Numbers that `advance` goes on from, besides states, inputs and parameters."""
+        numbers = (c_double * kept(len(self._states)))()
+        if self._ahead.value:
+            self._lib.m4e_keep(self._integrator, numbers)
+        return [self.step, *(numbers if self._ahead.value else ())]
+
+    def restore(self, saved: list[float]) -> None:
+        """Take back what `save` returned; the tolerance is that of then."""
+        self.step, *ahead = saved
+        self._ahead.value = bool(ahead)
+        if not self._ahead.value:
+            return
+        if self._built != self.tolerance:
+            self._build()
+        self._lib.m4e_take_up(self._integrator, _doubles(ahead))
 
     def _build(self) -> None:
         if self._release:

@@ -341,6 +341,7 @@ fmi3Status fmi3DoStep(fmi3Instance self, fmi3Float64 t, fmi3Float64 h, fmi3Boole
     const answer how = do_step(c, t, h);
     if (how == FMI_DISCARD) { /* as if it had not been called */
         c->now = start;
+        c->now.ahead = 0; /* the integrator is elsewhere */
         memcpy(c->values, c->before, c->count * sizeof *c->values);
         c->stale = 1;
     }

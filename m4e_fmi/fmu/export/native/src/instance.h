@@ -28,6 +28,8 @@ typedef struct {
     uint32_t type, phase;
     uint32_t stops;  /* a stop time is known */
     uint32_t curved; /* input derivatives: 0 none, 1 for the next step, 2 of the step done */
+    uint32_t held;   /* nothing was set since the last step */
+    int32_t ahead;   /* the integrator is beyond the time, see m4e_go_on */
     double t, stop, step; /* s */
     double tolerance;
 } status;

@@ -12,7 +12,10 @@ typedef struct {
     double values[];
 } kept;
 
-static size_t size_of(const instance *c) { return sizeof(kept) + c->count * sizeof *c->values; }
+/* After the values comes what the integrator goes on from, if it is ahead. */
+static size_t size_of(const instance *c) {
+    return sizeof(kept) + (c->count + M4E_KEPT(c->n.states)) * sizeof *c->values;
+}
 
 /* FNV-1a of everything that follows the checksum. */
 static uint64_t checksum(const void *whole, size_t size) {
@@ -39,6 +42,7 @@ answer keep_state(instance *c, void **state) {
     k->size = size_of(c);
     k->now = c->now;
     memcpy(k->values, c->values, c->count * sizeof *c->values);
+    if (c->now.ahead) m4e_keep(c->integrator, k->values + c->count);
     *state = k;
     return FMI_OK;
 }
@@ -56,6 +60,9 @@ answer restore_state(instance *c, const void *state) {
     c->now.stop = stop;
     memcpy(c->values, k->values, c->count * sizeof *c->values);
     c->stale = c->stale_parameters = c->stale_tangent = 1;
+    if (!c->now.ahead) return FMI_OK;
+    if (!have_integrator(c)) return FMI_ERROR;
+    m4e_take_up(c->integrator, k->values + c->count);
     return FMI_OK;
 }
 

@@ -23,6 +23,7 @@ answer set_input_derivatives(instance *c, const uint32_t references[], size_t co
     for (size_t i = 0; i < count; ++i)
         (order[i] == 1 ? c->first : c->second)[s[i] - first_input(c)] = values[i];
     if (count) c->now.curved = 1;
+    if (count) c->now.held = 0;
     return FMI_OK;
 }
 
@@ -46,8 +47,8 @@ static answer failure(instance *c, const m4e_report *report) {
 
 /* Goes on to `end`, or as far as it goes; the instance is then where it came to. */
 static int advance(instance *c, double end, m4e_report *report) {
-    m4e_start(c->integrator, c->now.t, c->x, c->now.step);
-    const int done = m4e_advance(c->integrator, end, 1, &end, c->x, report) == M4E_DONE;
+    const int done = m4e_go_on(c->integrator, c->now.t, c->x, end, (int)c->now.held, c->now.step,
+                               &c->now.ahead, report) == M4E_DONE;
     if (!done) m4e_reached(c->integrator, c->x);
     c->now.t = done ? end : report->time;
     c->now.step = report->step;
@@ -57,6 +58,7 @@ static int advance(instance *c, double end, m4e_report *report) {
 
 /* The same, with a look at each step of the integrator, after which it may end earlier. */
 static int advance_observed(instance *c, double end, m4e_report *report) {
+    c->now.ahead = 0;
     m4e_start(c->integrator, c->now.t, c->x, c->now.step);
     while (c->now.t < end) {
         const int how = m4e_step(c->integrator, end, c->x, report);
@@ -93,6 +95,7 @@ answer do_step(instance *c, double t, double h) {
     m4e_report report;
     c->now.t = t;
     const int done = c->observe ? advance_observed(c, t + h, &report) : advance(c, t + h, &report);
+    c->now.held = !c->now.curved;
     if (c->now.curved) move_inputs(c, c->now.t - t);
     if (done) return FMI_OK;
     c->now.phase = FAILED;

@@ -49,6 +49,7 @@ static const char *refusal(const instance *c, uint32_t s) {
 }
 
 static void set_value(instance *c, uint32_t s, double value) {
+    if (value != value_of(c, s)) c->now.held = 0;
     if (s < c->n.parameters) {
         c->p[s] = value;
         c->stale_parameters = c->stale_tangent = 1;
