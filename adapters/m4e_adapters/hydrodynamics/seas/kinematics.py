@@ -58,7 +58,7 @@ class Components:
         return wavenumber(self.omega, depth=self.depth, gravity=self.gravity)
 
     def angles(self, t: ArrayLike, x: ArrayLike, y: ArrayLike) -> np.ndarray:
-        """θ (..., n) [rad] at times `t` (...) [s] and places `x` (...) [m], `y` (...) [m]."""
+        """θ (..., n) [rad] at times `t` [s] and places `x`, `y` [m], each (...) or scalar."""
         t, x, y = (np.asarray(value, dtype=float)[..., None] for value in (t, x, y))
         way = x * np.cos(self.direction) + y * np.sin(self.direction)
         return self.omega * t + self.phase - self.wavenumber * way
