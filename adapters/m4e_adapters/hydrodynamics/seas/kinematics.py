@@ -112,8 +112,8 @@ def dynamic_pressure(
     x, y, z = np.moveaxis(np.asarray(place, dtype=float), -1, 0)
     angle = waves.angles(t, x, y)
     level, _ = _levels(waves, z, np.cos(angle) @ waves.amplitude, stretching)
-    up, down, _, over_cosh = _profiles(waves, level)
-    return density * waves.gravity * ((up + down) * over_cosh * np.cos(angle)) @ waves.amplitude
+    _, _, pressing = depth_profiles(waves.wavenumber, level, waves.depth)
+    return density * waves.gravity * (pressing * np.cos(angle)) @ waves.amplitude
 
 
 def _vectors(
@@ -123,8 +123,7 @@ def _vectors(
     x, y, z = np.moveaxis(np.asarray(place, dtype=float), -1, 0)
     angle = waves.angles(t, x, y)
     level, above = _levels(waves, z, np.cos(angle) @ waves.amplitude, stretching)
-    up, down, over_sinh, _ = _profiles(waves, level)
-    along, upwards = (up + down) * over_sinh, (up - down) * over_sinh
+    along, upwards, _ = depth_profiles(waves.wavenumber, level, waves.depth)
     rise = waves.wavenumber * above[..., None]
     along, upwards = along + rise * upwards, upwards + rise * along
     rate = waves.amplitude * waves.omega**order
@@ -153,14 +152,14 @@ def _levels(
     return np.maximum(level, -waves.depth), above
 
 
-def _profiles(
-    waves: Components, level: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """e^{kz} and e^{−k(z + 2h)}, (..., n), and the (n,) numbers that make profiles of their sums.
+def depth_profiles(
+    wavenumber: np.ndarray, level: np.ndarray | float, depth: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """cosh k(z + h)/sinh kh, sinh k(z + h)/sinh kh and cosh k(z + h)/cosh kh, (..., n) [1].
 
-    cosh k(z + h)/sinh kh is the sum times the first of these, over cosh kh times the second.
+    For `wavenumber` k (n,) [rad/m] at a `level` z ≤ 0 (...,) or scalar [m]; `depth` h [m].
     """
-    k = waves.wavenumber
-    bed = np.exp(-2.0 * k * waves.depth)
-    up = np.exp(k * level[..., None])
-    return up, bed / up, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)
+    bed = np.exp(-2.0 * wavenumber * depth)
+    up = np.exp(wavenumber * np.asarray(level)[..., None])
+    down = bed / up
+    return (up + down) / (1.0 - bed), (up - down) / (1.0 - bed), (up + down) / (1.0 + bed)
