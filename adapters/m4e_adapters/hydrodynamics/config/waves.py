@@ -78,16 +78,16 @@ class PiersonMoskowitz(_Irregular):
 
 
 class SpectrumTable(_Spectral):
-    """A spectrum of one's own: a CSV `file` with columns `frequency` and `density`.
+    """A spectrum of one's own: a CSV `file` with columns `omega` or `frequency`, and `density`.
 
-    Frequencies ascend, in the `frequency_unit`: rad/s, or Hz; densities are in m2.s/rad or m2/Hz,
-    linear between rows, 0 beyond. With a `significant_height` [m] they are scaled to it. Other keys
-    as of JONSWAP: `direction` [deg], `ramp_time` [s], default two periods of the peak.
+    Either `omega` [rad/s] with densities in m2.s/rad, or `frequency` [Hz] with densities in m2/Hz;
+    they ascend. Densities are linear between rows, 0 beyond. With a `significant_height` [m] they
+    are scaled to it. Other keys as of JONSWAP: `direction` [deg], `ramp_time` [s], default two
+    periods of the peak.
     """
 
     spectrum: Literal["table"]
     file: str
-    frequency_unit: Literal["rad/s", "Hz"]
     significant_height: Positive | None = None
 
 

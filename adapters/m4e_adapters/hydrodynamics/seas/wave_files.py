@@ -44,10 +44,12 @@ class Samples:
 
 def read_density(section: SpectrumTable, folder: Path) -> Density:
     """The spectrum of a section whose file is in `folder`; InputError with all its problems."""
-    columns = read_columns(folder / section.file, ("frequency", "density"))
+    path = folder / section.file
+    key = _one_of(path, "omega", "frequency")
+    columns = read_columns(path, (key, "density"))
     frequency, density = (np.array(values) for values in columns.values)
     _check(columns, list(_of_density(frequency, density)), fewest=FEWEST_ROWS, most=MOST_ROWS)
-    turn = 2.0 * math.pi if section.frequency_unit == "Hz" else 1.0
+    turn = 2.0 * math.pi if key == "frequency" else 1.0
     return Density(turn * frequency, density / turn)
 
 
@@ -68,11 +70,7 @@ def read_components(section: ComponentWaves, folder: Path) -> tuple[Component, .
     if section.components is not None:
         return section.components
     path = folder / (section.file or "")
-    names = column_names(path)
-    key = "omega" if "omega" in names else "period"
-    if {"omega", "period"} <= set(names):
-        message = "has both a column 'omega' and a column 'period'"
-        raise InputError.single(message, "leave one out", str(path))
+    names, key = column_names(path), _one_of(path, "period", "omega")
     wanted = ["amplitude", key, *(name for name in ("phase", "direction") if name in names)]
     columns = read_columns(path, wanted)
     found = dict(zip(wanted, columns.values, strict=True))
@@ -86,6 +84,15 @@ def read_components(section: ComponentWaves, folder: Path) -> tuple[Component, .
         Component.model_validate(dict(zip(wanted, row, strict=True)))
         for row in zip(*columns.values, strict=True)
     )
+
+
+def _one_of(path: Path, first: str, second: str) -> str:
+    """Which of two columns a file has; the first if none. InputError if it has both."""
+    names = column_names(path)
+    if first in names and second in names:
+        message = f"has both a column {first!r} and a column {second!r}"
+        raise InputError.single(message, "leave one out", str(path))
+    return second if second in names else first
 
 
 def read_record(section: Record, folder: Path) -> Samples:
