@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
+from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
@@ -48,7 +50,7 @@ def coefficients_from_config(
     for hull in hulls:
         progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
-    return solve_hulls(
+    found = solve_hulls(
         hulls,
         water=config.water,
         omega=frequency_table(config, hulls, highest=highest),
@@ -56,6 +58,7 @@ def coefficients_from_config(
         needed=max(needed_frequency(config.waves), highest),
         progress=progress,
     )
+    return excited_by(found, hulls, config.loads.excitation)
 
 
 def _direction(config: HydrodynamicsConfig) -> float:
@@ -110,6 +113,7 @@ def _program(
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
+        loads=config.loads,
         sea=sea,
         progress=progress,
     )
@@ -144,6 +148,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     if problems:
         raise InputError(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
+    still = replace(still, excited_by=config.loads.excitation)
     return _program(config, still, name="hydrodynamics", progress=_silent)
 
 

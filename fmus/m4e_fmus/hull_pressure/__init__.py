@@ -1,0 +1,160 @@
+"""The FMU of `kind: hull_pressure`: pressure of the water on hulls at their true pose.
+
+`make` turns the section of a system file into the source of a Python slave; what it computes is
+said in README.md. `slave.py` and the three modules of `TRAVELS` travel in the FMU.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from m4e_adapters.hydrodynamics import pressure
+from m4e_adapters.hydrodynamics.config import Still
+from m4e_adapters.hydrodynamics.doubts import sea_doubts
+from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_in_space
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
+from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig as Config
+from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
+from m4e_adapters.hydrodynamics.pressure.sea import wave_data
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+
+TRAVELS = ("clipped_surface.py", "hull_load.py", "incident_waves.py")
+MANY = 5000  # triangles of a hull, from which its cost is told
+
+__all__ = ["Config", "make"]
+
+
+def make(
+    config: Config, *, name: str, folder: Path, progress: Callable[[str], None] = print
+) -> PythonSource:
+    """The source of the FMU called `name`; mesh files in `config` are relative to `folder`."""
+    hulls = closed_hulls(config, folder)
+    for text in sea_doubts(config.waves, config.water):
+        progress(f"warning: {text}")
+    bodies = [_data(name, hull, config) for name, hull in hulls.items()]
+    for body in bodies:
+        progress(_told(body))
+    here, travels = Path(__file__).parent, Path(pressure.__file__).parent
+    sea = {"waves": wave_data(config.waves, config.water), "depth": config.water.depth}
+    weight = config.water.density * config.water.gravity
+    data = {"bodies": bodies, "weight": weight, "dimensions": config.dimensions, **sea}
+    text = f"hydrostatic and wave pressure on {', '.join(config.bodies)}"
+    return PythonSource(
+        description=ModelDescription(name, text, tuple(_variables(config))),
+        slave="slave:HullPressureSlave",
+        modules={"slave.py": here / "slave.py", **{file: travels / file for file in TRAVELS}},
+        data={"hulls.json": json.dumps(data).encode()},
+    )
+
+
+def _data(name: str, hull: Panels, config: Config) -> dict[str, object]:
+    """A body as `slave.py` reads it."""
+    center = config.bodies[name].center_of_gravity
+    vertices, triangles = body_triangles(hull, center)
+    still = HullLoad(vertices.tolist(), triangles.tolist(), weight=1.0, waves=None)
+    load = still.at(point_in_space(center), (0.0, 0.0, 0.0), 0.0)
+    return {
+        "name": name,
+        "vertices": vertices.tolist(),
+        "triangles": triangles.tolist(),
+        "neutral_mass": config.water.density * load.wetted_volume,
+        "y": point_in_space(center)[1],
+        "volume": load.wetted_volume,
+    }
+
+
+def _told(body: dict) -> str:
+    count = len(body["triangles"])
+    text = (
+        f"body {body['name']!r}: displaces {body['volume']:.6g} m3 in the reference pose, neutral "
+        f"mass {body['neutral_mass']:.6g} kg, {count} triangles"
+    )
+    if count <= MANY:
+        return text
+    return f"warning: {text}: each evaluation takes about {count / 10_000:.1f} ms in still water"
+
+
+def _variables(config: Config) -> Iterator[FmuVariable]:
+    motions, waves = MOTIONS[config.dimensions], not isinstance(config.waves, Still)
+    for body, section in config.bodies.items():
+        yield _neutral(body)
+        pose = tuple(f"{body}.{motion.position}" for motion in motions)
+        yield from _inputs(body, motions, section.center_of_gravity)
+        whole = f"of the water's pressure on {body} about its centre of gravity, world frame"
+        yield from _wrench(body, "", whole, motions, pose)
+        still = f"part of {body}'s: pressure of still water at its pose"
+        yield from _wrench(body, "hydrostatic_", still, motions, pose)
+        if waves:
+            added = f"part of {body}'s: what the undisturbed waves add at its pose"
+            yield from _wrench(body, "froude_krylov_", added, motions, pose)
+            text = "height of the undisturbed surface above the centre of gravity's x, y"
+            yield _output(f"{body}.water_level", "m", text, pose)
+        text = f"volume of {body} below the undisturbed surface"
+        yield _output(f"{body}.wetted_volume", "m3", text, pose)
+    if waves:
+        text = "elevation of the undisturbed water at x = y = 0"
+        yield _output("wave.elevation", "m", text, ())
+
+
+def _neutral(body: str) -> FmuVariable:
+    text = f"mass of the water that {body} displaces in the reference pose"
+    return FmuVariable(
+        f"{body}.neutral_mass",
+        "kg",
+        text,
+        causality="calculatedParameter",
+        variability="fixed",
+        initial="calculated",
+    )
+
+
+def _inputs(
+    body: str, motions: tuple[Motion, ...], center: tuple[float, ...]
+) -> Iterator[FmuVariable]:
+    starts = dict(zip("xyz", point_in_space(center), strict=True))
+    in_space = len(motions) == 6
+    for motion in motions:
+        text = f"{motion.position} of the centre of gravity, world frame"
+        if motion.is_rotation:
+            text = f"{motion.name} angle, world frame"
+            if in_space:
+                text += ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
+        yield FmuVariable(
+            f"{body}.{motion.position}",
+            motion.unit,
+            text,
+            causality="input",
+            start=starts.get(motion.position, 0.0),
+        )
+    for motion in motions:
+        text = f"rate of {body}.{motion.position}, world frame; without effect on the pressure"
+        if motion.is_rotation and in_space:
+            axis = "XYZ"[motions.index(motion) - 3]
+            text = f"angular velocity about +{axis}, world frame; without effect on the pressure"
+        yield FmuVariable(
+            f"{body}.{motion.velocity}", f"{motion.unit}/s", text, causality="input", start=0.0
+        )
+
+
+def _wrench(
+    body: str, part: str, text: str, motions: tuple[Motion, ...], pose: tuple[str, ...]
+) -> Iterator[FmuVariable]:
+    for motion in motions:
+        name = f"{body}.{part}{motion.force}"
+        yield _output(name, motion.force_unit, f"{motion.force} {text}", pose)
+
+
+def _output(name: str, unit: str, text: str, pose: tuple[str, ...]) -> FmuVariable:
+    """An output that follows the pose at once."""
+    return FmuVariable(
+        name,
+        unit,
+        text,
+        causality="output",
+        initial="calculated",
+        dependencies=pose,
+        initial_dependencies=pose,
+    )
