@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -158,7 +159,7 @@ def test_small_waves_press_as_linear_ones(depth: float) -> None:
         place = body["center_of_gravity"]
         found = [load.at(place, UPRIGHT, t).froude_krylov for t in times.tolist()]
         rates.append(np.array(found).T / (0.5 * height))
-    shrinking = [np.linalg.norm(a - b) for a, b in zip(rates[:-1], rates[1:], strict=True)]
+    shrinking = [np.linalg.norm(a - b) for a, b in pairwise(rates)]
     assert math.log2(shrinking[0] / shrinking[1]) == pytest.approx(1.0, abs=0.15)
     limit = 2 * rates[-1] - rates[-2]
     scale = np.abs(linear).reshape(2, 3).max(axis=1).repeat(3)[:, None]
