@@ -1,7 +1,7 @@
 """The FMU of `kind: hull_pressure`: pressure of the water on hulls at their true pose.
 
 `make` turns the section of a system file into the source of a Python slave; what it computes is
-said in README.md. `slave.py` and the three modules of `TRAVELS` travel in the FMU.
+said in README.md. `slave.py` and the modules of `TRAVELS` travel in the FMU.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig as Config
 from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
+from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureData
 from m4e_adapters.hydrodynamics.pressure.sea import wave_data
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 
-TRAVELS = ("clipped_surface.py", "hull_load.py", "incident_waves.py")
+TRAVELS = ("clipped_surface.py", "hull_load.py", "hull_outputs.py", "incident_waves.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
 
 __all__ = ["Config", "make"]
@@ -36,11 +37,15 @@ def make(
         progress(f"warning: {text}")
     bodies = [_data(name, hull, config) for name, hull in hulls.items()]
     for body in bodies:
-        progress(_told(body))
+        progress(_told(body, config.water.density))
     here, travels = Path(__file__).parent, Path(pressure.__file__).parent
-    sea = {"waves": wave_data(config.waves, config.water), "depth": config.water.depth}
-    weight = config.water.density * config.water.gravity
-    data = {"bodies": bodies, "weight": weight, "dimensions": config.dimensions, **sea}
+    data = PressureData(
+        bodies=bodies,
+        weight=config.water.density * config.water.gravity,
+        dimensions=config.dimensions,
+        depth=config.water.depth,
+        waves=wave_data(config.waves, config.water),
+    )
     text = f"hydrostatic and wave pressure on {', '.join(config.bodies)}"
     return PythonSource(
         description=ModelDescription(name, text, tuple(_variables(config))),
@@ -50,27 +55,26 @@ def make(
     )
 
 
-def _data(name: str, hull: Panels, config: Config) -> dict[str, object]:
+def _data(name: str, hull: Panels, config: Config) -> HullData:
     """A body as `slave.py` reads it."""
     center = config.bodies[name].center_of_gravity
     vertices, triangles = body_triangles(hull, center)
     still = HullLoad(vertices.tolist(), triangles.tolist(), weight=1.0, waves=None)
     load = still.at(point_in_space(center), (0.0, 0.0, 0.0), 0.0)
-    return {
-        "name": name,
-        "vertices": vertices.tolist(),
-        "triangles": triangles.tolist(),
-        "neutral_mass": config.water.density * load.wetted_volume,
-        "y": point_in_space(center)[1],
-        "volume": load.wetted_volume,
-    }
+    return HullData(
+        name=name,
+        vertices=vertices.tolist(),
+        triangles=triangles.tolist(),
+        neutral_mass=config.water.density * load.wetted_volume,
+        y=point_in_space(center)[1],
+    )
 
 
-def _told(body: dict) -> str:
-    count = len(body["triangles"])
+def _told(body: HullData, density: float) -> str:
+    count, mass = len(body["triangles"]), body["neutral_mass"]
     text = (
-        f"body {body['name']!r}: displaces {body['volume']:.6g} m3 in the reference pose, neutral "
-        f"mass {body['neutral_mass']:.6g} kg, {count} triangles"
+        f"body {body['name']!r}: displaces {mass / density:.6g} m3 in the reference pose, neutral "
+        f"mass {mass:.6g} kg, {count} triangles"
     )
     if count <= MANY:
         return text
@@ -81,19 +85,22 @@ def _variables(config: Config) -> Iterator[FmuVariable]:
     motions, waves = MOTIONS[config.dimensions], not isinstance(config.waves, Still)
     for body, section in config.bodies.items():
         yield _neutral(body)
-        pose = tuple(f"{body}.{motion.position}" for motion in motions)
         yield from _inputs(body, motions, section.center_of_gravity)
+        pose = [motion.position for motion in motions]
+        level = tuple(f"{body}.{name}" for name in pose if name in "xy")
+        turned = tuple(f"{body}.{name}" for name in pose if name not in "xy")
         whole = f"of the water's pressure on {body} about its centre of gravity, world frame"
-        yield from _wrench(body, "", whole, motions, pose)
+        given = (*level, *turned) if waves else turned
+        yield from _wrench(body, "", whole, motions, given)
         still = f"part of {body}'s: pressure of still water at its pose"
-        yield from _wrench(body, "hydrostatic_", still, motions, pose)
+        yield from _wrench(body, "hydrostatic_", still, motions, turned)
         if waves:
             added = f"part of {body}'s: what the undisturbed waves add at its pose"
-            yield from _wrench(body, "froude_krylov_", added, motions, pose)
-            text = "height of the undisturbed surface above the centre of gravity's x, y"
-            yield _output(f"{body}.water_level", "m", text, pose)
+            yield from _wrench(body, "froude_krylov_", added, motions, given)
+            text = "height of the undisturbed surface at the centre of gravity's place"
+            yield _output(f"{body}.water_level", "m", text, level)
         text = f"volume of {body} below the undisturbed surface"
-        yield _output(f"{body}.wetted_volume", "m3", text, pose)
+        yield _output(f"{body}.wetted_volume", "m3", text, given)
     if waves:
         text = "elevation of the undisturbed water at x = y = 0"
         yield _output("wave.elevation", "m", text, ())
@@ -140,21 +147,23 @@ def _inputs(
 
 
 def _wrench(
-    body: str, part: str, text: str, motions: tuple[Motion, ...], pose: tuple[str, ...]
+    body: str, part: str, text: str, motions: tuple[Motion, ...], given: tuple[str, ...]
 ) -> Iterator[FmuVariable]:
+    nothing = ("force_x", "force_y", "moment_z") if part == "hydrostatic_" else ()
     for motion in motions:
         name = f"{body}.{part}{motion.force}"
-        yield _output(name, motion.force_unit, f"{motion.force} {text}", pose)
+        of = () if motion.force in nothing else given
+        yield _output(name, motion.force_unit, f"{motion.force} {text}", of)
 
 
-def _output(name: str, unit: str, text: str, pose: tuple[str, ...]) -> FmuVariable:
-    """An output that follows the pose at once."""
+def _output(name: str, unit: str, text: str, given: tuple[str, ...]) -> FmuVariable:
+    """An output that follows its `given` inputs at once."""
     return FmuVariable(
         name,
         unit,
         text,
         causality="output",
         initial="calculated",
-        dependencies=pose,
-        initial_dependencies=pose,
+        dependencies=given,
+        initial_dependencies=given,
     )

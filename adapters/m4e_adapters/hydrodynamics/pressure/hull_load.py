@@ -3,7 +3,8 @@
     F = −∫ p n dA     M = −∫ r × p n dA     p = ρ g max(0, h)
 
 over the hull's surface, r from the centre of gravity, n out of the body. The head h is −z in still
-water; in waves that of `incident_waves`. The hydrostatic part is that of still water at the same
+water, which exerts no horizontal force on a closed surface and no moment about Z; in waves it is
+that of `incident_waves`. The hydrostatic part is that of still water at the same
 pose, the Froude-Krylov part is the rest: all that the undisturbed waves add, the change of the
 wetted surface included.
 """
@@ -17,6 +18,8 @@ import numpy as np
 
 from .clipped_surface import ClippedSurface
 from .incident_waves import IncidentWaves
+
+UPWARDS = np.array([0.0, 0.0, 1.0, 1.0, 1.0, 0.0])  # what still water exerts; others are rounding
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class HullLoad:
         turn = rotation(*angles)
         points = self._surface.vertices @ turn.T + place
         depth = -points[:, 2]
-        still = self._in_world(turn, depth)
+        still = self._in_world(turn, depth) * UPWARDS
         lowest = float(points[:, 2].min())
         if self._waves is None:
             volume = still[2] / self._weight

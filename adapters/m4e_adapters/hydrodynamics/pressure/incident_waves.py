@@ -32,7 +32,7 @@ class IncidentWaves:
 
     def elevation(self, points: np.ndarray, time: float) -> np.ndarray:
         """η (np,) [m] at `points` (np, 2) [m] or more columns, the first of which are x, y."""
-        return self._cosines(np.asarray(points), time) @ (self.ramp(time) * self._amplitude)
+        return self._cosines(points, time) @ (self.ramp(time) * self._amplitude)
 
     def head(self, points: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Pressure head and elevation (np,) [m] at `points` (np, 3) [m].

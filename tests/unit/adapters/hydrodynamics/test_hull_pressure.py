@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -13,8 +14,10 @@ from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
+from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
+from m4e_fmus import hull_pressure
 
 GOOD = """\
 water: {density: 1025, depth: 50}
@@ -147,3 +150,29 @@ def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of
     assert below.hydrostatic[2] == pytest.approx(weight, rel=1e-9)
     # the centre of the ball is 1 m above that of gravity; of the panels to 2e-3
     assert below.hydrostatic[4] == pytest.approx(-weight * math.sin(0.2), rel=5e-3)
+
+
+def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
+    text = GOOD.replace("depth: 50", "depth: 5") + "dimensions: 2\n"
+    source = hull_pressure.make(
+        validated(text), name="hull", folder=tmp_path, progress=lambda _: None
+    )
+    outputs = HullOutputs(json.loads(source.data["hulls.json"]))
+    pose = {"float.x": 0.0, "float.z": -1.2, "float.theta": 0.0}
+    found = outputs.at(pose, 30.0)
+    named = [v for v in source.description.variables if v.causality != "input"]
+    assert sorted(found) == sorted(v.name for v in named)
+    for force in ("force_x", "force_z", "moment_y"):
+        whole = found[f"float.hydrostatic_{force}"] + found[f"float.froude_krylov_{force}"]
+        assert found[f"float.{force}"] == whole
+    assert found["float.neutral_mass"] == pytest.approx(1025 * 48 * math.pi, rel=1e-9)
+    assert [*outputs.doubts(30.0)] == []
+    assert outputs.at({**pose, "float.z": 9.0}, 31.0)["float.force_z"] == 0.0
+    (dry,) = outputs.doubts(31.0)
+    assert dry == "float is wholly out of the water (t = 31 s): no force on it"
+    outputs.at({**pose, "float.z": -4.0}, 32.0)
+    (aground,) = outputs.doubts(32.0)
+    assert "float reaches down to z = -5.8 m (t = 32 s), below the sea bed at z = -5 m" in aground
+    assert [*outputs.doubts(33.0)] == []
+    with pytest.raises(ValueError, match="no finite pressure"):
+        outputs.at({**pose, "float.z": -1e300}, 34.0)
