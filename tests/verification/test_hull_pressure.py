@@ -17,6 +17,7 @@ from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
+from m4e_fmi.cosim import load_system, run
 from m4e_fmi.program.python_form import load_python
 
 BOX = {
@@ -207,3 +208,53 @@ def test_a_hull_deep_in_the_trough_and_on_the_crest_of_a_long_wave() -> None:
         # the wave's pressure falls with depth by k z: k = 1.1e-3 rad/m, 3 m, of 2 m of elevation
         assert whole == pytest.approx(lowered.hydrostatic[2], rel=5e-3)
     assert abs(in_waves.at((x, y, z), UPRIGHT, 0.0).water_level - 2.0) < 1e-3
+
+
+BARGE = """
+name: barge
+dimensions: 3
+gravity: 9.81
+bodies: {hull: {mass: neutral, inertia: [5.0e+6, 2.0e+7, 2.2e+7]}}
+joints: {sea: {type: floating, child: hull, initial: {z: -0.5}}}
+"""
+ROLLS = """
+name: roll
+components:
+  barge: {model: barge.model.yaml, start: {body.hull.phi: 1 deg}}
+  water:
+    kind: hull_pressure
+    dimensions: 3
+    bodies:
+      hull:
+        shape: {box: {length: 20, width: 8, draft: 3}}
+        freeboard: 3
+        center_of_gravity: [0, 0, -0.5]
+        panels: 300
+connections: [barge.hull <-> water.hull]
+simulation: {stop_time: 8, step_size: 0.1}
+"""
+
+
+@pytest.mark.verifies(
+    "period of a floating box in roll, from its FMUs, without added mass",
+    analytic="metacentric height",
+    tolerance="1e-3",
+)
+def test_a_barge_rolls_with_the_period_of_its_metacentric_height(tmp_path: Path) -> None:
+    """One connection carries motion, force and neutral mass, in space."""
+    (tmp_path / "barge.model.yaml").write_text(BARGE)
+    (tmp_path / "roll.system.yaml").write_text(ROLLS)
+    outcome = run(
+        load_system(tmp_path / "roll.system.yaml"),
+        results=tmp_path / "roll.nc",
+        build_directory=tmp_path,
+    )
+    results = outcome.results()
+    roll, weight = results["barge.body.hull.phi"].values, RHO * G * 480.0
+    height = 64.0 / 36.0 - 1.5 + 0.5
+    # half a period after the start it is at rest on the other side
+    k = int(np.argmin(roll))
+    before, here, after = roll[k - 1 : k + 2]
+    half = results.time[k] + 0.1 * 0.5 * (before - after) / (before - 2 * here + after)
+    assert 2 * half == pytest.approx(2 * math.pi * math.sqrt(5e6 / (weight * height)), rel=1e-3)
+    assert results["water.hull.wetted_volume"].values == pytest.approx(480.0, rel=1e-3)
