@@ -35,6 +35,7 @@ from m4e_adapters.hydrodynamics.load.parts import (
 )
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.seas.sea import AnyWaves, Number, record_sea
+from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Scalar
 
 Vector = list[Scalar | float]
@@ -80,8 +81,8 @@ def hydrodynamics_program(
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
-    loads : the parts of the load that act; None: all. Of the excitation those that it consists of
-        do: `Coefficients.excited_by`.
+    loads : the parts of the load that act; None: all. Those of the excitation must be what
+        `coefficients` have (`excited_by`).
     sea : records the waves and gives the excitation of each motion.
     progress : is told the accuracy of the memory.
 
@@ -97,6 +98,7 @@ def hydrodynamics_program(
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
     acting, order = loads or Loads(), radiation.order if radiation else None
+    _check_excitation(coefficients, acting)
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
@@ -119,6 +121,22 @@ def hydrodynamics_program(
         publish = recorder.output if turning.filter_time else recorder.calculate
         publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
     return recorder.program()
+
+
+def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:
+    """InputError if the excitation of `coefficients` consists of other parts than those of `loads`.
+
+    The whole excitation, as files have it, cannot be divided without the part that is left out.
+    """
+    if coefficients.excited_by != loads.excitation:
+        wanted, known = (
+            " and ".join(p) or "none" for p in (loads.excitation, coefficients.excited_by)
+        )
+        raise InputError.single(
+            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
+            "switch froude_krylov and diffraction on, or give coefficients with their parts",
+            keys=("loads",),
+        )
 
 
 def _excitation(coefficients: Coefficients) -> str:

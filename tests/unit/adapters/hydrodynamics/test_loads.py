@@ -6,9 +6,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.published_coefficients import sphere
 
-from m4e_adapters.hydrodynamics import HydrodynamicsConfig, coefficients_from_config
+from m4e_adapters.hydrodynamics import (
+    HydrodynamicsConfig,
+    coefficients_from_config,
+    hydrodynamics_program,
+)
 from m4e_adapters.hydrodynamics.build import program_from_config
+from m4e_adapters.hydrodynamics.config import Loads
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
@@ -123,3 +129,10 @@ def test_switches_that_contradict_the_file(loads: str, more: str, message: str) 
         config(GOOD + more + f"loads: {loads}\n")
     assert message in str(caught.value)
     assert caught.value.problems[0].line
+
+
+def test_a_whole_excitation_cannot_be_divided() -> None:
+    """Coefficients that were not computed here have one excitation of both parts."""
+    with pytest.raises(InputError) as caught:
+        hydrodynamics_program(sphere(), loads=Loads(froude_krylov="none"))
+    assert "have diffraction of the excitation, the coefficients froude_krylov and" in str(caught)
