@@ -28,6 +28,7 @@ REST = {
     "mooring": (-4.0, -2.0),
     "hydrodynamics": (0.0, -1.2),
     "sea": (0.0, -1.0),
+    "hull_pressure": (0.0, -1.2),
     "sum": (1.0, 2.0),
     "table": (0.0, 0.0),
 }
@@ -41,6 +42,7 @@ CONNECTORS = {
     "mooring": ["fairlead"],
     "hydrodynamics": ["float"],
     "sea": ["fairlead"],
+    "hull_pressure": ["float"],
     "sum": ["float", "barge"],
     "table": [],
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
+from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
@@ -51,7 +53,7 @@ def coefficients_from_config(
     for hull in hulls:
         progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
-    return solve_hulls(
+    found = solve_hulls(
         hulls,
         water=config.water,
         omega=frequency_table(config, hulls, folder=folder, highest=highest),
@@ -59,6 +61,7 @@ def coefficients_from_config(
         needed=max(needed_frequency(waves), highest),
         progress=progress,
     )
+    return excited_by(found, hulls, config.loads.excitation)
 
 
 def _direction(config: HydrodynamicsConfig) -> float:
@@ -122,6 +125,7 @@ def _program(
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
+        loads=config.loads,
         sea=sea,
         folder=folder,
         progress=progress,
@@ -166,6 +170,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     if problems:
         raise InputError(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
+    still = replace(still, excited_by=config.loads.excitation)
     return _program(config, still, name="hydrodynamics", folder=folder, progress=_silent)
 
 

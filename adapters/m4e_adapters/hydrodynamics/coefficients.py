@@ -61,6 +61,7 @@ class Coefficients:
     harmonics : (nω, 2M + 1, n) complex excitation as a function of the direction β, for waves
         whose elevation is Re[a e^{−iωt}] at each body's centre: Σ harmonics[:, M + j] e^{ijβ},
         j = −M … M. No rows: `wave_direction` is the only one.
+    excited_by : the parts that the excitation consists of, of "froude_krylov" and "diffraction".
     """
 
     bodies: tuple[str, ...]
@@ -79,6 +80,7 @@ class Coefficients:
     resolved: Sequence[float] = ()
     heights: Sequence[tuple[float, float]] = ()
     harmonics: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=complex))
+    excited_by: tuple[str, ...] = ("froude_krylov", "diffraction")
 
     def __post_init__(self) -> None:
         if np.ndim(self.centers) != 2 or self.dimensions not in MOTIONS:
@@ -183,7 +185,8 @@ class Coefficients:
         """Excitation (k, n) [N/m, N.m/m] at other frequencies `omega` (k,) [rad/s].
 
         Cubic splines of real and imaginary part, after taking out the phase of the wave's way to
-        each body. At ω = 0 the water just rises: X = K[:, heave], which completes the table.
+        each body. At ω = 0 the water just rises: X = K[:, heave], which completes the table; all of
+        that is Froude-Krylov's part.
 
         Above the table the last value falls as ω⁻³: a wave that is short for the body is reflected
         and presses on a layer of thickness 1/k and a strip of width √(R/k), R the radius of the
@@ -229,7 +232,8 @@ class Coefficients:
         knots = np.concatenate([[0.0], self.omega])
         stiffness = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), self.per_body)
         first = np.zeros((1, *table.shape[1:]), dtype=complex)
-        first[0, table.shape[1] // 2] = stiffness[:, :, self.heave].sum(axis=1)
+        if "froude_krylov" in self.excited_by:
+            first[0, table.shape[1] // 2] = stiffness[:, :, self.heave].sum(axis=1)
         return knots, CubicSpline(knots, np.concatenate([first, table]), axis=0)
 
     def way(self, omega: np.ndarray, direction: float) -> np.ndarray:

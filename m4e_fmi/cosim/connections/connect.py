@@ -21,6 +21,7 @@ from m4e_fmi.cosim.connections.dependence import dependency_problems
 from m4e_fmi.cosim.connections.link_checks import (
     bus_link_problems,
     delay_problems,
+    double_load_problems,
     fixed_parameter_problems,
     input_derivative_problems,
     outer_port_problems,
@@ -143,6 +144,7 @@ def _resolved(
         start_problems(system, descriptions),
         dependency_problems(system, descriptions),
         delay_problems(system, variables, links),
+        double_load_problems(system, variables, links),
         fixed_parameter_problems(system, variables, links),
         input_derivative_problems(system, descriptions, links),
         body_order_problems(system, variables, links),

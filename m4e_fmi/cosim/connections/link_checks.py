@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import permutations
 
 from m4e_fmi.cosim.connections.links import (
     SAME_UNIT,
@@ -33,6 +34,45 @@ def bus_link_problems(
         if (give.causality, take.causality) == CONSTANT_TO_INPUT:
             message = f"{link.source} is constant, {link.target} is an input"
             yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
+
+
+def double_load_problems(
+    system: System, variables: Variables, links: Iterable[Link]
+) -> Iterable[Problem]:
+    """Bodies on which linear loads act together with the same loads at the true pose.
+
+    That is told of two components which take the height of one body.
+    """
+    moved: dict[Port, list[Link]] = {}
+    for link in links:
+        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
+            moved.setdefault(link.source, []).append(link)
+    for source, takers in moved.items():
+        for link, other in permutations(takers, 2):
+            doubled = _doubled(variables, link.target, other.target)
+            if not doubled:
+                continue
+            body, one, two = (
+                str(p).removesuffix(".z") for p in (source, link.target, other.target)
+            )
+            message = f"{' and '.join(doubled)} of {body} count twice, in {one} and {two}"
+            switches = ", ".join(f"{name}: none" for name in doubled)
+            remedy = f"write 'loads: {{{switches}}}' at {other.target.component}"
+            yield system.problem(("connections", other.connection), message, remedy)
+
+
+def _doubled(variables: Variables, exact: Port, linear: Port) -> list[str]:
+    """Loads that are in the pressure on the hull at `exact` and linear at `linear`, both `….z`."""
+    hull, body = (port.variable.removesuffix("z") for port in (exact, linear))
+    known, others = variables[exact.component], variables[linear.component]
+    found = []
+    if f"{hull}wetted_volume" in known and f"{body}buoyancy_force_z" in others:
+        found.append("hydrostatics")
+    parts = (f"{body}excitation_force_z", f"{body}froude_krylov_force_z")
+    in_waves = "wave.phase[1]" in others and any(name in others for name in parts)
+    if in_waves and f"{hull}wetted_volume" in known and f"{hull}froude_krylov_force_z" in known:
+        found.append("froude_krylov")
+    return found
 
 
 def delay_problems(

@@ -9,6 +9,7 @@ from m4e_adapters.hydrodynamics.config.component import (
     Drag,
     Frequencies,
     HydrodynamicsConfig,
+    Loads,
     Radiation,
     Water,
 )
@@ -49,6 +50,7 @@ __all__ = [
     "Frequencies",
     "HydrodynamicsConfig",
     "Jonswap",
+    "Loads",
     "PiersonMoskowitz",
     "Radiation",
     "Record",

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
@@ -22,6 +22,7 @@ from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_t
 from m4e_fmi.files.document import Section, rejected
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
+OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
 
 
 class Water(Section):
@@ -103,6 +104,26 @@ class Radiation(Section):
     order: Order = None
 
 
+class Loads(Section):
+    """Parts of the load; one that is `none` acts not, or is left to another component.
+
+    `froude_krylov` is the force of the undisturbed waves, `diffraction` that of the waves which the
+    body scatters; `radiation` includes the added mass; `drag` is that of the bodies.
+    """
+
+    hydrostatics: Literal["linear", "none"] = "linear"
+    froude_krylov: Literal["linear", "none"] = "linear"
+    diffraction: Literal["linear", "none"] = "linear"
+    radiation: Literal["linear", "none"] = "linear"
+    drag: Literal["quadratic", "none"] = "quadratic"
+
+    @property
+    def excitation(self) -> tuple[str, ...]:
+        """The parts of the excitation that act."""
+        given = {"froude_krylov": self.froude_krylov, "diffraction": self.diffraction}
+        return tuple(name for name, law in given.items() if law != "none")
+
+
 class HydrodynamicsConfig(Section):
     """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
 
@@ -121,10 +142,11 @@ class HydrodynamicsConfig(Section):
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
+    loads: Loads = Loads()
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*_places(self)]
+        wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
@@ -140,36 +162,62 @@ def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitError
     return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
-def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
-    """Places that do not have as many coordinates as the component has dimensions."""
-    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
-    for name, body in config.bodies.items():
+class Placed(Protocol):
+    """A body that has places."""
+
+    @property
+    def shape(self) -> Shape: ...
+
+    @property
+    def center_of_gravity(self) -> Place: ...
+
+
+def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErrorDetails]:
+    """Places of `bodies` that do not have as many coordinates as `dimensions` says."""
+    axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
+    for name, body in bodies.items():
         given = {
             ("center_of_gravity",): body.center_of_gravity,
             ("shape", "mesh_origin"): body.shape.mesh_origin,
         }
         for keys, place in given.items():
-            if place is None or len(place) == config.dimensions:
+            if place is None or len(place) == dimensions:
                 continue
             text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
             remedy = f"write {axes}; numbers have a decimal point"
-            if config.dimensions == 2:
+            if dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
 
 
+def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Sections that belong to loads which are switched off."""
+    remedy = "remove it, or the load's 'none' from 'loads'"
+    if config.loads.radiation == "none" and "radiation" in config.model_fields_set:
+        yield _wrong(("radiation",), "'radiation' has no effect: loads.radiation is none", remedy)
+    for name, body in config.bodies.items():
+        if config.loads.drag == "none" and "drag" in body.model_fields_set:
+            keys = ("bodies", name, "drag")
+            yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
+
+
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
-    remedy = "remove it, or write 'dimensions: 3' on top of the component"
-    for place, message, advice in waves_beyond_the_plane(config.waves):
-        yield _wrong(("waves", *place), message, advice)
+    yield from out_of_plane(config.bodies, config.waves)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
-        yield _wrong((key,), f"'{key}' is of space", remedy)
+        yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
+        for motion in ("sway", "roll", "yaw"):
+            if motion in body.drag.model_fields_set:
+                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", OF_SPACE)
+
+
+def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
+    """Directions and places that leave the X-Z plane."""
+    for place, message, advice in waves_beyond_the_plane(waves):
+        yield _wrong(("waves", *place), message, advice)
+    for name, body in bodies.items():
         kind = body.shape.kind
         if getattr(getattr(body.shape, kind), "center_y", 0.0):
             place = ("bodies", name, "shape", kind, "center_y")
-            yield _wrong(place, "'center_y' leaves the X-Z plane", remedy)
-        for motion in ("sway", "roll", "yaw"):
-            if motion in body.drag.model_fields_set:
-                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", remedy)
+            yield _wrong(place, "'center_y' leaves the X-Z plane", OF_SPACE)

@@ -66,7 +66,7 @@ def solve_hulls(
     )
     content = _content(hulls, water)
     frequencies = [*omega.tolist(), math.inf]
-    directions = [_directions(hulls, water, w, wave_direction) for w in frequencies]
+    directions = [wave_directions(hulls, water, w, wave_direction) for w in frequencies]
     questions = list(zip(frequencies, directions, strict=True))
     keys = [cache.content_key({**content, "omega": w, "directions": d}) for w, d in questions]
     found = list(_cached(keys, progress))
@@ -78,12 +78,12 @@ def solve_hulls(
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
-    names, felt = ("added_mass", "radiation_damping"), _felt(hulls)
+    names, felt = ("added_mass", "radiation_damping"), felt_motions(hulls)
     table = {
         name: felt.T @ np.array([arrays[name] for arrays in solutions]) @ felt for name in names
     }
     rings = [arrays["excitation"] @ felt for arrays in solutions[:-1]]
-    return _assembled(hulls, water, omega, wave_direction, table, rings)
+    return assembled(hulls, water, omega, wave_direction, table, rings)
 
 
 def without_flow(
@@ -99,7 +99,7 @@ def without_flow(
         "radiation_damping": np.zeros((count, n, n)),
     }
     rings = [np.zeros((1, n), dtype=complex)] * len(omega)
-    return _assembled(hulls, water, omega, wave_direction, table, rings)
+    return assembled(hulls, water, omega, wave_direction, table, rings)
 
 
 def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
@@ -128,7 +128,7 @@ def _computed(
         yield k, solver.at(*questions[k])
 
 
-def _directions(
+def wave_directions(
     hulls: Sequence[Hull], water: Water, omega: float, wave_direction: float
 ) -> list[float]:
     """Directions [deg] for which the excitation at `omega` [rad/s] is computed.
@@ -151,7 +151,7 @@ def _directions(
     return np.linspace(0.0, 360.0, 2 * order + 1, endpoint=False).tolist()
 
 
-def _felt(hulls: Sequence[Hull]) -> np.ndarray:
+def felt_motions(hulls: Sequence[Hull]) -> np.ndarray:
     """Motions (n,) that the water feels, by motions (n,): (n, n) [1, m].
 
     A body of revolution that turns about its axis does not move the water, though its panels would:
@@ -226,7 +226,7 @@ def _memory_limit(hull: Hull, water: Water) -> float:
     return math.sqrt(MEMORY_REACH * water.gravity / size)
 
 
-def _assembled(
+def assembled(
     hulls: Sequence[Hull],
     water: Water,
     omega: np.ndarray,
@@ -236,8 +236,9 @@ def _assembled(
 ) -> Coefficients:
     """Coefficients as computed, not made symmetric, with hydrostatics.
 
-    `rings` are the excitation (nβ, n) at each frequency, for nβ directions all around; one is
-    that for `wave_direction`.
+    Of `arrays`, `added_mass` and `radiation_damping` (nω + 1, n, n) are used, SI, the last at
+    ω = ∞; `omega` (nω,) [rad/s]. `rings` are the excitation (nβ, n) [N/m, N.m/m] at each frequency,
+    for nβ directions all around; one is that for `wave_direction`.
     """
     size = len(MOTIONS[len(hulls[0].center)])
     n = size * len(hulls)

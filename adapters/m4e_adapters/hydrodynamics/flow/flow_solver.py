@@ -38,7 +38,7 @@ class FlowSolver:
         self._medium = {"water_depth": water.depth, "rho": water.density, "g": water.gravity}
         self._solver = self._capytaine.BEMSolver(method=METHOD)
         with kept_warnings() as self._warnings:
-            self._body = _capytaine_body(self._capytaine, hulls)
+            self._body = capytaine_body(self._capytaine, hulls)
         self._signs = _signs(hulls)
 
     def at(self, omega: float, directions: Sequence[float]) -> dict[str, np.ndarray]:
@@ -113,7 +113,7 @@ def _signs(hulls: Sequence[Hull]) -> list[np.ndarray]:
     return found
 
 
-def _capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
+def capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
     """All hulls as one Capytaine body; planes of symmetry that all share are used.
 
     Capytaine's rotations are ours, about +X, +Y, +Z: Pitch is v = (z, 0, −x) at (x, y, z) from the

@@ -181,16 +181,19 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
         return box_panels(shape.box, count)
     if shape.revolved is not None:
         return revolved_panels(shape.revolved, count)
-    path = folder / str(shape.mesh)
-    keys = ("bodies", name, "shape", "mesh")
-    drawn = _loaded(path, name, keys)
-    origin = point_in_space(shape.mesh_origin or (0.0, 0.0))
-    placed = Panels(drawn.vertices + np.array(origin), drawn.faces)
+    placed = drawn_panels(name, shape, folder)
     try:
         return checked(_immersed(placed, name), name)
     except InputError as error:
-        problems = [replace(p, file=str(path), keys=keys) for p in error.problems]
-        raise InputError(problems) from None
+        known = {"file": str(folder / str(shape.mesh)), "keys": ("bodies", name, "shape", "mesh")}
+        raise InputError([replace(p, **known) for p in error.problems]) from None
+
+
+def drawn_panels(name: str, shape: Shape, folder: Path) -> Panels:
+    """The panels of a body's mesh file, as they are drawn, in the reference pose."""
+    drawn = _loaded(folder / str(shape.mesh), name, ("bodies", name, "shape", "mesh"))
+    origin = point_in_space(shape.mesh_origin or (0.0, 0.0))
+    return Panels(drawn.vertices + np.array(origin), drawn.faces)
 
 
 def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
@@ -239,7 +242,7 @@ def checked(panels: Panels, name: str) -> Panels:
     def wrong(message: str, remedy: str) -> InputError:
         return InputError.single(f"body {name!r}: {message}", remedy)
 
-    _check_edges(panels, wrong)
+    check_edges(panels, wrong)
     shells = sorted(panels.shells(), key=lambda shell: abs(hydrostatics_of(shell).volume))
     outwards = [shell if hydrostatics_of(shell).volume > 0 else shell.reversed for shell in shells]
     for first, second in combinations(outwards, 2):
@@ -261,7 +264,7 @@ def checked(panels: Panels, name: str) -> Panels:
     return panels
 
 
-def _check_edges(panels: Panels, wrong: Callable[[str, str], InputError]) -> None:
+def check_edges(panels: Panels, wrong: Callable[[str, str], InputError]) -> None:
     """The error that `wrong` makes where an edge below the water is not one of two panels."""
 
     def place(edge: tuple[int, int]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -40,33 +40,40 @@ def record_displacement(
         recorder.output(variable, value)
 
 
+PARTS = {
+    "hydrostatic": "hydrostatics",
+    "radiation": "radiation memory, without added_mass",
+    "excitation": "wave excitation",
+    "froude_krylov": "the undisturbed waves (Froude-Krylov), without diffraction",
+    "diffraction": "wave diffraction, without Froude-Krylov's part",
+    "drag": "quadratic drag",
+}
+
+
 def record_outputs(
     recorder: Recorder,
     body: str,
     coefficients: Coefficients,
-    parts: tuple[Vector, ...],
+    parts: Mapping[str, Vector],
     axes: Axes | None,
 ) -> None:
-    """The wrench on a body and two of its parts; `parts` as the program sums them."""
+    """The wrench on a body, the sum of its `parts` in their order, and these."""
     motions = coefficients.body_motions
 
     def in_world(vector: Vector) -> Vector:
         return axes.to_world(vector) if axes else vector
 
-    _, memory, excitation, _ = parts
-    wrench = list(parts[0])
-    for part in parts[1:]:
+    wrench: Vector = [0.0] * len(motions)
+    for part in parts.values():
         wrench = [total + value for total, value in zip(wrench, part, strict=True)]
     for motion, total in zip(motions, in_world(wrench), strict=True):
         symbol, unit = motion.force, motion.force_unit
         text = f"{symbol} of the water on {body} about its centre of gravity, world frame"
         recorder.output(Variable(f"{body}.{symbol}", unit, text), total)
-    for kind, part in (("excitation", excitation), ("radiation", memory)):
+    for kind, part in parts.items():
         for motion, value in zip(motions, in_world(part), strict=True):
             symbol, unit = motion.force, motion.force_unit
-            text = f"part of {body}.{symbol}: wave {kind}"
-            if kind == "radiation":
-                text = f"part of {body}.{symbol}: radiation memory, without added_mass"
+            text = f"part of {body}.{symbol}: {PARTS[kind]}"
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
 
 

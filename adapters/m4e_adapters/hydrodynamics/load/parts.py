@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Drag
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
@@ -58,17 +60,17 @@ def record_memory(
 
 def record_hydrostatics(
     recorder: Recorder, coefficients: Coefficients, displacement: Vector
-) -> tuple[Vector, Vector]:
+) -> Vector:
     """Buoyancy in the reference pose less stiffness times displacement; both are parameters.
 
-    Also what the water carries of each body in the reference pose, (N,).
+    The mass of the displaced water, `<body>.neutral_mass`, is calculated.
     """
     force: Vector = []
-    carried: Vector = [0.0] * len(coefficients.bodies)
     for k, body in enumerate(coefficients.bodies):
         own, motions = coefficients.own(k), coefficients.body_motions
         stiffness = coefficients.hydrostatic_stiffness[own, own]
         buoyancy = coefficients.buoyancy[own]
+        carried: Scalar | float = 0.0
         for i, motion in enumerate(motions):
             symbol, unit = motion.force, motion.force_unit
             total: Scalar | float = 0.0
@@ -79,7 +81,7 @@ def record_hydrostatics(
                     Variable(f"{body}.buoyancy_{symbol}", unit, text, start=start)
                 )
                 if symbol == "force_z":
-                    carried[k] = total
+                    carried = total
             for j, other in enumerate(motions):
                 if abs(stiffness[i, j]) <= SMALL * abs(stiffness).max(initial=0.0):
                     continue
@@ -92,21 +94,30 @@ def record_hydrostatics(
                 )
                 total = total - recorder.parameter(variable) * displacement[own][j]
             force.append(total)
-    return force, carried
+        text = f"mass of the water that {body} displaces in the reference pose"
+        neutral = Variable(f"{body}.neutral_mass", "kg", text)
+        recorder.calculate(neutral, carried / coefficients.gravity)
+    return force
 
 
 def record_drag(
-    recorder: Recorder, body: str, coefficients: Coefficients, drag: Drag, velocity: Vector
+    recorder: Recorder,
+    coefficients: Coefficients,
+    drag: Mapping[str, Drag],
+    velocity: Vector,
 ) -> Vector:
+    """Quadratic drag on all motions; its coefficients are parameters, those of `drag` by body."""
     force: Vector = []
-    for motion, v in zip(coefficients.body_motions, velocity, strict=True):
-        variable = Variable(
-            f"{body}.drag_{motion.name}",
-            motion.drag_unit,
-            f"quadratic drag in {motion.name}: force -c |v| v",
-            start=getattr(drag, motion.name),
-            minimum=0.0,
-            tunable=True,
-        )
-        force.append(-recorder.parameter(variable) * abs(v) * v)
+    for k, body in enumerate(coefficients.bodies):
+        given, own = drag.get(body, Drag()), velocity[coefficients.own(k)]
+        for motion, v in zip(coefficients.body_motions, own, strict=True):
+            variable = Variable(
+                f"{body}.drag_{motion.name}",
+                motion.drag_unit,
+                f"quadratic drag in {motion.name}: force -c |v| v",
+                start=getattr(given, motion.name),
+                minimum=0.0,
+                tunable=True,
+            )
+            force.append(-recorder.parameter(variable) * abs(v) * v)
     return force

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Radiation, Still
+from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Loads, Radiation, Still
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
@@ -38,7 +38,8 @@ from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
-from m4e_fmi.program import Program, Recorder, Scalar, Variable
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program, Recorder, Scalar
 
 Vector = list[Scalar | float]
 
@@ -71,6 +72,7 @@ def hydrodynamics_program(
     drag: Mapping[str, Drag] | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
+    loads: Loads | None = None,
     sea: RecordSea = record_sea,
     folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
@@ -83,6 +85,8 @@ def hydrodynamics_program(
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
+    loads : the parts of the load that act; None: all. Those of the excitation must be what
+        `coefficients` have (`excited_by`).
     sea : records the waves and gives the excitation of each motion.
     folder : where files of the waves are.
     progress : is told the accuracy of the memory.
@@ -92,8 +96,8 @@ def hydrodynamics_program(
     Program
         Inputs `<body>.{x,z,theta,vx,vz,omega}` of the centre of gravity, outputs
         `<body>.{force_x,force_z,moment_y}` about it, `wave.elevation`, and the parts
-        `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
-        `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
+        `<body>.hydrostatic_…`, `radiation_…`, `excitation_…`, `drag_…` of the force. In space also
+        the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
     turning = heading or Heading()
     systems = wave_systems(
@@ -105,24 +109,49 @@ def hydrodynamics_program(
     )
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
-    fitted = fit_radiation(
-        coefficients, order=radiation.order if radiation else None, progress=progress
-    )
-    memory = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
+    acting, order = loads or Loads(), radiation.order if radiation else None
+    _check_excitation(coefficients, acting)
+    parts: dict[str, Vector] = {}
+    fitted = None
+    if acting.radiation != "none":
+        fitted = fit_radiation(coefficients, order=order, progress=progress)
+        parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
     excitation = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
-    restoring, carried = record_hydrostatics(recorder, coefficients, moved.displacement)
+    if coefficients.excited_by:
+        parts[_excitation(coefficients)] = excitation
+    if acting.hydrostatics != "none":
+        restoring = record_hydrostatics(recorder, coefficients, moved.displacement)
+        parts = {"hydrostatic": restoring, **parts}
+    if acting.drag != "none":
+        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity)
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
-        resistance = record_drag(
-            recorder, body, coefficients, (drag or {}).get(body, Drag()), moved.velocity[own]
-        )
-        parts = (restoring[own], memory[own], excitation[own], resistance)
-        record_outputs(recorder, body, coefficients, parts, moved.axes)
+        record_outputs(recorder, body, coefficients, {n: parts[n][own] for n in parts}, moved.axes)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
-        text = f"mass of the water that {body} displaces in the reference pose"
-        neutral = Variable(f"{body}.neutral_mass", "kg", text)
-        recorder.calculate(neutral, carried[k] / coefficients.gravity)
-    publish = recorder.output if turning.filter_time else recorder.calculate
-    publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
+    if fitted is not None:
+        publish = recorder.output if turning.filter_time else recorder.calculate
+        publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
     return recorder.program()
+
+
+def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:
+    """InputError if the excitation of `coefficients` consists of other parts than those of `loads`.
+
+    The whole excitation, as files have it, cannot be divided without the part that is left out.
+    """
+    if coefficients.excited_by != loads.excitation:
+        wanted, known = (
+            " and ".join(p) or "none" for p in (loads.excitation, coefficients.excited_by)
+        )
+        raise InputError.single(
+            f"the loads have {wanted} of the excitation, the coefficients {known} as a whole",
+            "switch froude_krylov and diffraction on, or give coefficients with their parts",
+            keys=("loads",),
+        )
+
+
+def _excitation(coefficients: Coefficients) -> str:
+    """The name of what excites: excitation, or its only part."""
+    parts = coefficients.excited_by
+    return parts[0] if len(parts) == 1 else "excitation"

@@ -1,0 +1,186 @@
+"""Closed surfaces of hulls, with their part above the water, checked."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sphere
+from m4e_adapters.hydrodynamics.geometry.clearance import overlap
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.mesh import check_edges, drawn_panels
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
+from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, revolved_panels, sphere_panels
+from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
+from m4e_fmi.errors import InputError, Problem
+
+Bodies = dict[str, Panels]
+Wrong = Callable[[str, str], InputError]
+TO_THE_DECK = "mesh the whole hull up to the deck, closed, not only what is below the water"
+
+
+def closed_hulls(config: HullPressureConfig, folder: Path) -> Bodies:
+    """The closed surfaces of all bodies in the reference pose; InputError with all problems."""
+    hulls: Bodies = {}
+    problems: list[Problem] = []
+    for name, body in config.bodies.items():
+        try:
+            hulls[name] = closed_hull(name, body, folder)
+        except InputError as error:
+            problems += error.problems
+            continue
+        lowest = float(hulls[name].vertices[:, 2].min())
+        if lowest <= -config.water.depth:
+            text = f"body {name!r} reaches down to z = {lowest:.4g} m, the sea bed is at z = "
+            text += f"{-config.water.depth:.4g} m"
+            keys = ("bodies", name, "shape", body.shape.kind)
+            problems.append(Problem(text, "give more water.depth, or less draft", keys=keys))
+    if problems:
+        raise InputError(problems)
+    return hulls
+
+
+def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
+    """The closed surface of a body in the reference pose, normals out of it.
+
+    InputError where it is not closed, has no part in the water, or is closed at the waterline.
+    """
+    keys = ("bodies", name, "shape", body.shape.kind)
+    if body.shape.mesh is None:
+        panels, file = _drawn(body.shape, body.freeboard or 0.0, body.panels), ""
+    else:
+        panels, file = drawn_panels(name, body.shape, folder), str(folder / body.shape.mesh)
+
+    def wrong(message: str, remedy: str) -> InputError:
+        return InputError.single(f"body {name!r}: {message}", remedy, keys=keys)
+
+    try:
+        _check_closed(panels, wrong)
+        _check_height(panels, wrong)
+        _check_shells(panels, wrong)
+    except InputError as error:
+        raise InputError([replace(p, file=file, keys=keys) for p in error.problems]) from None
+    return panels
+
+
+def _drawn(shape: Shape, freeboard: float, count: int) -> Panels:
+    """The surface of a built-in shape; that of a sphere or box displaces its exact volume."""
+    if shape.cylinder is not None:
+        return _revolved(_profile(shape.cylinder, freeboard), count)
+    if shape.revolved is not None:
+        return _revolved(shape.revolved, count)
+    if shape.sphere is not None:
+        return _sphere(shape.sphere, count)
+    assert shape.box is not None
+    return _box(shape.box, freeboard, count)
+
+
+def _profile(cylinder: Cylinder, freeboard: float) -> Revolved:
+    return Revolved(
+        profile=((cylinder.radius, -cylinder.draft), (cylinder.radius, freeboard)),
+        center_x=cylinder.center_x,
+        center_y=cylinder.center_y,
+    )
+
+
+def _revolved(shape: Revolved, count: int) -> Panels:
+    """A body of revolution: drawn below the water, where none of it is cut off, and lifted."""
+    lowered = shape.profile[-1][1] + 1.0
+    profile = tuple((radius, z - lowered) for radius, z in shape.profile)
+    panels = revolved_panels(shape.model_copy(update={"profile": profile}), count)
+    return Panels(panels.vertices + np.array([0.0, 0.0, lowered]), panels.faces)
+
+
+def _sphere(shape: Sphere, count: int) -> Panels:
+    """A ball of two parts that meet in the waterline, each of its exact volume."""
+    height = shape.center_z / shape.radius
+    if height <= -1.0:
+        return sphere_panels(shape, count)
+    upper = shape.model_copy(update={"center_z": -shape.center_z})
+    share = math.acos(height) / math.pi  # of the profile that is below the water
+    lower = sphere_panels(shape, round(share * count))
+    return _of_halves(lower, sphere_panels(upper, round((1.0 - share) * count)))
+
+
+def _box(shape: Box, freeboard: float, count: int) -> Panels:
+    upper = shape.model_copy(update={"draft": freeboard})
+    around = 2.0 * (shape.length + shape.width)
+    areas = [shape.length * shape.width + around * half.draft for half in (shape, upper)]
+    counts = [round(count * area / sum(areas)) for area in areas]
+    return _of_halves(box_panels(shape, counts[0]), box_panels(upper, counts[1]))
+
+
+def _of_halves(lower: Panels, upper: Panels) -> Panels:
+    """`lower`, and above the water the mirror image of `upper`."""
+    mirrored = Panels(upper.vertices * np.array([1.0, 1.0, -1.0]), upper.faces).reversed
+    return joined(lower, mirrored)
+
+
+def _check_closed(panels: Panels, wrong: Wrong) -> None:
+    """The error that `wrong` makes where an edge is not one of two panels that face one way."""
+    unshared = [edge for edge, sides in panels.edges().items() if len(sides) == 1]
+    if not unshared:
+        check_edges(panels, wrong)
+        return
+    heights = panels.vertices[np.array(unshared).ravel(), 2]
+    if np.abs(heights).max() < 10.0 * RELATIVE_TOLERANCE * panels.size:
+        raise wrong(
+            "the mesh is open at the waterline: it has no part above the water", TO_THE_DECK
+        )
+    x, y, z = panels.vertices[list(unshared[0])].mean(axis=0)
+    raise wrong(
+        f"the mesh is not closed: {len(unshared)} edges belong to one panel only, the first near "
+        f"x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m",
+        f"close the holes, or join panels that do not share their vertices; {TO_THE_DECK}",
+    )
+
+
+def _check_height(panels: Panels, wrong: Wrong) -> None:
+    reach = 10.0 * RELATIVE_TOLERANCE * panels.size
+    low, high = panels.vertices[:, 2].min(), panels.vertices[:, 2].max()
+    if low >= -reach:
+        raise wrong(
+            f"the hull is above the water (lowest point at z = {low:.4g} m)",
+            "draw it in the reference pose (z = 0 is the still-water level, Z points up), or say "
+            "with mesh_origin where the origin of its mesh lies",
+        )
+    if abs(high) < reach:
+        raise wrong(
+            "the hull ends at the still-water level: it has no part above the water", TO_THE_DECK
+        )
+
+
+def _check_shells(panels: Panels, wrong: Wrong) -> None:
+    """Inverted shells, and shells inside of others."""
+    lowered = np.array([0.0, 0.0, panels.vertices[:, 2].max() + panels.size])
+    shells = [Panels(s.vertices - lowered, s.faces) for s in panels.shells()]
+    volumes = [hydrostatics_of(shell).volume for shell in shells]
+    outwards = [s if v > 0 else s.reversed for s, v in zip(shells, volumes, strict=True)]
+    for first, second in combinations(outwards, 2):
+        if (point := overlap(first, second)) is not None:
+            x, y, z = point + lowered
+            raise wrong(
+                f"a closed shell is inside the hull near x = {x:.4g}, y = {y:.4g}, z = {z:.4g} m",
+                "remove it: a hull is the surface that the water touches; join intersecting parts "
+                "into one surface",
+            )
+    if min(volumes) < 0:
+        raise wrong(
+            f"the mesh is inverted: the normals point into the body, the volume within is "
+            f"{min(volumes):.4g} m3",
+            "reverse the order of the vertices of every panel: normals point out of the body",
+        )
+
+
+def body_triangles(panels: Panels, center: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (nv, 3) [m] from `center` [m], and triangles (nt, 3) of them, none of them empty."""
+    a, b, c, d = panels.faces.T
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    return panels.vertices - np.array(point_in_space(center)), triangles[kept]

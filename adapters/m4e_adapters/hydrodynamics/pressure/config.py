@@ -1,0 +1,73 @@
+"""Keys of a `kind: hull_pressure` component of a system file."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+from pydantic_core import ValidationError
+
+from m4e_adapters.hydrodynamics.config.component import NAME, Water, misplaced, out_of_plane
+from m4e_adapters.hydrodynamics.config.numbers import Place, Positive
+from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.waves import Still, Waves
+from m4e_fmi.files.document import Section, rejected
+
+
+class HullBody(Section):
+    """A rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose, [x, y, z] in
+    space.
+
+    The shape includes the part above the water: a mesh file is closed, up to the deck, and the
+    profile of a body of revolution goes up to its top. Of a box or a cylinder `freeboard` [m] is
+    the height of its top above the still water. `panels` is about how many panels the whole surface
+    of a built-in shape gets.
+    """
+
+    shape: Shape
+    center_of_gravity: Place
+    freeboard: Positive | None = None
+    panels: Annotated[int, Field(ge=48, le=20000)] = 1000
+
+    @model_validator(mode="after")
+    def _of_its_shape(self) -> HullBody:
+        kind = self.shape.kind
+        if self.shape.mesh is not None and "panels" in self.model_fields_set:
+            raise rejected(
+                "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
+            )
+        if kind in ("box", "cylinder") and self.freeboard is None:
+            raise rejected(
+                f"a {kind} needs a 'freeboard': its pressure is taken over the whole hull",
+                "give the height [m] of its top above the still water: freeboard: 2.5",
+            )
+        if kind not in ("box", "cylinder") and self.freeboard is not None:
+            drawn = {"sphere": "its centre and radius", "revolved": "its profile"}
+            raise rejected(
+                f"'freeboard' has no effect on a {kind}",
+                f"remove it: the top is that of {drawn.get(kind, 'the mesh')}",
+            )
+        return self
+
+
+class HullPressureConfig(Section):
+    """Hydrostatic and incident wave pressure on hulls at their true pose, up to the instantaneous
+    surface.
+
+    `dimensions: 2` (default) is the X-Z plane, `dimensions: 3` has all six motions and waves in any
+    direction. The waves are those of `kind: hydrodynamics`: the same keys make the same sea.
+    """
+
+    dimensions: Literal[2, 3] = 2
+    water: Water = Water()
+    bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], HullBody], Field(min_length=1)]
+    waves: Waves = Still(spectrum="still")
+
+    @model_validator(mode="after")
+    def _of_its_dimensions(self) -> HullPressureConfig:
+        wrong = [*misplaced(self.bodies, self.dimensions)]
+        if self.dimensions == 2:
+            wrong += out_of_plane(self.bodies, self.waves)
+        if wrong:
+            raise ValidationError.from_exception_data("hull_pressure", wrong)
+        return self

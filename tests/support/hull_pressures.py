@@ -1,0 +1,42 @@
+"""Loads of the pressure on hulls, from their configuration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
+from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
+from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
+from m4e_adapters.hydrodynamics.pressure.incident_waves import IncidentWaves
+from m4e_adapters.hydrodynamics.pressure.sea import wave_data
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+
+RHO, G = 1025.0, 9.81
+
+
+def surface(body: dict) -> Panels:
+    """The closed hull of a body, in space, or in the plane where its places are."""
+    return closed_hulls(_config(body), Path())["hull"]
+
+
+def hull_load(body: dict, **sections) -> HullLoad:
+    """The load on a body; `sections` of the configuration besides."""
+    config = _config(body, **sections)
+    center = config.bodies["hull"].center_of_gravity
+    vertices, triangles = body_triangles(closed_hulls(config, Path())["hull"], center)
+    water = config.water
+    data = wave_data(wave_systems(config.waves, depth=water.depth, gravity=water.gravity))
+    return HullLoad(
+        vertices.tolist(),
+        triangles.tolist(),
+        weight=config.water.density * config.water.gravity,
+        waves=IncidentWaves(data) if data else None,
+    )
+
+
+def _config(body: dict, **sections) -> HullPressureConfig:
+    dimensions = len(body["center_of_gravity"])
+    return HullPressureConfig.model_validate(
+        {"dimensions": dimensions, "bodies": {"hull": body}, **sections}
+    )

@@ -1,0 +1,178 @@
+"""What users can write wrongly below `kind: hull_pressure`, and closed hulls of all shapes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.hull_pressures import RHO, G, hull_load, surface
+
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
+from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
+from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
+from m4e_fmus import hull_pressure
+
+GOOD = """\
+water: {density: 1025, depth: 50}
+bodies:
+  float:
+    shape: {cylinder: {radius: 4.0, draft: 3.0}}
+    freeboard: 2.0
+    center_of_gravity: [0, -1.2]
+waves: {spectrum: regular, height: 2.0, period: 7.0}
+"""
+CYLINDER = "{cylinder: {radius: 4.0, draft: 3.0}}"
+BALL = {"shape": {"sphere": {"radius": 2.0, "center_z": 0.5}}, "center_of_gravity": [0.0, -0.5]}
+
+
+def validated(text: str) -> HullPressureConfig:
+    return Document.parse(text).validate(HullPressureConfig)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "message"),
+    [
+        ("    freeboard: 2.0\n", "", 4, "a cylinder needs a 'freeboard'"),
+        (CYLINDER, "{sphere: {radius: 2}}", 4, "no effect on a sphere"),
+        (CYLINDER, "{mesh: hull.stl}", 4, "no effect on a mesh"),
+        ("freeboard: 2.0", "freeboard: -2.0", 5, "greater than 0"),
+        ("[0, -1.2]", "[0, 0, -1.2]", 6, "has 3 coordinates, expected [x, z]"),
+        ("period: 7.0", "period: 7.0, direction: 30", 7, "leaves the X-Z plane"),
+        ("draft: 3.0", "draft: 3.0, center_y: 1", 4, "'center_y' leaves the X-Z plane"),
+        ("freeboard: 2.0", "freeboard: 2.0\n    drag: {heave: 1}", 6, "drag"),
+    ],
+)
+def test_mistakes_are_told_with_their_line(old: str, new: str, line: int, message: str) -> None:
+    assert validated(GOOD)
+    with pytest.raises(InputError) as caught:
+        validated(GOOD.replace(old, new))
+    assert message in str(caught.value)
+    assert abs(caught.value.problems[0].line - line) <= 1
+
+
+def test_a_hull_below_the_sea_bed_is_refused() -> None:
+    config = validated(GOOD.replace("depth: 50", "depth: 2.5"))
+    with pytest.raises(InputError, match=r"down to z = -3 m, the sea bed is at z = -2\.5 m"):
+        closed_hulls(config, Path())
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("below", "open at the waterline: it has no part above the water"),
+        ("lid", "ends at the still-water level"),
+        ("hole", "the mesh is not closed: 4 edges belong to one panel only, the first near x ="),
+        ("inverted", "the mesh is inverted: the normals point into the body"),
+        ("above", "the hull is above the water (lowest point at z = 2 m)"),
+        ("shell", "a closed shell is inside the hull near x ="),
+    ],
+)
+def test_meshes_that_are_no_closed_hull(change: str, message: str, tmp_path: Path) -> None:
+    panels = surface({**_box(), "panels": 60})
+    places, faces = panels.vertices, panels.faces
+    centers = panels.centers
+    if change == "below":
+        faces = faces[centers[:, 2] < 0]
+    elif change == "lid":
+        places = np.where(places[:, 2:] > 0, places * [1, 1, 0], places)
+    elif change == "hole":
+        faces = faces[np.arange(len(faces)) != int(np.argmin(centers[:, 2]))]
+    elif change == "inverted":
+        faces = faces[:, ::-1]
+    elif change == "above":
+        places = places + np.array([0.0, 0.0, 4.0])
+    else:
+        places = np.concatenate([places, 0.5 * places])
+        faces = np.concatenate([faces, faces + len(places) // 2])
+    _write(Panels(places, faces).merged(), tmp_path / "hull.gdf")
+    text = GOOD.replace("    freeboard: 2.0\n", "").replace(CYLINDER, "{mesh: hull.gdf}")
+    with pytest.raises(InputError) as caught:
+        closed_hulls(validated(text), tmp_path)
+    (problem,) = caught.value.problems
+    assert message in problem.message
+    assert problem.remedy
+    assert problem.file == str(tmp_path / "hull.gdf")
+
+
+def _box() -> dict:
+    box = {"length": 6.0, "width": 4.0, "draft": 2.0}
+    return {"shape": {"box": box}, "freeboard": 1.5, "center_of_gravity": [0.0, -0.5]}
+
+
+def _write(panels: Panels, path: Path) -> None:
+    lines = ["test", "1.0 9.81", "0 0", str(len(panels.faces))]
+    lines += [" ".join(f"{x:.9g}" for x in corner) for face in panels.corners for corner in face]
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("shape", "freeboard", "volume", "below"),
+    [
+        ({"box": {"length": 6.0, "width": 4.0, "draft": 2.0}}, 1.5, 84.0, 48.0),
+        ({"cylinder": {"radius": 2.0, "draft": 3.0}}, 1.0, 16 * math.pi, 12 * math.pi),
+        ({"sphere": {"radius": 3.0}}, None, 36 * math.pi, 18 * math.pi),
+        ({"sphere": {"radius": 3.0, "center_z": 1.0}}, None, 36 * math.pi, 28 / 3 * math.pi),
+        ({"sphere": {"radius": 3.0, "center_z": -4.0}}, None, 36 * math.pi, 36 * math.pi),
+        (
+            {"revolved": {"profile": [[0.0, -3.0], [3.0, 0.0], [3.0, 2.0]]}},
+            None,
+            27 * math.pi,
+            9 * math.pi,
+        ),
+    ],
+)
+def test_shapes_have_their_exact_volumes(
+    shape: dict, freeboard: float | None, volume: float, below: float
+) -> None:
+    """The whole, and what is below the water in the reference pose, for any number of panels."""
+    body = {"shape": shape, "center_of_gravity": [0.0, -0.4], "panels": 150}
+    body |= {} if freeboard is None else {"freeboard": freeboard}
+    panels = surface(body)
+    assert hydrostatics_of(panels).volume == pytest.approx(volume, rel=1e-9)
+    load = hull_load(body).at((0.0, 0.0, -0.4), (0.0, 0.0, 0.0), 0.0)
+    assert load.wetted_volume == pytest.approx(below, rel=1e-9)
+
+
+def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of_it() -> None:
+    load = hull_load(BALL)
+    above = load.at((1.0, 0.0, 9.0), (0.1, 0.2, 0.3), 0.0)
+    assert not above.hydrostatic.any()
+    assert above.wetted_volume == 0.0
+    below = load.at((1.0, 0.0, -9.0), (0.0, 0.2, 0.0), 0.0)
+    weight = RHO * G * 32 / 3 * math.pi
+    assert below.hydrostatic[2] == pytest.approx(weight, rel=1e-9)
+    # the centre of the ball is 1 m above that of gravity; of the panels to 2e-3
+    assert below.hydrostatic[4] == pytest.approx(-weight * math.sin(0.2), rel=5e-3)
+
+
+def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
+    text = GOOD.replace("depth: 50", "depth: 5") + "dimensions: 2\n"
+    source = hull_pressure.make(
+        validated(text), name="hull", folder=tmp_path, progress=lambda _: None
+    )
+    outputs = HullOutputs(json.loads(source.data["hulls.json"]))
+    pose = {"float.x": 0.0, "float.z": -1.2, "float.theta": 0.0}
+    found = outputs.at(pose, 30.0)
+    named = [v for v in source.description.variables if v.causality != "input"]
+    assert sorted(found) == sorted(v.name for v in named)
+    for force in ("force_x", "force_z", "moment_y"):
+        whole = found[f"float.hydrostatic_{force}"] + found[f"float.froude_krylov_{force}"]
+        assert found[f"float.{force}"] == whole
+    assert found["float.neutral_mass"] == pytest.approx(1025 * 48 * math.pi, rel=1e-9)
+    assert [*outputs.doubts(30.0)] == []
+    assert outputs.at({**pose, "float.z": 9.0}, 31.0)["float.force_z"] == 0.0
+    (dry,) = outputs.doubts(31.0)
+    assert dry == "float is wholly out of the water (t = 31 s): no force on it"
+    outputs.at({**pose, "float.z": -4.0}, 32.0)
+    (aground,) = outputs.doubts(32.0)
+    assert "float reaches down to z = -5.8 m (t = 32 s), below the sea bed at z = -5 m" in aground
+    assert [*outputs.doubts(33.0)] == []
+    with pytest.raises(ValueError, match="no finite pressure"):
+        outputs.at({**pose, "float.z": -1e300}, 34.0)
