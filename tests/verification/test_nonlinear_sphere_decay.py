@@ -1,7 +1,7 @@
 """Heave decay of the sphere of IEA OES Task 10 from 5 m, where it has just left the water.
 
 Radiation by WAMIT, hydrostatics by the pressure on the wetted part, as FMUs; compared with NREL's
-CFD (tests/data/README.md names source and licence). Linear hydrostatics are off by 15 % of the
+CFD (tests/data/README.md names source and licence). Linear hydrostatics are off by 15.6 % of the
 release.
 """
 
