@@ -12,8 +12,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-_SHORTEST = 1e-9  # ramp [s]; shorter ones are none
-
 
 class IncidentWaves:
     """Waves of n components: `omega` [rad/s], `wavenumber` [rad/m], `amplitude` [m], `phase` and
@@ -25,11 +23,12 @@ class IncidentWaves:
         self._omega, k, self._amplitude, self._phase, direction = (np.array(data[n]) for n in names)
         self._k, self._vectors = k, np.stack([k * np.cos(direction), k * np.sin(direction)])
         self._depth = float(data["depth"])  # type: ignore[arg-type]
-        self._ramp_time = np.maximum(data["ramp_time"], _SHORTEST)
+        self._ramp_time = np.array(data["ramp_time"])
 
     def _amplitudes(self, time: float) -> np.ndarray:
         """r a (n,) [m] at `time` [s]."""
-        grown = np.minimum(time / self._ramp_time, 1.0)
+        length = self._ramp_time
+        grown = np.where(time < length, time / np.where(length > 0.0, length, 1.0), 1.0)
         return self._amplitude * (0.5 - 0.5 * np.cos(math.pi * grown))
 
     def elevation(self, points: np.ndarray, time: float) -> np.ndarray:
