@@ -11,7 +11,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
-from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
+from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
@@ -46,7 +46,8 @@ def coefficients_from_config(
     ):
         progress(f"warning: {text}")
     for hull in hulls:
-        progress(_hydrostatics(hull, config.water))
+        if not hull.fixed:
+            progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
     return solve_hulls(
         hulls,
@@ -138,7 +139,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     """
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
     omega = np.empty(0)
-    if hulls:
+    if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls)
         problems += wrong
     if problems:
@@ -152,7 +153,7 @@ def table_and_problems(
 ) -> tuple[np.ndarray, list[Problem]]:
     """The frequency table (nω,) [rad/s] of `frequency_table`, and all its problems."""
     wanted, water = config.frequencies, config.water
-    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
+    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, moving_hulls(hulls))))
     maximum = wanted.maximum or limit
     lowest = float(
         angular_frequency(SHALLOWEST / water.depth, depth=water.depth, gravity=water.gravity)

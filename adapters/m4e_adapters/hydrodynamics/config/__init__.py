@@ -12,12 +12,15 @@ from m4e_adapters.hydrodynamics.config.component import (
     Radiation,
     Water,
 )
+from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
     Cylinder,
+    HorizontalCylinder,
     Revolved,
     Shape,
     Sphere,
+    Torus,
 )
 from m4e_adapters.hydrodynamics.config.waves import (
     PEAK_ENHANCEMENT,
@@ -35,6 +38,7 @@ __all__ = [
     "Cylinder",
     "Drag",
     "Frequencies",
+    "HorizontalCylinder",
     "HydrodynamicsConfig",
     "Jonswap",
     "PiersonMoskowitz",
@@ -44,6 +48,8 @@ __all__ = [
     "Shape",
     "Sphere",
     "Still",
+    "Torus",
     "Water",
     "Waves",
+    "keys_without_effect",
 ]

@@ -48,25 +48,19 @@ class Drag(Section):
 
 
 class Body(Section):
-    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose,
-    [x, y, z] in space.
+    """A rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose, [x, y, z] in
+    space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
-    quadratic.
+    quadratic. A body that is `fixed` does not move: it stands in the way of waves and has no
+    variables, `center_of_gravity` or `drag`. It may stand on the sea bed.
     """
 
     shape: Shape
-    center_of_gravity: Place
+    center_of_gravity: Place = ()
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
-
-    @model_validator(mode="after")
-    def _panels_of_a_file(self) -> Body:
-        if self.shape.mesh is not None and "panels" in self.model_fields_set:
-            raise rejected(
-                "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
-            )
-        return self
+    fixed: bool = False
 
 
 class Frequencies(Section):
@@ -125,6 +119,8 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*_places(self)]
+        if all(body.fixed for body in self.bodies.values()):
+            wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
@@ -144,10 +140,14 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Places that do not have as many coordinates as the component has dimensions."""
     axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
     for name, body in config.bodies.items():
-        given = {
-            ("center_of_gravity",): body.center_of_gravity,
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str, ...], Place | None] = {
+            ("shape", "mesh_origin"): body.shape.mesh_origin
         }
+        if not body.fixed and not body.center_of_gravity:
+            place = ("bodies", name, "center_of_gravity")
+            yield InitErrorDetails(type="missing", loc=place, input=None)
+        elif not body.fixed:
+            given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
             if place is None or len(place) == config.dimensions:
                 continue

@@ -49,7 +49,7 @@ class Panels:
         return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
     def merged(self) -> Panels:
-        """The same surface with coincident vertices made one and empty panels left out."""
+        """The same surface: coincident vertices made one; no empty panels, no vertices of none."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
         from scipy.spatial import KDTree
@@ -62,11 +62,17 @@ class Panels:
         _, first = np.unique(where, return_index=True)
         faces = [list(dict.fromkeys(face)) for face in where[self.faces].tolist()]
         filled = [[*face, face[-1]][:4] for face in faces if len(face) > 2]
-        return Panels(self.vertices[first], np.array(filled, dtype=int).reshape(-1, 4))
+        used, places = np.unique(np.array(filled, dtype=int), return_inverse=True)
+        return Panels(self.vertices[first][used], places.reshape(-1, 4))
 
     def kept(self, mask: np.ndarray) -> Panels:
         """The panels where `mask` (nf,), booleans, is true."""
         return Panels(self.vertices, self.faces[mask])
+
+    def mirrored(self, axis: int) -> Panels:
+        """The mirror image in the plane x = 0 (axis 0) or y = 0 (axis 1)."""
+        vertices = self.vertices * np.where(np.arange(3) == axis, -1.0, 1.0)
+        return Panels(vertices, self.faces[:, ::-1])
 
     @property
     def reversed(self) -> Panels:

@@ -6,7 +6,6 @@ import math
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics import build
@@ -94,25 +93,6 @@ def test_hulls_of_absurd_size_are_told() -> None:
     tiny = "tiny: {shape: {sphere: {radius: 0.05, center_x: 200}}, center_of_gravity: [200, 0]}"
     (told,) = sizes(still, f"{box(150)}\n  {tiny}")
     assert "'float' measures 150 m, that of 'tiny' 0.1001 m" in told
-
-
-def test_a_mesh_in_millimetres_is_told(tmp_path: Path) -> None:
-    """A box of 8 m as GDF, Z up, drawn in mm."""
-    given = config("spectrum: still")
-    (hull,) = make_hulls(given, tmp_path, progress=lambda _: None)
-    corners = 1000.0 * hull.panels.corners.reshape(-1, 3)
-    rows = "\n".join(" ".join(f"{x:.9g}" for x in corner) for corner in corners)
-    count = len(hull.panels.faces)
-    (tmp_path / "hull.gdf").write_text(f"box\n1 9.81\n0 0\n{count}\n{rows}\n")
-    mesh = config(
-        "spectrum: still",
-        bodies=BODY.replace("{box: {length: 8, width: 6, draft: 3}}", "{mesh: hull.gdf}"),
-    )
-    hulls = make_hulls(mesh, tmp_path, progress=lambda _: None)
-    (told,) = size_doubts(hulls, mesh)
-    assert "measures 8000 m, hulls have 0.01 to 1000 m" in told
-    assert "drawn in mm must be scaled by 0.001" in told
-    assert np.isfinite(hulls[0].hydrostatics.volume)
 
 
 def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) -> None:
