@@ -49,10 +49,23 @@ def coefficients_from_config(
         if not hull.fixed:
             progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
+    omega = frequency_table(config, hulls, highest=highest)
+    return coefficients_of(config, hulls, omega=omega, highest=highest, progress=progress)
+
+
+def coefficients_of(
+    config: HydrodynamicsConfig,
+    hulls: Sequence[Hull],
+    *,
+    omega: np.ndarray,
+    highest: float = 0.0,
+    progress: Callable[[str], object] = print,
+) -> Coefficients:
+    """Coefficients of these `hulls` of the configured bodies at `omega` (nω,) [rad/s]."""
     return solve_hulls(
         hulls,
         water=config.water,
-        omega=frequency_table(config, hulls, highest=highest),
+        omega=omega,
         wave_direction=_direction(config),
         needed=max(needed_frequency(config.waves), highest),
         progress=progress,

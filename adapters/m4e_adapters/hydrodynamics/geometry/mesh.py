@@ -154,14 +154,16 @@ def make_hull(
     folder: Path,
     *,
     depth: float = math.inf,
+    finer: int = 1,
     progress: Callable[[str], object] = print,
 ) -> Hull:
-    """The checked hull of one body in water of that `depth` [m].
+    """The checked hull of one body in water of that `depth` [m], its panels divided into `finer`².
 
     A lid that could not be made is told through `progress`.
     """
     with kept_warnings() as warnings:
-        panels = _shape_panels(name, body, folder, depth if body.fixed else math.inf)
+        bed = depth if body.fixed else math.inf
+        panels = on_the_bed(_shape_panels(name, body, folder, bed, finer), bed)
         lid = make_lid(panels)
     for text in warnings:
         progress(f"warning: capytaine: {text}")
@@ -201,11 +203,11 @@ def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
         )
 
 
-def _shape_panels(name: str, body: Body, folder: Path, bed: float) -> Panels:
+def _shape_panels(name: str, body: Body, folder: Path, bed: float, finer: int) -> Panels:
     """The closed surface below the water of a body that may stand on a `bed` [m] so deep."""
     shape = body.shape
     if shape.mesh is None:
-        return on_the_bed(BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels), bed)
+        return BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
     path = folder / shape.mesh
     keys = ("bodies", name, "shape", "mesh")
     drawn = _loaded(path, name, keys, scale=shape.scale)
@@ -215,7 +217,7 @@ def _shape_panels(name: str, body: Body, folder: Path, bed: float) -> Panels:
     placed = Panels(drawn.vertices + origin, drawn.faces)
     try:
         check_as_drawn(placed, name, scale=shape.scale)
-        return checked(on_the_bed(_immersed(placed, name), bed), name)
+        return checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
     except InputError as error:
         problems = [replace(p, file=str(path), keys=keys) for p in error.problems]
         raise InputError(problems) from None
