@@ -108,11 +108,12 @@ def hulls_and_problems(
 def _in_the_bed(hull: Hull, depth: float, keys: Keys) -> Iterator[Problem]:
     """A problem if the hull reaches the sea bed, on which only a fixed one may stand."""
     lowest = float(hull.panels.vertices[:, 2].min())
-    if lowest > -depth or (hull.fixed and lowest == -depth):
+    over, reach = lowest + depth, RELATIVE_TOLERANCE * hull.panels.size
+    if over > reach or (hull.fixed and abs(over) <= reach):
         return
     text = f"body {hull.name!r} reaches down to z = {lowest:.4g} m, the sea bed is at z = "
     remedy = "give more water.depth, or less draft"
-    if lowest == -depth:
+    if abs(over) <= reach:
         remedy += "; a body that stands on the sea bed and does not move is 'fixed: true'"
     yield Problem(f"{text}{-depth:.4g} m", remedy, keys=keys)
 
