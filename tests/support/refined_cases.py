@@ -15,7 +15,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics import Coefficients, Hull, Refinement, make_hull, solve_hulls
 from m4e_adapters.hydrodynamics.config import Body, Water
-from m4e_adapters.hydrodynamics.refinement import COARSER, study
+from m4e_adapters.hydrodynamics.refinement import COARSE, FINE, study
 from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics" / "refined"
@@ -35,7 +35,7 @@ class Case:
     panels: int
     ka: tuple[float, ...]
     depth: float = math.inf
-    finer: tuple[int, ...] = COARSER
+    finer: tuple[int, ...] = FINE
 
     @property
     def wavenumbers(self) -> np.ndarray:
@@ -67,9 +67,7 @@ CASES = {
         (0.1, 0.3, 0.5, 0.7, 1.0, 1.3, 1.6, 2.0),
     ),
     "pile": Case((_pile(0.0),), 50, (0.3, 0.6, 1.0, 1.5), BED),
-    "two_piles": Case(
-        (_pile(-APART / 2), _pile(APART / 2)), 48, (0.3, 0.6, 1.0, 1.4), BED, (1, 2, 3)
-    ),
+    "two_piles": Case((_pile(-APART / 2), _pile(APART / 2)), 48, (0.3, 0.6, 1.0, 1.4), BED, COARSE),
 }
 
 

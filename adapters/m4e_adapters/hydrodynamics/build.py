@@ -22,7 +22,6 @@ from m4e_fmi.program import Program
 
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
-OF_A, OF_A_INF = 0.6, 1.2  # 1/(2^p - 1) for observed orders p = 1.4 and 0.9 in panel size
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
@@ -211,14 +210,13 @@ def _hydrostatics(hull: Hull, water: Water) -> str:
 
 
 def _accuracy(hull: Hull) -> str:
-    """The size of a hull, and how to estimate the error of its number of panels."""
+    """The size of a hull, and where the error of its number of panels comes from."""
     count = len(hull.panels.faces)
     draft = -float(hull.panels.vertices[:, 2].min())
     return (
         f"body {hull.name!r}: displaces {hull.hydrostatics.volume:.4g} m3, lowest point "
-        f"{draft:.4g} m below the water, {count} panels; to estimate their error, compute with "
-        f"about {count // 4} panels too: it is {OF_A:g} of the difference in added mass, and "
-        f"{OF_A_INF:g} of that in added mass at infinite frequency"
+        f"{draft:.4g} m below the water, {count} panels (their error: see 'refinement' in the page "
+        "of hydrodynamics)"
     )
 
 

@@ -7,8 +7,8 @@ edge at the waterline, and one of second order. Three meshes remove both:
 
 The difference between x₀ and the limit that two meshes give with order 1.5, times `SAFETY`, is the
 stated error of x₀; with the distance of x from x₀, it is that of x. At infinite frequency, where
-the edge rules, order 1 counts too. Two meshes alone give x₀ with order 1.5, and its error from
-orders 1 and 2.
+the edge rules, order 1 counts too, times `SAFETY_OF_EDGE`. Two meshes alone give x₀ with order 1.5,
+and its error from orders 1 and 2.
 """
 
 from __future__ import annotations
@@ -27,10 +27,11 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
 from m4e_fmi.errors import InputError
 
-SAFETY = 1.5
+SAFETY, SAFETY_OF_EDGE = 1.5, 3.0
 MIDDLE = 1.5  # order between that of the waterline's edge and that of the method
 ORDERS = np.linspace(0.3, 4.0, 75)  # tried
-COARSER, FINER = (2, 3, 4), (1, 2, 3)
+COARSE, FINE = (1, 2, 3), (2, 3, 4)  # parts of a panel's side; the second if there are many
+FEWEST = 48  # panels of a shape
 MOST_PANELS = 4000  # of a finer mesh
 SMALL = 1e-3  # of a coupling beside the motions that it couples: of no interest
 NOISE = 1e-7  # of a coefficient's scale, by which meshes differ for no reason
@@ -116,34 +117,42 @@ def refinement(
 ) -> Refinement:
     """The coefficients with fewer panels too, or with finer ones if there are mesh files.
 
-    Built-in shapes get 1/4, 4/9 and all of their `panels`: a quarter more work than a build.
-    With mesh files, whose panels are divided by 4 and, if there are few, by 9, shapes get as many
-    times more. The curvature that a file lacks stays lacking. InputError as of a build, and for
-    panels that resolve no wave of the table.
+    The finest mesh of built-in shapes has about their `panels`: the others take half of its work.
+    With mesh files the coarsest has those of the files. The curvature that a file lacks stays
+    lacking. InputError as of a build, and for panels that resolve no wave of the table.
     """
-    given = make_hulls(config, folder, progress=progress)
-    parts, bodies = COARSER, dict(config.bodies)
-    if any(body.shape.mesh is not None for body in bodies.values()):
-        count = sum(len(hull.panels.faces) for hull in given)
-        parts = FINER[: 3 if FINER[-1] ** 2 * count <= MOST_PANELS else 2]
-    else:
-        for name, body in bodies.items():
-            fewest = round(body.panels / parts[-1] ** 2)
-            bodies[name] = body.model_copy(update={"panels": fewest})
-    depth = config.water.depth
-    meshes = [
-        [
-            make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
-            for name, body in bodies.items()
-        ]
-        for finer in parts
-    ]
+    meshes = similar_hulls(config, folder, progress=progress)
     omega = frequency_table(config, meshes[-1])
     found: list[Coefficients] = []
     for hulls in meshes:
         progress(f"mesh of {_count(hulls)} panels")
         found.append(coefficients_of(config, hulls, omega=omega, progress=progress))
     return study([_count(hulls) for hulls in meshes], found)
+
+
+def similar_hulls(
+    config: HydrodynamicsConfig, folder: Path, *, progress: Progress
+) -> list[list[Hull]]:
+    """The hulls of all bodies with coarse panels, and with these divided; InputError."""
+    given = make_hulls(config, folder, progress=progress)
+    parts, bodies = COARSE, dict(config.bodies)
+    if any(body.shape.mesh is not None for body in bodies.values()):
+        count = sum(len(hull.panels.faces) for hull in given)
+        parts = parts[: 3 if parts[-1] ** 2 * count <= MOST_PANELS else 2]
+    else:
+        if min(body.panels for body in bodies.values()) >= FEWEST * FINE[-1] ** 2:
+            parts = FINE
+        for name, body in bodies.items():
+            fewer = round(body.panels / parts[-1] ** 2)
+            bodies[name] = body.model_copy(update={"panels": fewer})
+    depth = config.water.depth
+    return [
+        [
+            make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
+            for name, body in bodies.items()
+        ]
+        for finer in parts
+    ]
 
 
 def _count(hulls: Sequence[Hull]) -> int:
@@ -198,10 +207,10 @@ def _limit(sizes: np.ndarray, values: np.ndarray, *, edge: bool) -> tuple[np.nda
         return middle, SAFETY * np.abs(first - second)
     vandermonde = np.vander(sizes, 3, increasing=True)
     limit = np.tensordot(np.linalg.inv(vandermonde)[0], values, axes=1)
-    remaining = np.abs(limit - middle)
     if edge:
-        remaining = np.maximum(remaining, np.abs(limit - first))
-    return limit, SAFETY * remaining
+        apart = np.maximum(np.abs(limit - middle), np.abs(limit - first))
+        return limit, SAFETY_OF_EDGE * apart
+    return limit, SAFETY * np.abs(limit - middle)
 
 
 def _convergence(

@@ -108,9 +108,8 @@ def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) 
     assert sea_line.startswith("warning: the sea is too steep")
     assert size_line.startswith("warning: the hull of body 'float' measures 2000 m")
     assert re.fullmatch(
-        r"body 'float': displaces \S+ m3, lowest point \S+ m below the water, \d+ panels; to "
-        r"estimate their error, compute with about \d+ panels too: it is 0.6 of the difference in "
-        r"added mass, and 1.2 of that in added mass at infinite frequency",
+        r"body 'float': displaces \S+ m3, lowest point \S+ m below the water, \d+ panels \(their "
+        r"error: see 'refinement' in the page of hydrodynamics\)",
         panels_line,
     )
     assert last == "computed"
