@@ -87,7 +87,7 @@ def _default(field: FieldInfo) -> str:
     value = field.get_default(call_default_factory=True)
     if isinstance(value, Section):
         return "its own"
-    if value is None or value == {}:
+    if value in (None, {}, ()):
         return "–"
     if isinstance(value, float):
         return "`deep`" if value == float("inf") else f"{value:g}"

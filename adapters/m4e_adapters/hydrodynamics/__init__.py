@@ -20,6 +20,7 @@ from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
+from m4e_adapters.hydrodynamics.refinement import Refinement, refinement
 from m4e_adapters.hydrodynamics.requirements import requirements
 
 __all__ = [
@@ -27,6 +28,7 @@ __all__ = [
     "Hull",
     "HydrodynamicsConfig",
     "RadiationGroup",
+    "Refinement",
     "coefficients_from_config",
     "fit_radiation",
     "frequency_table",
@@ -34,6 +36,7 @@ __all__ = [
     "make_hull",
     "make_hulls",
     "program_from_config",
+    "refinement",
     "requirements",
     "solve_hulls",
 ]

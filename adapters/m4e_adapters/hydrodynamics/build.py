@@ -12,7 +12,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
-from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
+from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
@@ -26,7 +26,6 @@ from m4e_fmi.program import Program
 
 MOST_BEYOND = 2.0  # frequencies that a response is asked for, over those of the memory
 EXTENSION_STEP = 2.0  # of frequencies for waves above those of the memory, in steps of these
-OF_A, OF_A_INF = 0.6, 1.2  # 1/(2^p - 1) for observed orders p = 1.4 and 0.9 in panel size
 SHALLOWEST = 0.2  # wavenumber times depth below which Capytaine has no accurate Green function
 
 
@@ -51,17 +50,35 @@ def coefficients_from_config(
     ):
         progress(f"warning: {text}")
     for hull in hulls:
-        progress(_hydrostatics(hull, config.water))
+        if not hull.fixed:
+            progress(_hydrostatics(hull, config.water))
         progress(_accuracy(hull))
+    omega = frequency_table(config, hulls, folder=folder, highest=highest)
+    needed = max(needed_frequency(waves), highest)
+    return coefficients_of(config, hulls, omega=omega, needed=needed, progress=progress)
+
+
+def coefficients_of(
+    config: HydrodynamicsConfig,
+    hulls: Sequence[Hull],
+    *,
+    omega: np.ndarray,
+    needed: float = 0.0,
+    progress: Callable[[str], object] = print,
+) -> Coefficients:
+    """Coefficients of these `hulls` of the configured bodies at `omega` (nω,) [rad/s].
+
+    There are waves up to `needed` [rad/s].
+    """
     found = solve_hulls(
         hulls,
         water=config.water,
-        omega=frequency_table(config, hulls, folder=folder, highest=highest),
+        omega=omega,
         wave_direction=_direction(config),
-        needed=max(needed_frequency(waves), highest),
+        needed=needed,
         progress=progress,
     )
-    return excited_by(found, hulls, config.loads.excitation)
+    return excited_by(found, moving_hulls(hulls), config.loads.excitation)
 
 
 def _direction(config: HydrodynamicsConfig) -> float:
@@ -164,7 +181,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
         waves = _systems(config, folder)
     except InputError as error:
         problems += error.problems
-    if hulls:
+    if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong
     if problems:
@@ -183,7 +200,7 @@ def table_and_problems(
 ) -> tuple[np.ndarray, list[Problem]]:
     """The frequency table (nω,) [rad/s] of `frequency_table`, and all its problems."""
     wanted, water = config.frequencies, config.water
-    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, hulls)))
+    limit = math.sqrt(MEMORY_REACH * water.gravity / min(map(_reach, moving_hulls(hulls))))
     maximum = wanted.maximum or limit
     lowest = float(
         angular_frequency(SHALLOWEST / water.depth, depth=water.depth, gravity=water.gravity)
@@ -228,14 +245,13 @@ def _hydrostatics(hull: Hull, water: Water) -> str:
 
 
 def _accuracy(hull: Hull) -> str:
-    """The size of a hull, and how to estimate the error of its number of panels."""
+    """The size of a hull, and where the error of its number of panels comes from."""
     count = len(hull.panels.faces)
     draft = -float(hull.panels.vertices[:, 2].min())
     return (
         f"body {hull.name!r}: displaces {hull.hydrostatics.volume:.4g} m3, lowest point "
-        f"{draft:.4g} m below the water, {count} panels; to estimate their error, compute with "
-        f"about {count // 4} panels too: it is {OF_A:g} of the difference in added mass, and "
-        f"{OF_A_INF:g} of that in added mass at infinite frequency"
+        f"{draft:.4g} m below the water, {count} panels (their error: see 'refinement' in the page "
+        "of hydrodynamics)"
     )
 
 

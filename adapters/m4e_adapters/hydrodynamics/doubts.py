@@ -27,7 +27,7 @@ def size_doubts(
     for name, length in lengths.items():
         told = f"the hull of body {name!r} measures {length:.4g} m"
         if config.bodies[name].shape.mesh is not None:
-            remedy = "a mesh is in m, one drawn in mm must be scaled by 0.001"
+            remedy = "a mesh is in m; one in mm has 'scale: 0.001'"
         else:
             remedy = "lengths are in m"
         if not LENGTHS[0] <= length <= LENGTHS[1]:
@@ -41,6 +41,8 @@ def size_doubts(
 def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
     """Hulls that capsize if they float freely; a line each."""
     for hull in hulls:
+        if hull.fixed:
+            continue
         volume = hull.hydrostatics.volume
         heights = {"pitch": hull.hydrostatics.metacentric_height(hull.center)}
         if len(hull.center) == 3:

@@ -48,7 +48,7 @@ def stl_triangles(content: bytes) -> Triangles:
         corners = facets.reshape(-1, 4, 3)[:, 1:]  # the first is the normal
         return _finite(corners.astype(float))
     words = content.decode("ascii", "replace").split()
-    if words[:1] != ["solid"]:
+    if words[:1] != ["solid"] or b"\0" in content:
         raise MeshFileError("neither an ASCII nor a whole binary STL file")
     at = [k for k, word in enumerate(words) if word == "vertex"]
     try:
@@ -59,8 +59,15 @@ def stl_triangles(content: bytes) -> Triangles:
 
 def obj_triangles(content: bytes) -> Triangles:
     """The triangles (T, 3, 3) [m] of an OBJ file; faces of more corners are cut. MeshFileError."""
+    vertices, polygons = obj_polygons(content)
+    faces = [(first, a, b) for first, *rest in polygons for a, b in pairwise(rest)]
+    return vertices[np.array(faces, int).reshape(-1, 3)]
+
+
+def obj_polygons(content: bytes) -> tuple[NDArray[np.float64], list[tuple[int, ...]]]:
+    """The vertices (n, 3) [m] of an OBJ file, and the corners of each face. MeshFileError."""
     vertices: list[list[float]] = []
-    faces: list[tuple[int, int, int]] = []
+    polygons: list[tuple[int, ...]] = []
     for number, line in enumerate(content.decode("utf-8", "replace").splitlines(), start=1):
         key, *words = line.split() or [""]
         try:
@@ -68,13 +75,11 @@ def obj_triangles(content: bytes) -> Triangles:
                 x, y, z = map(float, words[:3])
                 vertices.append([x, y, z])
             elif key == "f":
-                first, *rest = (_corner(word, len(vertices)) for word in words)
-                faces += [(first, a, b) for a, b in pairwise(rest)]
+                polygons.append(tuple(_corner(word, len(vertices)) for word in words))
         except ValueError:
             message = f"line {number} is neither a vertex nor a face: {line[:40]!r}"
             raise MeshFileError(message) from None
-    corners = np.array(vertices, float).reshape(-1, 3)
-    return _finite(corners[np.array(faces, int).reshape(-1, 3)])
+    return _finite(np.array(vertices, float).reshape(-1, 3)), polygons
 
 
 def _corner(word: str, count: int) -> int:
@@ -86,10 +91,10 @@ def _corner(word: str, count: int) -> int:
     return index
 
 
-def _finite(triangles: Triangles) -> Triangles:
-    if not np.all(np.isfinite(triangles)):
+def _finite(coordinates: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.all(np.isfinite(coordinates)):
         raise MeshFileError("coordinates that are not finite")
-    return triangles
+    return coordinates
 
 
 READERS = {".stl": stl_triangles, ".obj": obj_triangles}

@@ -13,12 +13,15 @@ from m4e_adapters.hydrodynamics.config.component import (
     Radiation,
     Water,
 )
+from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
     Cylinder,
+    HorizontalCylinder,
     Revolved,
     Shape,
     Sphere,
+    Torus,
 )
 from m4e_adapters.hydrodynamics.config.waves import (
     PEAK_ENHANCEMENT,
@@ -48,6 +51,7 @@ __all__ = [
     "Cylinder",
     "Drag",
     "Frequencies",
+    "HorizontalCylinder",
     "HydrodynamicsConfig",
     "Jonswap",
     "Loads",
@@ -62,8 +66,10 @@ __all__ = [
     "Spreading",
     "Still",
     "Tma",
+    "Torus",
     "Water",
     "WaveSection",
     "Waves",
+    "keys_without_effect",
     "wave_sections",
 ]

@@ -49,25 +49,19 @@ class Drag(Section):
 
 
 class Body(Section):
-    """A floating rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose,
-    [x, y, z] in space.
+    """A rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose, [x, y, z] in
+    space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
-    quadratic.
+    quadratic. A body that is `fixed` does not move: it stands in the way of waves and has no
+    variables, `center_of_gravity` or `drag`. It may stand on the sea bed.
     """
 
     shape: Shape
-    center_of_gravity: Place
+    center_of_gravity: Place = ()
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
-
-    @model_validator(mode="after")
-    def _panels_of_a_file(self) -> Body:
-        if self.shape.mesh is not None and "panels" in self.model_fields_set:
-            raise rejected(
-                "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
-            )
-        return self
+    fixed: bool = False
 
 
 class Frequencies(Section):
@@ -147,6 +141,12 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
+        for name, body in self.bodies.items():
+            if not body.fixed and not body.center_of_gravity:
+                place = ("bodies", name, "center_of_gravity")
+                wrong.append(InitErrorDetails(type="missing", loc=place, input=None))
+        if all(body.fixed for body in self.bodies.values()):
+            wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
@@ -176,10 +176,11 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     """Places of `bodies` that do not have as many coordinates as `dimensions` says."""
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
-        given = {
-            ("center_of_gravity",): body.center_of_gravity,
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str, ...], Place | None] = {
+            ("shape", "mesh_origin"): body.shape.mesh_origin
         }
+        if body.center_of_gravity:
+            given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
             if place is None or len(place) == dimensions:
                 continue

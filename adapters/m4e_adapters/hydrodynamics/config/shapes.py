@@ -3,24 +3,68 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Annotated, Literal
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from m4e_adapters.hydrodynamics.config.numbers import Coordinate, NotNegative, Place, Positive
 from m4e_fmi.files.document import Section, rejected
 
-SHAPES = ("cylinder", "sphere", "box", "revolved", "mesh")
+SHAPES = ("cylinder", "horizontal_cylinder", "sphere", "torus", "box", "revolved", "mesh")
+
+Top = Annotated[Coordinate, Field(le=0)]
+"""Height z [m] of a flat top; 0: the body pierces the water."""
+
+
+def _below_its_top(name: str, draft: float, top_z: float) -> None:
+    if top_z <= -draft:
+        raise rejected(
+            f"the {name} has its top at z = {top_z:g} m, its bottom at z = {-draft:g} m",
+            "top_z is a height, below 0 for a submerged body; it must be above -draft",
+        )
+
+
+def _in_water(name: str, center_z: float, radius: float) -> None:
+    if center_z >= radius:
+        raise rejected(
+            f"the {name} (center_z {center_z:g} m, radius {radius:g} m) does not touch the water",
+            "center_z is the height above the still-water level; it must be below the radius",
+        )
 
 
 class Cylinder(Section):
     """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
-    (`center_x`, `center_y`) [m].
+    (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
     """
 
     radius: Positive
     draft: Positive
+    top_z: Top = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
+
+    @model_validator(mode="after")
+    def _has_a_height(self) -> Cylinder:
+        _below_its_top("cylinder", self.draft, self.top_z)
+        return self
+
+
+class HorizontalCylinder(Section):
+    """Circular cylinder of `radius` and `length` [m] along `axis` x or y, flat ends, its middle at
+    (`center_x`, `center_y`, `center_z`) [m]; half immersed by default.
+    """
+
+    radius: Positive
+    length: Positive
+    axis: Literal["x", "y"] = "x"
+    center_z: Coordinate = 0.0
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
+
+    @model_validator(mode="after")
+    def _touches_the_water(self) -> HorizontalCylinder:
+        _in_water("cylinder", self.center_z, self.radius)
+        return self
 
 
 class Sphere(Section):
@@ -34,26 +78,50 @@ class Sphere(Section):
     center_y: Coordinate = 0.0
 
     @model_validator(mode="after")
-    def _in_water(self) -> Sphere:
-        if self.center_z >= self.radius:
+    def _touches_the_water(self) -> Sphere:
+        _in_water("sphere", self.center_z, self.radius)
+        return self
+
+
+class Torus(Section):
+    """Ring: a tube of `tube_radius` [m] whose middle is a circle of `radius` [m] in the plane
+    z = `center_z` [m] about (`center_x`, `center_y`) [m]; half immersed by default.
+    """
+
+    radius: Positive
+    tube_radius: Positive
+    center_z: Coordinate = 0.0
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
+
+    @model_validator(mode="after")
+    def _open(self) -> Torus:
+        _in_water("tube", self.center_z, self.tube_radius)
+        if self.tube_radius >= self.radius:
             raise rejected(
-                f"the sphere (center_z {self.center_z:g} m, radius {self.radius:g} m) does not "
-                "touch the water",
-                "center_z is the height above the still-water level; it must be below the radius",
+                f"the torus has no opening (radius {self.radius:g} m, tube_radius "
+                f"{self.tube_radius:g} m)",
+                "radius is that of the circle in the middle of the tube; make tube_radius smaller",
             )
         return self
 
 
 class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
-    middle at (`center_x`, `center_y`) [m].
+    middle at (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
     """
 
     length: Positive
     width: Positive
     draft: Positive
+    top_z: Top = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
+
+    @model_validator(mode="after")
+    def _has_a_height(self) -> Box:
+        _below_its_top("box", self.draft, self.top_z)
+        return self
 
 
 class Revolved(Section):
@@ -97,18 +165,24 @@ class Revolved(Section):
 class Shape(Section):
     """Exactly one of the built-in shapes, or the name of a mesh file.
 
-    A mesh file is in m, in the reference pose, z = 0 the still-water level, normals into the
-    water; what is above the water is cut off. The name is relative to the system file's folder.
-    `mesh_origin` [x, z] is where the origin of the file lies in the reference pose: that of the
-    body's frame for a mesh drawn in it. Default [0, 0]: world coordinates. In space [x, y, z].
+    A mesh file is in the reference pose, z = 0 the still-water level, normals into the water; what
+    is above the water is cut off. Its name is relative to the system file's folder. Its numbers
+    times `scale` [1] are lengths in m: 0.001 for a mesh in mm. `mesh_origin` [x, z] [m], in space
+    [x, y, z], is where the origin of the file lies. With `frame: world` (default) that is a place
+    in the reference pose; with `frame: body` it is counted from the centre of gravity, for a mesh
+    drawn in the body's frame. Default: 0.
     """
 
     cylinder: Cylinder | None = None
+    horizontal_cylinder: HorizontalCylinder | None = None
     sphere: Sphere | None = None
+    torus: Torus | None = None
     box: Box | None = None
     revolved: Revolved | None = None
     mesh: str | None = None
     mesh_origin: Place | None = None
+    scale: Positive = 1.0
+    frame: Literal["world", "body"] = "world"
 
     @property
     def kind(self) -> str:
@@ -118,7 +192,7 @@ class Shape(Section):
     @property
     def axis(self) -> tuple[float, float] | None:
         """(x, y) [m] of the upright axis of a body of revolution, None of others."""
-        turned = self.cylinder or self.sphere or self.revolved
+        turned = self.cylinder or self.sphere or self.torus or self.revolved
         return None if turned is None else (turned.center_x, turned.center_y)
 
     @model_validator(mode="after")
@@ -127,9 +201,11 @@ class Shape(Section):
         if len(given) != 1:
             raise rejected(
                 f"a body has one shape, got {' and '.join(given) or 'none'}",
-                "write one of cylinder: {radius, draft}, sphere: {radius}, "
-                "box: {length, width, draft}, revolved: {profile}, mesh: FILE",
+                "write one of cylinder: {radius, draft}, horizontal_cylinder: {radius, length}, "
+                "sphere: {radius}, torus: {radius, tube_radius}, box: {length, width, draft}, "
+                "revolved: {profile}, mesh: FILE",
             )
-        if self.mesh_origin is not None and self.mesh is None:
-            raise rejected("'mesh_origin' is for mesh files", "give the shape a center_x")
+        for key in ("mesh_origin", "scale", "frame"):
+            if key in self.model_fields_set and self.mesh is None:
+                raise rejected(f"'{key}' is for mesh files", f"remove it from the {given[0]}")
         return self

@@ -49,7 +49,7 @@ def solve_hulls(
     needed: float = math.inf,
     progress: Progress = print,
 ) -> Coefficients:
-    """Coefficients of all hulls together, interactions included.
+    """Coefficients of all hulls that move together, interactions with the fixed ones included.
 
     In space the excitation is computed for as many directions as its `harmonics` need.
 
@@ -78,12 +78,13 @@ def solve_hulls(
     solutions = [arrays for arrays in found if arrays is not None]
     for text in dict.fromkeys(str(t) for arrays in solutions for t in arrays["warnings"]):
         progress(f"warning: capytaine: {text}")
-    names, felt = ("added_mass", "radiation_damping"), felt_motions(hulls)
+    moving = moving_hulls(hulls)
+    names, felt = ("added_mass", "radiation_damping"), felt_motions(moving)
     table = {
         name: felt.T @ np.array([arrays[name] for arrays in solutions]) @ felt for name in names
     }
     rings = [arrays["excitation"] @ felt for arrays in solutions[:-1]]
-    return assembled(hulls, water, omega, wave_direction, table, rings)
+    return assembled(moving, water, omega, wave_direction, table, rings)
 
 
 def without_flow(
@@ -93,13 +94,19 @@ def without_flow(
 
     `omega` (nω,) [rad/s]; arguments as of `solve_hulls`.
     """
-    n, count = sum(len(MOTIONS[len(hull.center)]) for hull in hulls), len(omega) + 1
+    moving = moving_hulls(hulls)
+    n, count = sum(len(MOTIONS[len(hull.center)]) for hull in moving), len(omega) + 1
     table: Arrays = {
         "added_mass": np.zeros((count, n, n)),
         "radiation_damping": np.zeros((count, n, n)),
     }
     rings = [np.zeros((1, n), dtype=complex)] * len(omega)
-    return assembled(hulls, water, omega, wave_direction, table, rings)
+    return assembled(moving, water, omega, wave_direction, table, rings)
+
+
+def moving_hulls(hulls: Sequence[Hull]) -> list[Hull]:
+    """Those that are not fixed."""
+    return [hull for hull in hulls if not hull.fixed]
 
 
 def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
@@ -138,9 +145,10 @@ def wave_directions(
     """
     if math.isinf(omega):
         return []
-    if len(hulls[0].center) == 2:
+    moving = moving_hulls(hulls)
+    if len(moving[0].center) == 2:
         return [wave_direction]
-    centers = [point_in_space(hull.center)[:2] for hull in hulls]
+    centers = [point_in_space(hull.center)[:2] for hull in moving]
     reach = max(
         float(np.linalg.norm(hull.panels.vertices[:, :2] - center, axis=1).max())
         for hull in hulls

@@ -106,9 +106,10 @@ def _signs(hulls: Sequence[Hull]) -> list[np.ndarray]:
     """
     found = []
     for axis in _planes(hulls):
-        if any(point_in_space(hull.center)[axis] for hull in hulls):
+        moving = [hull for hull in hulls if not hull.fixed]
+        if any(point_in_space(hull.center)[axis] for hull in moving):
             continue
-        motions = [motion.name for hull in hulls for motion in MOTIONS[len(hull.center)]]
+        motions = [motion.name for hull in moving for motion in MOTIONS[len(hull.center)]]
         found.append(np.array([-1.0 if name in MIRRORED[axis] else 1.0 for name in motions]))
     return found
 
@@ -134,9 +135,11 @@ def capytaine_body(capytaine: ModuleType, hulls: Sequence[Hull]) -> Any:
 
     bodies = []
     for k, hull in enumerate(hulls):
-        center, motions = point_in_space(hull.center), MOTIONS[len(hull.center)]
-        names = [motion.name.capitalize() for motion in motions]
-        dofs = capytaine.rigid_body_dofs(rotation_center=center, only=names)
+        dofs = {}
+        if not hull.fixed:
+            names = [motion.name.capitalize() for motion in MOTIONS[len(hull.center)]]
+            center = point_in_space(hull.center)
+            dofs = capytaine.rigid_body_dofs(rotation_center=center, only=names)
         bodies.append(
             capytaine.FloatingBody(
                 mesh=mesh(hull.panels), lid_mesh=mesh(hull.lid), dofs=dofs, name=f"body{k}"

@@ -49,7 +49,7 @@ class Panels:
         return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
     def merged(self) -> Panels:
-        """The same surface with coincident vertices made one and empty panels left out."""
+        """The same surface: coincident vertices made one; no empty panels, no vertices of none."""
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
         from scipy.spatial import KDTree
@@ -62,11 +62,50 @@ class Panels:
         _, first = np.unique(where, return_index=True)
         faces = [list(dict.fromkeys(face)) for face in where[self.faces].tolist()]
         filled = [[*face, face[-1]][:4] for face in faces if len(face) > 2]
-        return Panels(self.vertices[first], np.array(filled, dtype=int).reshape(-1, 4))
+        used, places = np.unique(np.array(filled, dtype=int), return_inverse=True)
+        return Panels(self.vertices[first][used], places.reshape(-1, 4))
+
+    def divided(self, parts: int) -> Panels:
+        """The same surface, each side of a panel divided into so many `parts` [1]."""
+        if parts == 1:
+            return self
+        corners = self.corners
+        triangle = self.faces[:, 2] == self.faces[:, 3]
+        way = np.linspace(0.0, 1.0, parts + 1)
+        pieces: list[np.ndarray] = []
+        for i, j in np.ndindex(parts, parts):
+            u, v = way[i : i + 2], way[j : j + 2]
+            of_four = [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])]
+            a, b, c, d = corners[~triangle].swapaxes(0, 1)
+            pieces.append(
+                np.stack(
+                    [
+                        (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
+                        for s, t in of_four
+                    ],
+                    axis=1,
+                )
+            )
+            if i + j >= parts:
+                continue
+            a, b, c, _ = corners[triangle].swapaxes(0, 1)
+            of_three = [(u[0], v[0]), (u[1], v[0]), (u[0], v[1])]
+            upside = [(u[1], v[0]), (u[1], v[1]), (u[0], v[1])]
+            for three in (of_three, upside) if i + j < parts - 1 else (of_three,):
+                points = [(1 - s - t) * a + s * b + t * c for s, t in three]
+                pieces.append(np.stack([*points, points[-1]], axis=1))
+        found = np.concatenate(pieces)
+        index = np.arange(4 * len(found)).reshape(-1, 4)
+        return Panels(found.reshape(-1, 3), index).merged()
 
     def kept(self, mask: np.ndarray) -> Panels:
         """The panels where `mask` (nf,), booleans, is true."""
         return Panels(self.vertices, self.faces[mask])
+
+    def mirrored(self, axis: int) -> Panels:
+        """The mirror image in the plane x = 0 (axis 0) or y = 0 (axis 1)."""
+        vertices = self.vertices * np.where(np.arange(3) == axis, -1.0, 1.0)
+        return Panels(vertices, self.faces[:, ::-1])
 
     @property
     def reversed(self) -> Panels:

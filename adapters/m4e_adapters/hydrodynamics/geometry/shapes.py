@@ -1,4 +1,7 @@
-"""Panels of the built-in shapes: vertical cylinder, sphere, box, body of revolution.
+"""Panels of built-in shapes: vertical cylinder, sphere, box, body of revolution.
+
+Each panel of a mesh of about so many `panels` is divided into `finer` by `finer`: such meshes are
+similar, and their errors follow the size of their panels.
 
 The bodies of revolution are drawn with polygons of the circle's *area* (not inscribed in it) and
 stretched upright to the exact displacement: buoyancy and waterplane area are those of the shape
@@ -12,6 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from typing import Protocol
 
 import numpy as np
 
@@ -24,25 +28,37 @@ TALLEST, GROWTH = 4.0, 0.5  # of panels on bodies of revolution: height over wid
 Placing = Callable[[float, float], tuple[float, float, float]]
 
 
-def cylinder_panels(shape: Cylinder, panels: int) -> Panels:
-    """Wetted surface of a vertical cylinder, denser towards the edge and the waterline."""
-    around, edge = _divisions(shape.radius + shape.draft, 2 * math.pi * shape.radius, panels)
-    bottom = max(2, round(0.8 * shape.radius / edge))
-    side = max(2, round(1.4 * shape.draft / edge))
+class Placed(Protocol):
+    """A shape about (`center_x`, `center_y`) [m]."""
+
+    center_x: float
+    center_y: float
+
+
+def cylinder_panels(shape: Cylinder, panels: int, finer: int = 1) -> Panels:
+    """Wetted surface of a vertical cylinder, denser towards its edges and the waterline."""
+    height, submerged = shape.draft + shape.top_z, shape.top_z < 0.0
+    profile = height + shape.radius * (1 + submerged)
+    around, edge = divisions(profile, 2 * math.pi * shape.radius, panels)
+    bottom = finer * max(2, round(0.8 * shape.radius / edge))
+    side = finer * max(2, round(1.4 * height / edge))
     outwards = shape.radius * np.sin(0.5 * np.pi * np.linspace(0, 1, bottom + 1))
-    upwards = -0.5 * shape.draft * (1.0 - np.cos(np.pi * np.linspace(1, 0, side + 1)))
+    upwards = shape.top_z - 0.5 * height * (1.0 - np.cos(np.pi * np.linspace(1, 0, side + 1)))
     radii = np.concatenate([outwards, np.full(side, shape.radius)])
     heights = np.concatenate([np.full(bottom + 1, -shape.draft), upwards[1:]])
-    volume = math.pi * shape.radius**2 * shape.draft
-    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape)
+    if submerged:
+        radii = np.concatenate([radii, outwards[-2::-1]])
+        heights = np.concatenate([heights, np.full(bottom, shape.top_z)])
+    volume = math.pi * shape.radius**2 * height
+    return shifted(turned(radii, heights, finer * around, volume, pivot=shape.top_z), shape)
 
 
-def sphere_panels(shape: Sphere, panels: int) -> Panels:
+def sphere_panels(shape: Sphere, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a sphere, cut by the water or wholly below it."""
     radius, height = shape.radius, shape.center_z
     top = math.acos(height / radius) if height > -radius else math.pi  # angle from the lowest point
-    around, edge = _divisions(radius * top, 2 * math.pi * radius, panels)
-    part = np.linspace(0.0, 1.0, max(4, round(radius * top / edge)) + 1)
+    around, edge = divisions(radius * top, 2 * math.pi * radius, panels)
+    part = np.linspace(0.0, 1.0, finer * max(4, round(radius * top / edge)) + 1)
     angles = top * (0.7 * part + 0.3 * np.sin(0.5 * np.pi * part))  # finer towards the waterline
     radii, heights = radius * np.sin(angles), height - radius * np.cos(angles)
     radii[0] = 0.0
@@ -53,34 +69,36 @@ def sphere_panels(shape: Sphere, panels: int) -> Panels:
         heights[-1] = 0.0
         depth = radius - height  # of the cap
         volume, pivot = math.pi * depth**2 * (3 * radius - depth) / 3, 0.0
-    return _shifted(_revolved(radii, heights, around, volume, pivot=pivot), shape)
+    return shifted(turned(radii, heights, finer * around, volume, pivot=pivot), shape)
 
 
-def revolved_panels(shape: Revolved, panels: int) -> Panels:
+def revolved_panels(shape: Revolved, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a body of revolution, denser towards the ends of each straight part."""
     corners = _wetted(shape)
-    around, rings = 8, corners[:0]
+    around, width, rings = 8, 0.0, corners[:0]
     while around * (len(rings) - 1) < panels:
         around += 4
         width = 2 * math.pi * float(corners[:, 0].max()) / around
         rings = np.concatenate([corners[:1], *_divided(corners, width)])
+    rings = np.concatenate([corners[:1], *_divided(corners, width, finer)])
     radii, heights = rings.T
     squares = radii[1:] ** 2 + radii[1:] * radii[:-1] + radii[:-1] ** 2
     volume = math.pi / 3 * float(np.diff(heights) @ squares)
-    return _shifted(_revolved(radii, heights, around, volume, pivot=0.0), shape)
+    return shifted(turned(radii, heights, finer * around, volume, pivot=0.0), shape)
 
 
-def _divided(corners: np.ndarray, width: float) -> Iterator[np.ndarray]:
+def _divided(corners: np.ndarray, width: float, finer: int = 1) -> Iterator[np.ndarray]:
     """Points (k, 2) [m] on each straight part of a profile, its last corner the last of them.
 
-    They are `width` [m] apart at the ends of the part, and up to `TALLEST` times that in between.
+    They are `width` [m] apart at the ends of the part, and up to `TALLEST` times that in between;
+    then each distance is divided into so many parts.
     """
     for first, last in itertools.pairwise(corners):
         way = np.linspace(0.0, 1.0, 401)
         from_end = np.minimum(way, way[::-1]) * np.linalg.norm(last - first)
         density = 1.0 / np.minimum(TALLEST * width, width + GROWTH * from_end)
         passed = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
-        count = max(1, round(passed[-1] * np.linalg.norm(last - first) / 400))
+        count = finer * max(1, round(passed[-1] * np.linalg.norm(last - first) / 400))
         part = np.interp(np.linspace(0.0, passed[-1], count + 1)[1:], passed, way)
         yield first + part[:, None] * (last - first)
 
@@ -122,40 +140,48 @@ def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:
     )
 
 
-def box_panels(shape: Box, panels: int) -> Panels:
-    """Wetted surface of a box: bottom and four sides, nearly square panels."""
+def box_panels(shape: Box, panels: int, finer: int = 1) -> Panels:
+    """Wetted surface of a box: flat ends and four sides, nearly square panels."""
     length, width, draft = shape.length, shape.width, shape.draft
-    edge = math.sqrt((length * width + 2 * draft * (length + width)) / panels)
-    along, across = (2 * max(2, round(extent / edge / 2)) for extent in (length, width))
+    height, submerged = draft + shape.top_z, shape.top_z < 0.0
+    area = length * width * (1 + submerged) + 2 * height * (length + width)
+    edge = math.sqrt(area / panels)
+    along, across = (2 * finer * max(2, round(extent / edge / 2)) for extent in (length, width))
     x = -0.5 * length * np.cos(np.pi * np.linspace(0, 1, along + 1))
     y = -0.5 * width * np.cos(np.pi * np.linspace(0, 1, across + 1))
-    upwards = np.linspace(1, 0, max(2, round(draft / edge)) + 1)
-    z = -0.5 * draft * (1.0 - np.cos(np.pi * upwards))
+    upwards = np.linspace(1, 0, finer * max(2, round(height / edge)) + 1)
+    z = shape.top_z - 0.5 * height * (1.0 - np.cos(np.pi * upwards))
 
     def patch(us: np.ndarray, vs: np.ndarray, place: Placing) -> Panels:
         return grid(np.array([[place(u, v) for v in vs] for u in us]))
 
+    top = [patch(x, y, lambda u, v: (u, v, shape.top_z))] if submerged else []
     hull = joined(
+        *top,
         patch(y, x, lambda u, v: (v, u, -draft)),
         patch(y, z, lambda u, v: (0.5 * length, u, v)),
         patch(z, y, lambda u, v: (-0.5 * length, v, u)),
         patch(x, z, lambda u, v: (u, -0.5 * width, v)),
         patch(z, x, lambda u, v: (v, 0.5 * width, u)),
     )
-    return _shifted(hull, shape)
+    return shifted(hull, shape)
 
 
-def _divisions(profile: float, circumference: float, panels: int) -> tuple[int, float]:
+def divisions(profile: float, circumference: float, panels: int) -> tuple[int, float]:
     """Number of panels around (a multiple of 4) and the length [m] of a panel on the profile."""
     edge = math.sqrt(profile * circumference / panels)
     around = 4 * max(3, round(circumference / edge / 4))
     return around, profile * around / panels
 
 
-def _revolved(
+def turned(
     radii: np.ndarray, heights: np.ndarray, around: int, volume: float, *, pivot: float
 ) -> Panels:
-    """The profile (from the lowest point up) turned about Z; stretched to `volume` [m3] from z."""
+    """A profile turned about Z in `around` steps, stretched upright to its `volume` [m3].
+
+    Its `radii` and `heights` (n,) [m] go from the lowest point outwards and up, or all around a
+    tube. The height `pivot` [m] stays.
+    """
     turn = 2 * math.pi / around
     angles = turn * np.arange(around + 1)
     angles[-1] = 0.0
@@ -171,6 +197,7 @@ def _revolved(
     return Panels(vertices, panels.faces)
 
 
-def _shifted(panels: Panels, shape: Cylinder | Sphere | Box | Revolved) -> Panels:
+def shifted(panels: Panels, shape: Placed) -> Panels:
+    """The panels about the place of a shape."""
     center = np.array([shape.center_x, shape.center_y, 0.0])
     return Panels(panels.vertices + center, panels.faces)

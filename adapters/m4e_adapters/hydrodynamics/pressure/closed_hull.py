@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sphere
+from m4e_adapters.hydrodynamics.geometry.checks import check_edges
 from m4e_adapters.hydrodynamics.geometry.clearance import overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.mesh import check_edges, drawn_panels
+from m4e_adapters.hydrodynamics.geometry.mesh import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, revolved_panels, sphere_panels
@@ -55,7 +56,8 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     if body.shape.mesh is None:
         panels, file = _drawn(body.shape, body.freeboard or 0.0, body.panels), ""
     else:
-        panels, file = drawn_panels(name, body.shape, folder), str(folder / body.shape.mesh)
+        panels = drawn_panels(name, body.shape, body.center_of_gravity, folder)
+        file = str(folder / body.shape.mesh)
 
     def wrong(message: str, remedy: str) -> InputError:
         return InputError.single(f"body {name!r}: {message}", remedy, keys=keys)

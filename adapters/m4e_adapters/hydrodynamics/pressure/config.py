@@ -13,6 +13,9 @@ from m4e_adapters.hydrodynamics.config.shapes import Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves
 from m4e_fmi.files.document import Section, rejected
 
+DRAWN = ("box", "cylinder", "sphere", "revolved", "mesh")
+"""Shapes that have a part above the water."""
+
 
 class HullBody(Section):
     """A rigid body: `shape`, `center_of_gravity` [x, z] [m] in the reference pose, [x, y, z] in
@@ -32,6 +35,16 @@ class HullBody(Section):
     @model_validator(mode="after")
     def _of_its_shape(self) -> HullBody:
         kind = self.shape.kind
+        if kind not in DRAWN:
+            raise rejected(
+                f"a {kind.replace('_', ' ')} is not drawn above the water",
+                f"give a mesh of the whole hull, or one of {', '.join(DRAWN[:-1])}",
+            )
+        if getattr(getattr(self.shape, kind), "top_z", 0.0):
+            raise rejected(
+                "'top_z' is of a submerged shape, which is not drawn here",
+                "give a mesh of the whole body, closed",
+            )
         if self.shape.mesh is not None and "panels" in self.model_fields_set:
             raise rejected(
                 "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"

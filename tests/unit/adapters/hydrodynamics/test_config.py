@@ -59,7 +59,21 @@ def test_defaults() -> None:
                 ("[[4, 0, -3], [4, 0, 0]]", "write 2 entries"),
             )
         ),
-        ("{cylinder: {radius: 4.0, draft: 3.0}}", "{mesh: a.gdf}\n    panels: 99", 3, "no effect"),
+        ("draft: 3.0}", "draft: 3.0}, scale: 0.001", 4, "'scale' is for mesh files"),
+        ("draft: 3.0}", "draft: 3.0}, frame: body", 4, "'frame' is for mesh files"),
+        ("draft: 3.0", "draft: 3.0, top_z: -3", 4, "the cylinder has its top at z = -3 m"),
+        ("draft: 3.0", "draft: 3.0, top_z: 0.1", 4, "less than or equal to 0"),
+        *(
+            ("{cylinder: {radius: 4.0, draft: 3.0}}", shape, 4, message)
+            for shape, message in (
+                ("{horizontal_cylinder: {radius: 1, length: 5, center_z: 1}}", "not touch the"),
+                ("{horizontal_cylinder: {radius: 1, length: 5, axis: z}}", "known: x, y"),
+                ("{torus: {radius: 5, tube_radius: 1, center_z: 2}}", "does not touch the water"),
+                ("{torus: {radius: 5, tube_radius: 5}}", "the torus has no opening"),
+                ("{box: {length: 1, width: 1, draft: 1, top_z: -2}}", "the box has its top at z"),
+            )
+        ),
+        ("[0, -1.2]", "[0, -1.2]\n    fixed: true", 2, "all bodies are fixed"),
         ("[0, -1.2]", "[1e300, -1.2]", 5, "less than or equal to 1000000"),
         ("    center_of_gravity: [0, -1.2]\n", "", 3, "missing key 'center_of_gravity'"),
         ("jonswap", "jonswop", 6, "did you mean 'jonswap'?"),

@@ -104,25 +104,6 @@ def test_hulls_of_absurd_size_are_told() -> None:
     assert "'float' measures 150 m, that of 'tiny' 0.1001 m" in told
 
 
-def test_a_mesh_in_millimetres_is_told(tmp_path: Path) -> None:
-    """A box of 8 m as GDF, Z up, drawn in mm."""
-    given = config("spectrum: still")
-    (hull,) = make_hulls(given, tmp_path, progress=lambda _: None)
-    corners = 1000.0 * hull.panels.corners.reshape(-1, 3)
-    rows = "\n".join(" ".join(f"{x:.9g}" for x in corner) for corner in corners)
-    count = len(hull.panels.faces)
-    (tmp_path / "hull.gdf").write_text(f"box\n1 9.81\n0 0\n{count}\n{rows}\n")
-    mesh = config(
-        "spectrum: still",
-        bodies=BODY.replace("{box: {length: 8, width: 6, draft: 3}}", "{mesh: hull.gdf}"),
-    )
-    hulls = make_hulls(mesh, tmp_path, progress=lambda _: None)
-    (told,) = size_doubts(hulls, mesh, ())
-    assert "measures 8000 m, hulls have 0.01 to 1000 m" in told
-    assert "drawn in mm must be scaled by 0.001" in told
-    assert np.isfinite(hulls[0].hydrostatics.volume)
-
-
 def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) -> None:
     """And how many panels there are, of which the error of the coefficients is."""
     told: list[str] = []
@@ -136,9 +117,8 @@ def test_a_build_tells_them_before_it_computes(monkeypatch: pytest.MonkeyPatch) 
     assert sea_line.startswith("warning: the sea is too steep")
     assert size_line.startswith("warning: the hull of body 'float' measures 2000 m")
     assert re.fullmatch(
-        r"body 'float': displaces \S+ m3, lowest point \S+ m below the water, \d+ panels; to "
-        r"estimate their error, compute with about \d+ panels too: it is 0.6 of the difference in "
-        r"added mass, and 1.2 of that in added mass at infinite frequency",
+        r"body 'float': displaces \S+ m3, lowest point \S+ m below the water, \d+ panels \(their "
+        r"error: see 'refinement' in the page of hydrodynamics\)",
         panels_line,
     )
     assert last == "computed"

@@ -11,16 +11,15 @@ import pytest
 from m4e_adapters.hydrodynamics.build import check_config, frequency_table
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder, HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.flow.bem import resolved_frequency, warn_of_coarse_panels
+from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.mesh import (
     Hull,
-    checked,
     hulls_and_problems,
     make_hull,
     make_hulls,
-    make_lid,
-    waterline,
 )
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
@@ -527,29 +526,6 @@ def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
     assert gap.width == pytest.approx(0.3, abs=0.1)
     assert overlap(spar(5.0), ring) is not None
     assert overlap(ring, spar(7.0)) is not None
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "reason"),
-    [
-        ("a.gdf", "t\n1 9.81\n0 0\n2\n" + "0 0 0\n" * 7, "24 coordinates, of which 21 are there"),
-        ("a.gdf", "t\n1 9.81\n0 0\n1\n0 0 x\n", "line 5: 'x' is not a finite number"),
-        ("a.gdf", "t\n1 9.81\n", "line 4 does not begin with the number of panels"),
-        ("a.obj", "v 0 0 0\nf 1 2 9\n", "the format .obj is not known"),
-        ("a.pnl", "nonsense", "it is damaged, or not of the format .pnl"),
-    ],
-)
-def test_a_broken_file_is_told_in_words(
-    name: str, content: str, reason: str, tmp_path: Path
-) -> None:
-    (tmp_path / name).write_text(content)
-    body = Body.model_validate({"shape": {"mesh": name}, "center_of_gravity": [0, -1]})
-    with pytest.raises(InputError) as caught:
-        make_hull("float", body, tmp_path)
-    (problem,) = caught.value.problems
-    assert problem.message.startswith("body 'float': the mesh cannot be read: ")
-    assert problem.message.endswith(reason)
-    assert problem.remedy.startswith("formats: gdf (WAMIT)")
 
 
 @pytest.mark.parametrize(("top", "height"), [(-2.0, 2.0), (-8.0, 0.5)])
