@@ -12,6 +12,7 @@ from support.hull_pressures import RHO, G, hull_load, surface
 
 from m4e_adapters.hydrodynamics.config import Drag, HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.flow.bem import without_flow
+from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
@@ -88,8 +89,7 @@ def test_a_box_heels_as_wall_sided(axis: int) -> None:
 @pytest.mark.parametrize("body", [BOX, BUOY], ids=["box", "buoy"])
 def test_small_motions_are_linear_but_for_second_order(body: dict) -> None:
     """The linear part is that of the same panels cut at z = 0, by Capytaine."""
-    import capytaine
-
+    capytaine = import_capytaine()
     load, panels = hull_load(body), surface(body)
     cut = capytaine.Mesh(panels.vertices, panels.faces, auto_check=False).immersed_part()
     known = hydrostatics_of(Panels(np.asarray(cut.vertices), np.asarray(cut.faces)))
