@@ -12,6 +12,7 @@ from m4e_adapters.hydrodynamics.config.component import (
     Radiation,
     Water,
 )
+from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
     Cylinder,
@@ -34,6 +35,7 @@ __all__ = [
     "Box",
     "Cylinder",
     "Drag",
+    "Drift",
     "Frequencies",
     "HydrodynamicsConfig",
     "Jonswap",

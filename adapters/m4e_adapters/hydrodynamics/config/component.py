@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
     Depth,
     Finite,
@@ -52,13 +53,14 @@ class Body(Section):
     [x, y, z] in space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
-    quadratic.
+    quadratic; `drift` is of second order.
     """
 
     shape: Shape
     center_of_gravity: Place
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
+    drift: Drift | None = None
 
     @model_validator(mode="after")
     def _panels_of_a_file(self) -> Body:
@@ -147,6 +149,7 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         given = {
             ("center_of_gravity",): body.center_of_gravity,
             ("shape", "mesh_origin"): body.shape.mesh_origin,
+            ("drift", "reference_point"): body.drift.reference_point if body.drift else None,
         }
         for keys, place in given.items():
             if place is None or len(place) == config.dimensions:
