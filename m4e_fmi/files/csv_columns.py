@@ -99,6 +99,16 @@ def read_columns(
     return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
 
 
+def column_names(path: Path) -> tuple[str, ...]:
+    """The names in the first row of a CSV file; InputError if there is no such file or text."""
+    reader = csv.reader(io.StringIO(_text(path), newline=""))
+    with suppress(csv.Error):  # which `read_columns` reports
+        for row in reader:
+            if any(entry.strip() for entry in row):
+                return tuple(entry.strip() for entry in row)
+    return ()
+
+
 def shortened(problems: Sequence[Problem]) -> list[Problem]:
     """The first problems of a file, and how many more there are."""
     shown, rest = list(problems[:MOST_PROBLEMS]), problems[MOST_PROBLEMS:]
