@@ -8,9 +8,9 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Drift, Water
 from m4e_adapters.hydrodynamics.drift.tables import (
+    BodyDrift,
     Entry,
     MeanDrift,
-    Qtf,
     about,
     mean_table,
     of_motions,
@@ -31,7 +31,7 @@ COLUMNS = ("omega", "direction")  # rad/s, deg; before those of the motions
 
 def read_drift(
     section: Drift, *, center: tuple[float, ...], water: Water, folder: Path
-) -> MeanDrift | Qtf:
+) -> BodyDrift:
     """The drift of a body about its `center` of gravity [m]; its file is in `folder`.
 
     InputError with all problems of the file.
@@ -50,7 +50,7 @@ def read_drift(
         raise InputError.single(*_refused(path.name, suffix), keys=("drift", "file"))
     point = point_in_space(section.reference_point or center)
     arm = np.subtract(point, point_in_space(center)).tolist()
-    return of_motions(about(table, arm), motions)
+    return BodyDrift(of_motions(about(table, arm), motions), (arm[0], arm[1]))
 
 
 def _refused(name: str, suffix: str) -> tuple[str, str]:

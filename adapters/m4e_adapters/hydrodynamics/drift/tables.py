@@ -63,6 +63,17 @@ class Qtf:
         return MeanDrift(self.name, self.omega, self.directions, self.motions, values, self.notes)
 
 
+@dataclass(frozen=True)
+class BodyDrift:
+    """The drift of a body about its centre of gravity, which the `point` (x, y) [m] is away from.
+
+    Phases are those of waves at that point.
+    """
+
+    table: MeanDrift | Qtf
+    point: tuple[float, float] = (0.0, 0.0)
+
+
 class Entry(NamedTuple):
     """A value of a file: index of its row, ω [rad/s], direction [deg], motion, value."""
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.geometry.motions import mass_unit
+from m4e_adapters.hydrodynamics.geometry.motions import Motion, mass_unit
 from m4e_adapters.hydrodynamics.heading import (
     Axes,
 )
@@ -46,14 +46,19 @@ def record_outputs(
     coefficients: Coefficients,
     parts: tuple[Vector, ...],
     axes: Axes | None,
+    *,
+    drifts: Sequence[Motion] = (),
 ) -> None:
-    """The wrench on a body and two of its parts; `parts` as the program sums them."""
+    """The wrench on a body and some of its parts; `parts` as the program sums them.
+
+    Of the drift the parts in the motions `drifts`.
+    """
     motions = coefficients.body_motions
 
     def in_world(vector: Vector) -> Vector:
         return axes.to_world(vector) if axes else vector
 
-    _, memory, excitation, _ = parts
+    _, memory, excitation, _, slow = parts
     wrench = list(parts[0])
     for part in parts[1:]:
         wrench = [total + value for total, value in zip(wrench, part, strict=True)]
@@ -68,6 +73,11 @@ def record_outputs(
             if kind == "radiation":
                 text = f"part of {body}.{symbol}: radiation memory, without added_mass"
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)
+    for motion, value in zip(motions, in_world(slow), strict=True):
+        if motion in drifts:
+            symbol, unit = motion.force, motion.force_unit
+            text = f"part of {body}.{symbol}: second-order drift, differences of wave frequencies"
+            recorder.output(Variable(f"{body}.drift_{symbol}", unit, text), value)
 
 
 def publish_added_mass(

@@ -1,9 +1,10 @@
 """The hydrodynamic load on floating bodies as a Program.
 
-    F = F_b − K ξ − ∫ K(t − τ) v(τ) dτ + r(t) Re Σ X a_k e^{−i(ω_k t + φ_k)} − c |v| v
+    F = F_b − K ξ − ∫ K(t − τ) v(τ) dτ + r(t) Re Σ X a_k e^{−i(ω_k t + φ_k)} − c |v| v + F_d
 
 about each body's centre of gravity, world frame: ξ is the displacement (surge, heave, pitch) from
-the reference pose, v its rate, F_b the buoyancy in the reference pose, r the ramp. The dry weight
+the reference pose, v its rate, F_b the buoyancy in the reference pose, r the ramp, F_d the drift
+of second order (see `drift`). The dry weight
 and A∞ times the acceleration are *not* in F: both belong to whoever holds the body's mass, to whom
 A∞ is published as `added_mass[i,j]`.
 
@@ -15,11 +16,19 @@ terms of the third order (of the second about Z, which no force depends on).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Radiation, Still
+from m4e_adapters.hydrodynamics.drift.bodies import (
+    matched_drifts,
+    record_drifts,
+    shown_motions,
+)
+from m4e_adapters.hydrodynamics.drift.matching import is_fixed
+from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
@@ -36,7 +45,7 @@ from m4e_adapters.hydrodynamics.load.parts import (
 )
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import record_sea
+from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
@@ -44,7 +53,7 @@ Vector = list[Scalar | float]
 
 
 class RecordSea(Protocol):
-    """Records waves; the excitation of each motion [N, N.m], in the axes of the heading."""
+    """Records waves and their excitation, in the axes of the heading."""
 
     def __call__(
         self,
@@ -54,7 +63,7 @@ class RecordSea(Protocol):
         *,
         heading: Number,
         places: Sequence[tuple[Number, Number]],
-    ) -> Vector:
+    ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
 
@@ -71,6 +80,7 @@ def hydrodynamics_program(
     drag: Mapping[str, Drag] | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
+    drift: Mapping[str, BodyDrift] | None = None,
     sea: RecordSea = record_sea,
     folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
@@ -83,6 +93,7 @@ def hydrodynamics_program(
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
+    drift : second-order drift by body name.
     sea : records the waves and gives the excitation of each motion.
     folder : where files of the waves are.
     progress : is told the accuracy of the memory.
@@ -92,8 +103,8 @@ def hydrodynamics_program(
     Program
         Inputs `<body>.{x,z,theta,vx,vz,omega}` of the centre of gravity, outputs
         `<body>.{force_x,force_z,moment_y}` about it, `wave.elevation`, and the parts
-        `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
-        `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
+        `<body>.excitation_…`, `<body>.radiation_…`, `<body>.drift_…` of the force. In space also
+        the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
     turning = heading or Heading()
     systems = wave_systems(
@@ -103,6 +114,11 @@ def hydrodynamics_program(
         folder=folder,
         band=(float(coefficients.omega[0]), float(coefficients.omega[-1])),
     )
+    drifts = drift or {}
+    drifting = matched_drifts(drifts, coefficients, systems, turning, progress)
+    if any(map(is_fixed, drifting.values())):
+        turning = replace(turning, fixed=True)
+        systems = tuple(replace(system, fixed=True) for system in systems)
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
     fitted = fit_radiation(
@@ -110,15 +126,18 @@ def hydrodynamics_program(
     )
     memory = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    excitation = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
+    waves_on = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
+    slow = record_drifts(recorder, drifts, drifting, waves_on.waves, coefficients, moved)
     restoring, carried = record_hydrostatics(recorder, coefficients, moved.displacement)
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
         resistance = record_drag(
             recorder, body, coefficients, (drag or {}).get(body, Drag()), moved.velocity[own]
         )
-        parts = (restoring[own], memory[own], excitation[own], resistance)
-        record_outputs(recorder, body, coefficients, parts, moved.axes)
+        excitation = waves_on.excitation[own]
+        parts = (restoring[own], memory[own], excitation, resistance, slow[own])
+        shown = shown_motions(drifts.get(body), coefficients)
+        record_outputs(recorder, body, coefficients, parts, moved.axes, drifts=shown)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)

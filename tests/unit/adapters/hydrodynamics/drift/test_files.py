@@ -36,7 +36,7 @@ def pairs(one: float, other: float, mode: int) -> complex:
 def read(path: Path, *, center: tuple[float, ...] = SPACE, **keys: object) -> MeanDrift | Qtf:
     section = Drift.model_validate({"file": path.name, **keys})
     water = Water(density=RHO, gravity=G)
-    return read_drift(section, center=center, water=water, folder=path.parent)
+    return read_drift(section, center=center, water=water, folder=path.parent).table
 
 
 @pytest.mark.parametrize("suffix", [".7", ".8", ".9"])
