@@ -8,11 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.cylinder_drift import cylinder_drift, standing_cylinder
+from support.drifting import series
 from support.momentum import momentum_through_cylinder
 
-from m4e_adapters.hydrodynamics import Hull, HydrodynamicsConfig, make_hulls, solve_hulls
+from m4e_adapters.hydrodynamics import (
+    Hull,
+    HydrodynamicsConfig,
+    make_hulls,
+    program_from_config,
+    solve_hulls,
+)
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.drift.far_field import far_field_drift
+from m4e_adapters.hydrodynamics.drift.far_field import far_field_drift, write_csv
 from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 
 RHO, G = 1000.0, 9.81
@@ -93,3 +100,28 @@ def test_a_free_hemisphere() -> None:
         for k, motion in zip(numbers.tolist(), motions, strict=True)
     ]
     assert found.values[:, 0, 0] == pytest.approx(expected, rel=0.03)
+
+
+def test_from_a_hull_to_its_force(tmp_path: Path) -> None:
+    """Mean drift computed, written, and read by the component: a² D of the held hull."""
+    hull, config = hemisphere()
+    omega = [2.0, 2.5, 3.0, 3.5]
+    table = far_field_drift(
+        hull, water=config.water, omega=omega, directions=[0.0], progress=lambda _: None
+    )
+    write_csv(table, tmp_path / "ball.csv")
+    wave = {"spectrum": "regular", "height": 0.2, "period": 2.0 * math.pi / 2.5, "ramp_time": 0}
+    data = config.model_dump(exclude_unset=True)
+    data["waves"], data["frequencies"] = wave, {"count": 12}
+    data["bodies"]["ball"]["drift"] = {"file": "ball.csv"}
+    program = program_from_config(
+        HydrodynamicsConfig.model_validate(data),
+        name="water",
+        folder=tmp_path,
+        progress=lambda _: None,
+    )
+    found = series(program, np.linspace(0.0, 5.0, 11))
+    expected = 0.1**2 * table.values[1, 0, 0]
+    assert found["ball.drift_force_x"] == pytest.approx(expected, rel=1e-6)
+    total = found["ball.excitation_force_x"] + found["ball.drift_force_x"]
+    assert found["ball.force_x"] == pytest.approx(total)

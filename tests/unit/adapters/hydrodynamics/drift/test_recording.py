@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from support.drifting import RHO, G, calm, calm_in_space, series
 
-from m4e_adapters.hydrodynamics.config import AnyWaves, Jonswap, Regular, Spreading
+from m4e_adapters.hydrodynamics.config import AnyWaves, Jonswap, Regular, Spreading, Still
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, PITCH, SURGE, SWAY, YAW
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, jacobian
@@ -315,3 +316,21 @@ def test_forces_of_another_length_scale_are_doubted() -> None:
         tell=lines.append,
     )
     assert any("are length_scale (ULEN) and units right?" in line for line in lines)
+
+
+@pytest.mark.parametrize("drift", [plane(), paired()])
+def test_still_water_does_not_drift(drift: BodyDrift) -> None:
+    found = series(load(drift, Still(spectrum="still")), TIMES[:1])
+    assert found["float.drift_force_x"] == [0.0]
+
+
+def test_responses_of_first_order_leave_it_out() -> None:
+    coefficients = calm(("float",))
+    forces = HullWaves(coefficients, drift=("float",))
+    program = hydrodynamics_program(
+        coefficients, waves=SEA, drift={"float": plane()}, sea=forces.record
+    )
+    assert series(program, TIMES[:1])["float.drift_force_x"] == [0.0]
+    (note,) = forces.notes
+    assert "drift of float is left out" in note
+    assert HullWaves(coefficients).notes == []
