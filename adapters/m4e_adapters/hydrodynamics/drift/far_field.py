@@ -14,10 +14,11 @@ any depth Mei 1989, "The applied dynamics of ocean surface waves", section 7.10)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, of_motions, wrapped
@@ -34,8 +35,8 @@ def far_field_drift(
     hull: Hull,
     *,
     water: Water,
-    omega: Sequence[float],
-    directions: Sequence[float],
+    omega: ArrayLike,
+    directions: ArrayLike,
     motions: np.ndarray | None = None,
     progress: Callable[[str], object] = print,
 ) -> MeanDrift:
@@ -43,8 +44,8 @@ def far_field_drift(
 
     Parameters
     ----------
-    omega : angular frequencies [rad/s], nω of them, increasing.
-    directions : that waves travel to [deg], nβ of them, increasing from 0 to below 360.
+    omega : (nω,) angular frequencies [rad/s], increasing.
+    directions : (nβ,) [deg] that waves travel to, increasing from 0 to below 360.
     motions : (nω, nβ, n) complex motions of the hull per wave amplitude [m/m, rad/m], about its
         centre of gravity, e^{−iωt} for a crest at x = y = 0, t = 0; n = 3 or 6 as of its
         `Coefficients`. None: the hull is held.
@@ -55,17 +56,17 @@ def far_field_drift(
     MeanDrift
         (nω, nβ, m) [N/m2, N.m/m2]: surge, in space also sway and yaw.
     """
-    own = MOTIONS[len(hull.center)]
-    shape = (len(omega), len(directions), len(own))
+    own, frequencies = MOTIONS[len(hull.center)], np.atleast_1d(np.asarray(omega, dtype=float))
+    turned = np.array([wrapped(beta) for beta in np.atleast_1d(directions).tolist()])
+    shape = (len(frequencies), len(turned), len(own))
     given = np.zeros(shape, dtype=complex) if motions is None else np.asarray(motions)
     if given.shape != shape:
         raise ValueError(f"motions has shape {given.shape}, expected {shape}")
-    turned = np.array([wrapped(beta) for beta in directions])
-    if np.any(np.diff(turned) <= 0) or np.any(np.diff(omega, prepend=0.0) <= 0):
+    if np.any(np.diff(turned) <= 0) or np.any(np.diff(frequencies, prepend=0.0) <= 0):
         raise ValueError("omega and directions must be increasing, omega positive")
     solver, values = FlowSolver([hull], water), np.zeros((*shape[:2], len(DRIFTS)))
-    for i, w in enumerate(omega):
-        progress(f"mean drift: frequency {i + 1} of {len(omega)}")
+    for i, w in enumerate(frequencies.tolist()):
+        progress(f"mean drift: frequency {i + 1} of {len(frequencies)}")
         k = float(wavenumber(np.array(w), depth=water.depth, gravity=water.gravity))
         order = _order(hull, k)
         angles = 2.0 * math.pi / (4 * order) * np.arange(4 * order)
@@ -77,7 +78,7 @@ def far_field_drift(
         ]
     x, y, _ = point_in_space(hull.center)
     values[:, :, 2] += y * values[:, :, 0] - x * values[:, :, 1]
-    table = MeanDrift(hull.name, np.array(omega, dtype=float), turned, DRIFTS, values)
+    table = MeanDrift(hull.name, frequencies, turned, DRIFTS, values)
     kept = of_motions(table, own)
     assert isinstance(kept, MeanDrift)
     return kept

@@ -305,6 +305,18 @@ def test_frequencies_that_do_not_cover_the_waves() -> None:
     assert series(program, TIMES)["float.drift_force_x"] == pytest.approx(expected, rel=1e-9)
 
 
+def test_qtfs_fall_below_their_frequencies() -> None:
+    """Of one factor, as the mean drift on their diagonal; linear in √D and in D between knots."""
+    knots = KNOTS[4:]
+    drift = np.full(len(knots), 1e3)
+    values = np.sqrt(np.outer(drift, drift))[None, None].astype(complex)
+    full = Qtf("hull.12d", knots, np.zeros(1), (SURGE,), values)
+    one, other = (
+        series(load(BodyDrift(own), SEA), TIMES)["float.drift_force_x"] for own in (full, full.mean)
+    )
+    assert one == pytest.approx(other, rel=1e-9)
+
+
 def test_forces_of_another_length_scale_are_doubted() -> None:
     lines = list[str]()
     load(plane(), WAVE, tell=lines.append)
