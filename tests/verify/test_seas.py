@@ -70,8 +70,8 @@ def test_crests_of_a_thousand_seeds(tmp_path: Path) -> None:
     section = spectrum.section(tmp_path, amplitudes="random")
     m0, m2, m4 = (spectrum.moment(k) for k in (0, 2, 4))
     rate = DURATION / (2 * math.pi) * math.sqrt(m4 / m2)
-    ours = [4 * maxima(record(of_seed(section, seed, tmp_path))) for seed in range(seeds)]
-    theirs = [4 * maxima(z) for z in gaussian_records(spectrum, seeds)]
+    ours = [4 * maxima(record(of_seed(section, k, tmp_path), step=0.1)) for k in range(seeds)]
+    theirs = [4 * maxima(z) for z in gaussian_records(spectrum, seeds, step=0.1)]
     for level in LEVELS:
         found, reference = (
             np.array([np.sum(top > level) for top in tops], dtype=float) for tops in (ours, theirs)
