@@ -53,11 +53,15 @@ def _seas(system: System) -> Iterator[str]:
     for (first, one), (second, other) in combinations(seas.items(), 2):
         if one == other:
             continue
-        how = "waves" if one[0] != other[0] else "start values of waves"
+        if one[0] == other[0]:
+            how, remedy = "start values of waves", "set them in all of them"
+        else:
+            how = "waves"
+            remedy = "write the section once, `waves: &sea {…}`, and `waves: *sea` elsewhere"
         yield (
             f"the {how} of {first}{_line(system, first, 'waves')} and of "
             f"{second}{_line(system, second, 'waves')} differ: components in one sea need the "
-            "same; write the section once, `waves: &sea {…}`, and `waves: *sea` elsewhere"
+            f"same: {remedy}"
         )
 
 

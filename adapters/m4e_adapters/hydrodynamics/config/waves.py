@@ -35,6 +35,7 @@ class Spreading(Section):
 class _Spectral(_Waves):
     seed: Annotated[int, Field(ge=0)] = 0
     components: Annotated[int, Field(ge=10, le=1000)] = 300
+    amplitudes: Literal["fixed", "random"] = "fixed"
     spreading: Spreading | None = None
 
 
@@ -46,10 +47,12 @@ class _Irregular(_Spectral):
 class Jonswap(_Irregular):
     """JONSWAP sea: `significant_height` [m], `peak_period` [s], `peak_enhancement` γ [1].
 
-    `seed` chooses frequencies and phases, of which `components` there are so many. `direction`
-    [deg] is 0 (waves travel towards +X) or 180, in space any angle from +X towards +Y, there with
-    or without `spreading`. The sea grows smoothly from nothing within `ramp_time` [s], default two
-    peak periods.
+    `seed` chooses frequencies and phases, of which `components` there are so many. `amplitudes`
+    that are `fixed` give each sea exactly its height; `random` ones, Rayleigh's, give it on the
+    average, and records that scatter as real ones of any length. `direction` [deg] is 0 (waves
+    travel towards +X) or 180, in space any angle from +X towards +Y, there with or without
+    `spreading`. The sea grows smoothly from nothing within `ramp_time` [s], default two peak
+    periods.
     """
 
     spectrum: Literal["jonswap"]
@@ -70,8 +73,8 @@ class Tma(Jonswap):
 class PiersonMoskowitz(_Irregular):
     """Pierson-Moskowitz sea in Bretschneider's form of two parameters, by either name.
 
-    `significant_height` [m], `peak_period` [s]; `seed`, `components`, `spreading`, `direction`
-    [deg] and `ramp_time` [s] as of JONSWAP.
+    `significant_height` [m], `peak_period` [s]; `seed`, `components`, `amplitudes`, `spreading`,
+    `direction` [deg] and `ramp_time` [s] as of JONSWAP.
     """
 
     spectrum: Literal["pierson_moskowitz", "bretschneider"]

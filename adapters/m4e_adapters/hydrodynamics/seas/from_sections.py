@@ -26,6 +26,7 @@ from m4e_adapters.hydrodynamics.seas.spectra import (
     depth_factor,
     energy_below,
     record_components,
+    record_doubts,
     table_edges,
 )
 from m4e_adapters.hydrodynamics.seas.spreading import spread
@@ -143,6 +144,7 @@ def _spectral(section: Jonswap | PiersonMoskowitz, common: _Common) -> SpectralS
         omega=omega,
         phases=component_phases(section.components, rng),
         offsets=_offsets(section, rng),
+        luck=_luck(section, rng),
         widths=widths if factor is None else widths * factor(omega),
         significant_height=section.significant_height,
         peak_period=section.peak_period,
@@ -156,6 +158,15 @@ def _offsets(
     if section.spreading is None:
         return np.zeros(section.components)
     return spread(section.components, section.spreading.exponent, rng)
+
+
+def _luck(
+    section: Jonswap | PiersonMoskowitz | SpectrumTable, rng: np.random.Generator
+) -> np.ndarray:
+    """Amplitudes over those that are expected (components,): Rayleigh's, their squares' mean 1."""
+    if section.amplitudes == "fixed":
+        return np.ones(section.components)
+    return np.sqrt(rng.exponential(size=section.components))
 
 
 def _table(section: SpectrumTable, common: _Common, folder: Path) -> FixedSea:
@@ -172,7 +183,8 @@ def _table(section: SpectrumTable, common: _Common, folder: Path) -> FixedSea:
         omega=omega,
         phases=component_phases(section.components, rng),
         offsets=_offsets(section, rng),
-        amplitudes=amplitudes,
+        amplitudes=amplitudes * _luck(section, rng),
+        significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
         peak=2 * math.pi / float(density.omega[density.density.argmax()] or edges[1]),
         scaled=True,
     )
@@ -195,13 +207,15 @@ def _components(section: ComponentWaves, common: _Common, folder: Path) -> Fixed
         phases=np.array(phases),
         offsets=np.radians(turns),
         amplitudes=amplitudes,
+        significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
         peak=2 * math.pi / float(omega[amplitudes.argmax()]),
         apart=True,
     )
 
 
 def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
-    omega, amplitudes, phases = record_components(read_record(section, folder))
+    record = read_record(section, folder)
+    omega, amplitudes, phases = record_components(record)
     energy = np.cumsum(amplitudes**2)
     middle = float(omega[np.searchsorted(energy, 0.5 * energy[-1])])
     return FixedSea(
@@ -210,8 +224,10 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
         phases=phases,
         offsets=np.zeros(len(omega)),
         amplitudes=amplitudes,
+        significant_height=4.0 * math.sqrt(0.5 * float(energy[-1])),
         peak=2 * math.pi / middle,
         tunable_phases=False,
         at=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
         ramp=0.0,
+        remarks=tuple(record_doubts(section.file, record)),
     )

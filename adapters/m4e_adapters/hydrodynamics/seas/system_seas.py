@@ -1,4 +1,4 @@
-"""Seas of systems of waves, as the response to waves takes them: components with random phases."""
+"""Sums of systems of waves as numbers: with phases, or as the response to waves takes them."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.seas.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
@@ -24,6 +25,20 @@ def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | N
     omega, amplitudes, directions = (np.concatenate(part) for part in zip(*parts, strict=True))
     doubts = [text for system in waves for text in system.doubts(values)]
     return Sea(omega, amplitudes, directions, tuple(doubts))
+
+
+def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Components:
+    """The components of all systems, for `values` of parameters by name, others as configured.
+
+    Without ramps. ValueError if there are no waves.
+    """
+    if not waves:
+        raise ValueError("still water has no components")
+    parts = [(*system.known(values), system.known_phases(values)) for system in waves]
+    omega, amplitude, direction, phase = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return Components(
+        omega, amplitude, phase, direction, depth=waves[0].depth, gravity=waves[0].gravity
+    )
 
 
 def own_direction(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> float | None:

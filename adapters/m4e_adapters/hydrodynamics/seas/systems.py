@@ -162,8 +162,11 @@ class WaveSystem(ABC):
         return RecordedWaves(omega, number, amplitude, moved, direction, self.offsets, ramp)
 
     def known(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """ω (k,) [rad/s], amplitudes (k,) [m] and directions (k,) [rad] for `values` by name."""
-        omega, amplitude = self._own(lambda variable: values[variable.name])
+        """ω (k,) [rad/s], amplitudes (k,) [m] and directions (k,) [rad].
+
+        For `values` of parameters by name; those left out are as configured.
+        """
+        omega, amplitude = self._own(lambda v: values.get(v.name, v.start))
         mean = self.known_direction(values)
         return (
             np.array(omega, dtype=float),
@@ -175,6 +178,16 @@ class WaveSystem(ABC):
         """ω (k,) [rad/s] and amplitudes (k,) [m] as configured."""
         omega, amplitude = self._own(lambda variable: variable.start)
         return np.array(omega, dtype=float), np.array(amplitude, dtype=float)
+
+    def known_phases(self, values: Mapping[str, float]) -> np.ndarray:
+        """Phases (k,) [rad] at x = y = 0, t = 0 for `values` by name."""
+        omega, _, direction = self.known(values)
+        names = (f"{self.name}.phase[{k + 1}]" for k in range(len(self.phases)))
+        pairs = zip(names, self.phases.tolist(), strict=True)
+        phases = np.array([values.get(name, phase) for name, phase in pairs])
+        x, y = self.place
+        number = wavenumber(omega, depth=self.depth, gravity=self.gravity)
+        return phases + number * (x * np.cos(direction) + y * np.sin(direction))
 
     def known_direction(self, values: Mapping[str, float]) -> float:
         """Mean direction [rad] for `values` by name."""
@@ -249,12 +262,13 @@ class SpectralSea(WaveSystem):
     """A sea of JONSWAP's form, whose parts of the frequency axis have `widths` (k,) [rad/s].
 
     Energies are in proportion to widths, which may contain a factor of the form. `enhancement` None
-    is the form of Pierson and Moskowitz.
+    is the form of Pierson and Moskowitz. `luck` (k,) [1] multiplies amplitudes.
     """
 
     REACH = 2.5  # peak frequencies up to which excitation is computed
 
     widths: np.ndarray = field(repr=False)
+    luck: np.ndarray = field(repr=False)
     significant_height: float
     peak_period: float
     enhancement: float | None
@@ -308,30 +322,28 @@ class SpectralSea(WaveSystem):
             peak_period=period,
             enhancement=enhancement,
         )
-        return self.omega.tolist(), amplitudes
+        lucky = zip(amplitudes, self.luck.tolist(), strict=True)
+        return self.omega.tolist(), [amplitude * luck for amplitude, luck in lucky]
 
 
 @dataclass(frozen=True)
 class FixedSea(WaveSystem):
-    """Components of `amplitudes` (k,) [m] that stay, or follow a significant height.
+    """Components of `amplitudes` (k,) [m] that stay, or follow the `significant_height` [m].
 
-    `scaled`: it is a parameter, in the beginning `significant_height` [m]. `tunable_phases`: the
+    `scaled`: that height is a parameter. `tunable_phases`: the
     phases are parameters. `apart`: each is judged as a regular wave. `at` [m] is where phases
-    count, `peak` [s] the period of the largest part.
+    count, `peak` [s] the period of the largest part. `remarks` are doubts about a file.
     """
 
     amplitudes: np.ndarray = field(repr=False)
+    significant_height: float
     peak: float
     scaled: bool = False
     tunable_phases: bool = True
     apart: bool = False
     at: tuple[float, float] = (0.0, 0.0)
     ramp: float | None = None
-
-    @property
-    def significant_height(self) -> float:
-        """4 √m₀ [m]."""
-        return 4.0 * math.sqrt(0.5 * float(np.sum(self.amplitudes**2)))
+    remarks: tuple[str, ...] = ()
 
     @property
     def place(self) -> tuple[float, float]:
@@ -347,6 +359,10 @@ class FixedSea(WaveSystem):
     def default_ramp(self) -> float:
         """`ramp`, or as of any sea."""
         return super().default_ramp if self.ramp is None else self.ramp
+
+    def doubts(self, values: Mapping[str, float]) -> list[str]:
+        """`remarks`, and lines on waves as of any system, for `values` by name."""
+        return [*self.remarks, *super().doubts(values)]
 
     @property
     def needed(self) -> float:
