@@ -44,14 +44,10 @@ def drifts_and_problems(
 
 def _placed(error: InputError, body: str) -> list[Problem]:
     """The problems of a body's drift, with their place in the configuration if in no other file."""
-    keys = ("bodies", body, "drift", "file")
+    inside = [problem.keys or ("drift", "file") for problem in error.problems]
     return [
-        problem
-        if problem.file
-        else replace(problem, keys=("bodies", body, *problem.keys[:2]))
-        if problem.keys
-        else replace(problem, keys=keys)
-        for problem in error.problems
+        problem if problem.file else replace(problem, keys=("bodies", body, *keys))
+        for problem, keys in zip(error.problems, inside, strict=True)
     ]
 
 

@@ -83,12 +83,9 @@ def _place(table: MeanDrift | Qtf, direction: float) -> int:
 
 def _check_turns(table: MeanDrift | Qtf, turns: bool) -> None:
     if turns:
-        what = "mean drift all around" if isinstance(table, MeanDrift) else "QTFs"
         raise InputError.single(
-            f"{table.name}: the heading follows the yaw, its drift is not for all directions",
-            f"leave out heading_filter: {what}"
-            if isinstance(table, Qtf)
-            else f"compute {what}, or leave out heading_filter",
+            f"{table.name}: the heading follows the yaw, this drift is not for all directions",
+            "leave out heading_filter, or take mean drift for directions all around",
         )
 
 
