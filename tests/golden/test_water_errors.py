@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from support.drift_files import write_mean
 from support.golden import check_messages, refused
 
 from m4e_fmi.cosim import load_system, prepare
@@ -68,6 +69,7 @@ LINES = "kind: mooring\n    dimensions: 3\n"
 FILTER = WATER + "    heading_filter: 20\n"
 BOW = "  - barge.point.bow <-> mooring.bow\n"
 HULL = "  - barge.body.hull <-> hydro.hull\n"
+PANELS, DRIFT = "        panels: 100\n", "        drift: {file: hull.8}\n"
 CASES: dict[str, dict[str, str]] = {
     "a planar body in water of space": {"space.model": "plane.model", BOW: ""},
     "a planar point on lines of space": {"space.model": "plane.model", HULL: ""},
@@ -91,6 +93,12 @@ CASES: dict[str, dict[str, str]] = {
     "drag in a motion that is not": {"sway: 1e4": "y: 1e4"},
     "a hull above the water": {"draft: 1.5": "draft: -1.5"},
     "a direction as a word": {"direction: 30": "direction: north"},
+    "drift for other directions": {PANELS: PANELS + DRIFT},
+    "drift of sums": {PANELS: PANELS + DRIFT.replace("hull.8", "hull.12s")},
+    "drift of no file": {PANELS: PANELS + DRIFT.replace("hull.8", "hul.8")},
+    "drift about a planar point": {
+        PANELS: PANELS + DRIFT.replace("hull.8", "hull.8, reference_point: [0, 1]")
+    },
     "dimensions as a word": {WATER: "kind: hydrodynamics\n    dimensions: three\n"},
     "a turning matrix against its way": {
         "hydro.added_mass -> barge.added_mass": "barge.added_mass -> hydro.added_mass"
@@ -103,6 +111,10 @@ CASES: dict[str, dict[str, str]] = {
 def test_messages(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     (tmp_path / "space.model.yaml").write_text(SPACE, "utf-8")
     (tmp_path / "plane.model.yaml").write_text(PLANE, "utf-8")
+    for name in ("hull.8", "hull.12s"):
+        write_mean(
+            tmp_path / name, lambda *_: 1.0, omega=(0.5, 1.0, 2.0), directions=(0.0, 90.0, 180.0)
+        )
 
     def message(changes: dict[str, str]) -> str:
         return refused(

@@ -137,6 +137,7 @@ class _Push:
     """Waves that push with 1 N/m, and have the elevation as an input."""
 
     inputs = ("elevation", "push")
+    notes = ()
     highest = 100.0
 
     def per_amplitude(

@@ -12,6 +12,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
+from m4e_adapters.hydrodynamics.drift.bodies import drifts_and_problems
 from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
@@ -119,7 +120,8 @@ def program_in_waves(
     coefficients = coefficients_from_config(
         config, folder=folder, highest=highest, progress=progress
     )
-    forces = HullWaves(coefficients)
+    with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
+    forces = HullWaves(coefficients, drift=tuple(with_drift))
     program = _program(
         config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
     )
@@ -135,6 +137,9 @@ def _program(
     sea: RecordSea = record_sea,
     progress: Callable[[str], object],
 ) -> Program:
+    drift, problems = drifts_and_problems(config, folder)
+    if problems:
+        raise InputError(problems)
     return hydrodynamics_program(
         coefficients,
         name=name,
@@ -143,6 +148,7 @@ def _program(
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
         loads=config.loads,
+        drift=drift,
         sea=sea,
         folder=folder,
         progress=progress,
@@ -181,6 +187,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
         waves = _systems(config, folder)
     except InputError as error:
         problems += error.problems
+    problems += drifts_and_problems(config, folder)[1]
     if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong

@@ -19,11 +19,13 @@ PER_BODY = 6
 class Heading:
     """`angle` [deg] of the hulls' x axis from +X towards +Y in the reference pose.
 
-    With a `filter_time` [s] it follows the yaw of the only body: ḣ = sin(ψ − h)/T.
+    With a `filter_time` [s] it follows the yaw of the only body: ḣ = sin(ψ − h)/T. The angle is a
+    parameter, which keeps its value if it is `fixed`.
     """
 
     angle: float = 0.0
     filter_time: float | None = None
+    fixed: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,13 @@ def record_heading(recorder: Recorder, heading: Heading) -> tuple[Axes, Axes]:
     """The axes of the reference pose, and those of now; the same without a filter."""
     text = "heading of the reference pose: angle of the hulls' x axis, from +X towards +Y"
     start = math.radians(heading.angle)
-    given = recorder.parameter(Variable("heading", "rad", text, start=start, display_unit="deg"))
+    limits = (start, start) if heading.fixed else (-math.inf, math.inf)
+    given = recorder.parameter(
+        Variable(
+            "heading", "rad", text, start=start, display_unit="deg",
+            minimum=limits[0], maximum=limits[1],
+        )
+    )  # fmt: skip
     reference = Axes.at(given)
     if heading.filter_time is None:
         return reference, reference

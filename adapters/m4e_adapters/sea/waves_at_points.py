@@ -47,6 +47,11 @@ class PointWaves:
         """No limit."""
         return math.inf
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
     ) -> np.ndarray:

@@ -223,6 +223,8 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         yield f"loads depend on time: they are taken at t = {local.point.time:g} s"
     if not small and local_parts(waves.program):
         yield "components that are settled stay linear about the rest in still water"
+    for part, forces in waves.forces.items():
+        yield from (f"{part}: {note}" if part else note for note in forces.notes)
     if small and local.curved:
         yield "small waves: drag and all that is not linear count as at rest"
 

@@ -72,6 +72,11 @@ class WaveForces(Protocol):
         """The highest computed angular frequency [rad/s]."""
         ...
 
+    @property
+    def notes(self) -> Sequence[str]:
+        """Lines on what they leave out."""
+        ...
+
     def per_amplitude(
         self, omega: Floats, directions: Floats, values: Mapping[str, float]
     ) -> Complex:

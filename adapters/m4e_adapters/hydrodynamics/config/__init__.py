@@ -14,6 +14,7 @@ from m4e_adapters.hydrodynamics.config.component import (
     Water,
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
+from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
     Cylinder,
@@ -50,6 +51,7 @@ __all__ = [
     "ComponentWaves",
     "Cylinder",
     "Drag",
+    "Drift",
     "Frequencies",
     "HorizontalCylinder",
     "HydrodynamicsConfig",

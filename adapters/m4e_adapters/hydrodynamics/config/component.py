@@ -9,6 +9,7 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
     Depth,
     Finite,
@@ -53,14 +54,16 @@ class Body(Section):
     space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
-    quadratic. A body that is `fixed` does not move: it stands in the way of waves and has no
-    variables, `center_of_gravity` or `drag`. It may stand on the sea bed.
+    quadratic; `drift` is of second order. A body that is `fixed` does not move: it stands in the
+    way of waves and has no variables, `center_of_gravity`, `drag` or `drift`. It may stand on the
+    sea bed.
     """
 
     shape: Shape
     center_of_gravity: Place = ()
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
+    drift: Drift | None = None
     fixed: bool = False
 
 
@@ -176,8 +179,10 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     """Places of `bodies` that do not have as many coordinates as `dimensions` says."""
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
+        drift = body.drift if isinstance(body, Body) else None
         given: dict[tuple[str, ...], Place | None] = {
-            ("shape", "mesh_origin"): body.shape.mesh_origin
+            ("shape", "mesh_origin"): body.shape.mesh_origin,
+            ("drift", "reference_point"): drift.reference_point if drift else None,
         }
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity

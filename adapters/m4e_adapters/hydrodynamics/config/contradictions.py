@@ -22,7 +22,7 @@ def _without_effect(body: Body) -> Iterator[tuple[tuple[str, ...], str, str]]:
         yield ("panels",), "'panels' has no effect on a mesh file", remedy
     if not body.fixed:
         return
-    for key in ("center_of_gravity", "drag"):
+    for key in ("center_of_gravity", "drag", "drift"):
         if key in body.model_fields_set:
             text = f"'{key}' has no effect on a fixed body"
             yield (key,), text, "remove it, or remove 'fixed'"

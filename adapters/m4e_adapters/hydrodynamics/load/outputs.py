@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.geometry.motions import mass_unit
+from m4e_adapters.hydrodynamics.geometry.motions import Motion, mass_unit
 from m4e_adapters.hydrodynamics.heading import (
     Axes,
 )
@@ -47,6 +47,7 @@ PARTS = {
     "froude_krylov": "the undisturbed waves (Froude-Krylov), without diffraction",
     "diffraction": "wave diffraction, without Froude-Krylov's part",
     "drag": "quadratic drag",
+    "drift": "second-order drift, differences of wave frequencies",
 }
 
 
@@ -56,8 +57,13 @@ def record_outputs(
     coefficients: Coefficients,
     parts: Mapping[str, Vector],
     axes: Axes | None,
+    *,
+    drifts: Sequence[Motion] = (),
 ) -> None:
-    """The wrench on a body, the sum of its `parts` in their order, and these."""
+    """The wrench on a body, the sum of its `parts` in their order, and these.
+
+    Of the drift the parts in the motions `drifts`.
+    """
     motions = coefficients.body_motions
 
     def in_world(vector: Vector) -> Vector:
@@ -72,6 +78,8 @@ def record_outputs(
         recorder.output(Variable(f"{body}.{symbol}", unit, text), total)
     for kind, part in parts.items():
         for motion, value in zip(motions, in_world(part), strict=True):
+            if kind == "drift" and motion not in drifts:
+                continue
             symbol, unit = motion.force, motion.force_unit
             text = f"part of {body}.{symbol}: {PARTS[kind]}"
             recorder.output(Variable(f"{body}.{kind}_{symbol}", unit, text), value)

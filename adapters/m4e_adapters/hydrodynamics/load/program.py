@@ -1,9 +1,10 @@
 """The hydrodynamic load on floating bodies as a Program.
 
-    F = F_b − K ξ − ∫ K(t − τ) v(τ) dτ + r(t) Re Σ X a_k e^{−i(ω_k t + φ_k)} − c |v| v
+    F = F_b − K ξ − ∫ K(t − τ) v(τ) dτ + r(t) Re Σ X a_k e^{−i(ω_k t + φ_k)} − c |v| v + F_d
 
 about each body's centre of gravity, world frame: ξ is the displacement (surge, heave, pitch) from
-the reference pose, v its rate, F_b the buoyancy in the reference pose, r the ramp. The dry weight
+the reference pose, v its rate, F_b the buoyancy in the reference pose, r the ramp, F_d the drift
+of second order (see `drift`). The dry weight
 and A∞ times the acceleration are *not* in F: both belong to whoever holds the body's mass, to whom
 A∞ is published as `added_mass[i,j]`.
 
@@ -15,11 +16,19 @@ terms of the third order (of the second about Z, which no force depends on).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Loads, Radiation, Still
+from m4e_adapters.hydrodynamics.drift.bodies import (
+    matched_drifts,
+    record_drifts,
+    shown_motions,
+)
+from m4e_adapters.hydrodynamics.drift.matching import is_fixed
+from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
@@ -36,7 +45,7 @@ from m4e_adapters.hydrodynamics.load.parts import (
 )
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import record_sea
+from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Scalar
@@ -45,7 +54,7 @@ Vector = list[Scalar | float]
 
 
 class RecordSea(Protocol):
-    """Records waves; the excitation of each motion [N, N.m], in the axes of the heading."""
+    """Records waves and their excitation, in the axes of the heading."""
 
     def __call__(
         self,
@@ -55,7 +64,7 @@ class RecordSea(Protocol):
         *,
         heading: Number,
         places: Sequence[tuple[Number, Number]],
-    ) -> Vector:
+    ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
 
@@ -73,6 +82,7 @@ def hydrodynamics_program(
     radiation: Radiation | None = None,
     heading: Heading | None = None,
     loads: Loads | None = None,
+    drift: Mapping[str, BodyDrift] | None = None,
     sea: RecordSea = record_sea,
     folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
@@ -87,6 +97,7 @@ def hydrodynamics_program(
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
+    drift : second-order drift by body name.
     sea : records the waves and gives the excitation of each motion.
     folder : where files of the waves are.
     progress : is told the accuracy of the memory.
@@ -96,8 +107,9 @@ def hydrodynamics_program(
     Program
         Inputs `<body>.{x,z,theta,vx,vz,omega}` of the centre of gravity, outputs
         `<body>.{force_x,force_z,moment_y}` about it, `wave.elevation`, and the parts
-        `<body>.hydrostatic_…`, `radiation_…`, `excitation_…`, `drag_…` of the force. In space also
-        the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
+        `<body>.hydrostatic_…`, `radiation_…`, `excitation_…`, `drag_…`, `drift_…` of the force. In
+        space also the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`,
+        `moment_z`.
     """
     turning = heading or Heading()
     systems = wave_systems(
@@ -107,6 +119,11 @@ def hydrodynamics_program(
         folder=folder,
         band=(float(coefficients.omega[0]), float(coefficients.omega[-1])),
     )
+    drifts = drift or {}
+    drifting = matched_drifts(drifts, coefficients, systems, turning, progress)
+    if any(map(is_fixed, drifting.values())):
+        turning = replace(turning, fixed=True)
+        systems = tuple(replace(system, fixed=True) for system in systems)
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
     acting, order = loads or Loads(), radiation.order if radiation else None
@@ -117,17 +134,23 @@ def hydrodynamics_program(
         fitted = fit_radiation(coefficients, order=order, progress=progress)
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    excitation = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
+    waves_on = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
     if coefficients.excited_by:
-        parts[_excitation(coefficients)] = excitation
+        parts[_excitation(coefficients)] = waves_on.excitation
     if acting.hydrostatics != "none":
         restoring = record_hydrostatics(recorder, coefficients, moved.displacement)
         parts = {"hydrostatic": restoring, **parts}
     if acting.drag != "none":
         parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity)
+    if drifts:
+        parts["drift"] = record_drifts(
+            recorder, drifts, drifting, waves_on.waves, coefficients, moved
+        )
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
-        record_outputs(recorder, body, coefficients, {n: parts[n][own] for n in parts}, moved.axes)
+        shown = shown_motions(drifts.get(body), coefficients)
+        acts = {name: part[own] for name, part in parts.items()}
+        record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
     if fitted is not None:
         publish = recorder.output if turning.filter_time else recorder.calculate

@@ -7,14 +7,26 @@ With θ_k = ω_k t + φ_k the elevation is Σ a_k cos θ_k = Re Σ a_k e^{−iθ
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
-from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
 ELEVATION = "wave.elevation"
+
+
+@dataclass(frozen=True)
+class RecordedSea:
+    """The excitation of each motion [N, N.m], in the hulls' axes, and the `waves` that make it.
+
+    Without waves, if they are not those of a sea.
+    """
+
+    excitation: list[Number]
+    waves: tuple[RecordedWaves, ...] = field(default=(), repr=False)
 
 
 def needed_frequency(waves: Sequence[WaveSystem]) -> float:
@@ -57,8 +69,8 @@ def record_sea(
     *,
     heading: Number = 0.0,
     places: Sequence[tuple[Number, Number]] = (),
-) -> list[Number]:
-    """Record `wave.elevation`; the ramped excitation of each motion [N, N.m], in the hulls' axes.
+) -> RecordedSea:
+    """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
     In space these have the `heading` [rad], and the bodies' reference `places` are (x, y) [m].
     """
@@ -66,8 +78,10 @@ def record_sea(
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
+    recorded = list[RecordedWaves]()
     for system in waves:
         own = system.record(recorder, in_space=coefficients.dimensions == 3)
+        recorded.append(own)
         table = excitation_of(coefficients, own, heading=heading, places=places)
         height: Number = 0.0
         pushes: list[Number] = [0.0] * len(forces)
@@ -81,7 +95,7 @@ def record_sea(
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
-    return forces
+    return RecordedSea(forces, tuple(recorded))
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -63,7 +63,8 @@ class WaveSystem(ABC):
 
     `omega`, `phases` and `offsets` from its direction are (k,) [rad/s, rad, rad], as configured;
     phases at `place` [m] and t = 0. `direction` in deg, `ramp_time` [s] (None: the default),
-    `depth` [m], `gravity` [m/s2].
+    `depth` [m], `gravity` [m/s2]. The direction is a parameter in space, which keeps its value if
+    it is `fixed`.
     """
 
     name: str
@@ -74,6 +75,7 @@ class WaveSystem(ABC):
     omega: np.ndarray = field(repr=False)
     phases: np.ndarray = field(repr=False)
     offsets: np.ndarray = field(repr=False)
+    fixed: bool = field(default=False, kw_only=True)
 
     @property
     @abstractmethod
@@ -143,9 +145,11 @@ class WaveSystem(ABC):
         direction: Number = math.radians(self.direction)
         if in_space:
             text = "direction that the waves travel to, from +X towards +Y"
+            limits = (direction, direction) if self.fixed else (-math.inf, math.inf)
             variable = Variable(
-                f"{self.name}.direction", "rad", text, start=direction, display_unit="deg"
-            )
+                f"{self.name}.direction", "rad", text, start=direction, display_unit="deg",
+                minimum=limits[0], maximum=limits[1],
+            )  # fmt: skip
             direction = recorder.parameter(variable)
         number = [self._number(w) for w in omega]
         ramp = self._record_ramp(recorder)
@@ -169,6 +173,11 @@ class WaveSystem(ABC):
             np.array(amplitude, dtype=float),
             mean + self.offsets,
         )
+
+    def configured(self) -> tuple[np.ndarray, np.ndarray]:
+        """ω (k,) [rad/s] and amplitudes (k,) [m] as configured."""
+        omega, amplitude = self._own(lambda variable: variable.start)
+        return np.array(omega, dtype=float), np.array(amplitude, dtype=float)
 
     def known_phases(self, values: Mapping[str, float]) -> np.ndarray:
         """Phases (k,) [rad] at x = y = 0, t = 0 for `values` by name."""

@@ -16,7 +16,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
-from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
@@ -30,9 +30,13 @@ ELEVATION = "wave.elevation_input"
 
 @dataclass
 class HullWaves:
-    """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`."""
+    """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
+
+    The second-order `drift` of the bodies that have some is left out.
+    """
 
     coefficients: Coefficients
+    drift: tuple[str, ...] = ()
     _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
@@ -47,6 +51,14 @@ class HullWaves:
         """The highest frequency [rad/s] of the coefficients."""
         return float(self.coefficients.omega[-1])
 
+    @property
+    def notes(self) -> list[str]:
+        """A line on the drift that is left out."""
+        if not self.drift:
+            return []
+        bodies = ", ".join(self.drift)
+        return [f"second-order drift of {bodies} is left out: the response is that of first order"]
+
     def record(
         self,
         recorder: Recorder,
@@ -55,8 +67,8 @@ class HullWaves:
         *,
         heading: Number,
         places: Sequence[tuple[Number, Number]],
-    ) -> list[Number]:
-        """Record the inputs in place of a sea, as `sea.record_sea`; the force on each motion.
+    ) -> RecordedSea:
+        """Record the inputs in place of a sea, as `sea.record_sea`.
 
         Other than of a sea, `heading` and `places` are asked for by `per_amplitude` only.
         """
@@ -70,10 +82,11 @@ class HullWaves:
         units = [motion.force_unit for motion in coefficients.body_motions]
         units *= len(coefficients.bodies)
         text = "force of waves, in the axes of the heading"
-        return [
+        forces: list[Number] = [
             recorder.input(Variable(name, unit, text))
             for name, unit in zip(self.inputs[1:], units, strict=True)
         ]
+        return RecordedSea(forces)
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -76,14 +77,20 @@ def part_edges(
 
     `factor` changes the spectrum: (n,) [1] at frequencies (n,) [rad/s].
     """
-    ratio = np.geomspace(*BAND, _KNOTS)
-    spectrum = np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
+    ratio, spectrum = _form(enhancement)
     if factor is not None:
-        spectrum *= factor(peak_omega * ratio)
+        spectrum = spectrum * factor(peak_omega * ratio)
     energy = np.cumsum(np.diff(ratio, prepend=ratio[0]) * spectrum)
     steps = np.linspace(0.0, 1.0, _KNOTS)
     share = (1.0 - LOGARITHMIC) * energy / energy[-1] + LOGARITHMIC * steps
     return peak_omega * np.interp(np.linspace(0.0, 1.0, count + 1), share, ratio)
+
+
+@lru_cache(maxsize=16)
+def _form(enhancement: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies of BAND in peak frequencies, and the spectrum there, (_KNOTS,)."""
+    ratio = np.geomspace(*BAND, _KNOTS)
+    return ratio, np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
 
 
 def component_frequencies(edges: np.ndarray, rng: np.random.Generator) -> np.ndarray:

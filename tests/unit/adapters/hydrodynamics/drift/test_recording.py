@@ -1,0 +1,348 @@
+"""Recorded drift forces against sums over pairs of waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from support.drifting import RHO, G, calm, calm_in_space, series
+
+from m4e_adapters.hydrodynamics.config import AnyWaves, Jonswap, Regular, Spreading, Still
+from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
+from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, PITCH, SURGE, SWAY, YAW
+from m4e_adapters.hydrodynamics.heading import Heading
+from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program, jacobian
+
+KNOTS = np.linspace(0.2, 2.6, 25)
+AROUND = np.arange(0.0, 360.0, 30.0)
+TIMES = np.linspace(40.0, 47.0, 15)
+SEA = Jonswap(
+    spectrum="jonswap", significant_height=2.0, peak_period=8.0, components=40, ramp_time=0.0
+)
+WAVE = Regular(spectrum="regular", height=1.6, period=7.0, phase=0.4, ramp_time=0.0)
+
+
+def surge(w: np.ndarray) -> np.ndarray:
+    """Mean drift that changes its sign between long and short waves."""
+    return 3e3 * (w - 0.75) / (0.2 + w)
+
+
+def plane(directions: Sequence[float] = (0.0, 180.0)) -> BodyDrift:
+    signs = np.cos(np.radians(directions))
+    values = surge(KNOTS)[:, None, None] * signs[None, :, None]
+    return BodyDrift(MeanDrift("hull.8", KNOTS, np.array(directions), (SURGE,), values))
+
+
+def around() -> BodyDrift:
+    """Three harmonics, that 30 deg resolve."""
+    beta = np.radians(AROUND)
+    shape = np.stack([np.cos(beta), np.sin(beta) + 0.2, 4.0 * np.sin(2.0 * beta + 0.3)], axis=1)
+    values = surge(KNOTS)[:, None, None] * shape
+    return BodyDrift(MeanDrift("hull.8", KNOTS, AROUND, (SURGE, SWAY, YAW), values))
+
+
+def exact(w: np.ndarray, beta: np.ndarray) -> np.ndarray:
+    """`around` at any direction [rad], linear in frequency: (k, 3)."""
+    shape = np.stack([np.cos(beta), np.sin(beta) + 0.2, 4.0 * np.sin(2.0 * beta + 0.3)], axis=1)
+    return np.interp(w, KNOTS, surge(KNOTS))[:, None] * shape
+
+
+def qtf(w: np.ndarray, scale: float) -> np.ndarray:
+    mean = scale * np.outer(w, w) * np.cos(1.5 * np.add.outer(w, w))
+    away = np.subtract.outer(w, w)
+    return mean * np.exp(-(away**2)) * np.exp(0.8j * away)
+
+
+def paired() -> BodyDrift:
+    values = np.array([[qtf(KNOTS, 4e4), qtf(KNOTS, -1e4), qtf(KNOTS, 2e5)]])
+    return BodyDrift(Qtf("hull.12d", KNOTS, np.zeros(1), (SURGE, HEAVE, PITCH), values))
+
+
+def load(
+    drift: BodyDrift,
+    waves: AnyWaves,
+    *,
+    heading: Heading | None = None,
+    tell: Callable[[str], object] = lambda _: None,
+) -> Program:
+    in_space = SWAY in drift.table.motions
+    return hydrodynamics_program(
+        calm_in_space() if in_space else calm(("float",)),
+        waves=waves,
+        heading=heading,
+        drift={"float": drift},
+        progress=tell,
+    )
+
+
+def systems(waves: AnyWaves) -> tuple[WaveSystem, ...]:
+    return wave_systems(waves, depth=math.inf, gravity=G)
+
+
+def double_sum(
+    matrix: np.ndarray, omega: np.ndarray, amplitudes: np.ndarray, phases: np.ndarray
+) -> np.ndarray:
+    """Re Σ a_i a_j Q_ij e^{−i(θ_i − θ_j)} at `TIMES`."""
+    waves = amplitudes * np.exp(-1j * (np.outer(TIMES, omega) + phases))
+    return np.einsum("ti,ij,tj->t", waves, matrix, waves.conj()).real
+
+
+def newman(drift: np.ndarray) -> np.ndarray:
+    """Geometric means of one sign; 0 where signs differ."""
+    root = np.sqrt(np.abs(drift))
+    return (
+        np.outer(root, root)
+        * np.where(np.sign(drift)[:, None] == np.sign(drift), 1, 0)
+        * (np.sign(drift)[:, None])
+    )
+
+
+@pytest.mark.parametrize("period", [5.0, 7.0, 12.0])
+def test_a_regular_wave_makes_its_mean_drift(period: float) -> None:
+    """Also of a period that is set later, the table being linear between its frequencies."""
+    found = series(load(plane(), WAVE), TIMES, {"wave.period": period})
+    expected = 0.8**2 * np.interp(2.0 * math.pi / period, KNOTS, surge(KNOTS))
+    assert found["float.drift_force_x"] == pytest.approx(expected, rel=1e-6)
+    assert found["float.force_x"] == pytest.approx(expected, rel=1e-6)
+
+
+def test_waves_to_the_other_side() -> None:
+    coefficients = calm(("float",))
+    object.__setattr__(coefficients, "wave_direction", 180.0)
+    wave = WAVE.model_copy(update={"direction": 180.0})
+    program = hydrodynamics_program(coefficients, waves=wave, drift={"float": plane()})
+    expected = -(0.8**2) * np.interp(2.0 * math.pi / 7.0, KNOTS, surge(KNOTS))
+    assert series(program, TIMES)["float.drift_force_x"] == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_ramp_counts_twice() -> None:
+    program = load(plane(), WAVE.model_copy(update={"ramp_time": 10.0}))
+    found = series(program, np.array([0.0, 2.5, 5.0, 10.0, 20.0]))["float.drift_force_x"]
+    assert found / found[-1] == pytest.approx([0.0, 0.1464466**2, 0.25, 1.0, 1.0], abs=1e-6)
+
+
+def test_a_sea_with_drift_of_both_signs() -> None:
+    """Newman's sum over pairs; the body is 30 m from the place of the phases."""
+    coefficients = calm(("float",), places=(30.0,))
+    program = hydrodynamics_program(coefficients, waves=SEA, drift={"float": plane()})
+    (sea,) = systems(SEA)
+    omega, amplitudes = sea.configured()
+    phases = sea.phases - 30.0 * wavenumber(omega, depth=math.inf, gravity=G)
+    drift = np.interp(omega, KNOTS, surge(KNOTS))
+    assert drift.min() < 0 < drift.max()
+    expected = double_sum(newman(drift), omega, amplitudes, phases)
+    found = series(program, TIMES)["float.drift_force_x"]
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-6)
+
+
+def test_the_point_of_the_phases() -> None:
+    """A file whose origin is 30 m ahead of the centre of gravity."""
+    ahead = BodyDrift(plane().table, (30.0, 0.0))
+    moved = hydrodynamics_program(
+        calm(("float",), places=(30.0,)), waves=SEA, drift={"float": plane()}
+    )
+    found = series(load(ahead, SEA), TIMES)["float.drift_force_x"]
+    assert found == pytest.approx(series(moved, TIMES)["float.drift_force_x"])
+
+
+def test_heights_and_periods_are_parameters() -> None:
+    program = load(plane(), SEA)
+    found = series(program, TIMES, {"wave.significant_height": 4.0})["float.drift_force_x"]
+    assert found == pytest.approx(4.0 * series(program, TIMES)["float.drift_force_x"])
+
+
+@pytest.mark.parametrize("direction", [0.0, 77.0, 211.0])
+def test_any_direction_and_heading(direction: float) -> None:
+    """Waves and hull turned by 25 deg: the force turns too."""
+    program = load(around(), WAVE)
+    start = {"wave.direction": math.radians(direction)}
+    found = series(program, TIMES, start)
+    beta = np.array([math.radians(direction)])
+    (x, y, yaw) = 0.8**2 * exact(np.array([2.0 * math.pi / 7.0]), beta)[0]
+    assert found["float.drift_force_x"] == pytest.approx(x, rel=1e-6, abs=1e-6)
+    assert found["float.drift_force_y"] == pytest.approx(y, rel=1e-6, abs=1e-6)
+    assert found["float.drift_moment_z"] == pytest.approx(yaw, rel=1e-6, abs=1e-6)
+    assert "float.drift_force_z" not in found
+    turn = math.radians(25.0)
+    turned = series(
+        program, TIMES, {"wave.direction": math.radians(direction) + turn, "heading": turn}
+    )
+    c, s = math.cos(turn), math.sin(turn)
+    assert turned["float.drift_force_x"] == pytest.approx(c * x - s * y, rel=1e-6, abs=1e-6)
+    assert turned["float.drift_force_y"] == pytest.approx(s * x + c * y, rel=1e-6, abs=1e-6)
+
+
+def test_several_systems_and_spreading() -> None:
+    """All pairs, those of different systems and directions too."""
+    swell = Regular(spectrum="regular", height=1.0, period=11.0, direction=70.0, ramp_time=0.0)
+    wind = SEA.model_copy(update={"direction": 20.0, "spreading": Spreading(exponent=6.0)})
+    program = load(around(), [wind, swell])
+    both = systems([wind, swell])
+    omega = np.concatenate([own.configured()[0] for own in both])
+    amplitudes = np.concatenate([own.configured()[1] for own in both])
+    phases = np.concatenate([own.phases for own in both])
+    beta = np.concatenate([math.radians(own.direction) + own.offsets for own in both])
+    drift = exact(omega, beta)
+    found = series(program, TIMES)
+    for name, column in zip(("force_x", "force_y", "moment_z"), drift.T, strict=True):
+        expected = double_sum(newman(column), omega, amplitudes, phases)
+        assert found[f"float.drift_{name}"] == pytest.approx(expected, rel=1e-6, abs=1e-3)
+
+
+def test_full_qtfs() -> None:
+    """Within what the factors leave out of the standard deviation, which is told."""
+    lines = list[str]()
+    program = load(paired(), SEA, tell=lines.append)
+    (sea,) = systems(SEA)
+    omega, amplitudes = sea.configured()
+    hats = np.array([np.interp(omega, KNOTS, row) for row in np.eye(len(KNOTS))]).T
+    found = series(program, TIMES)
+    told = [line for line in lines if "factors of 25" in line]
+    for k, name in enumerate(("force_x", "force_z", "moment_y")):
+        matrix = hats @ paired().table.values[0, k] @ hats.T
+        expected = double_sum(matrix, omega, amplitudes, sea.phases)
+        spread = np.linalg.norm(matrix * np.outer(amplitudes, amplitudes))
+        left = float(told[k].split("which leave ")[1].split(" of ")[0])
+        assert left < 1e-3
+        error = found[f"float.drift_{name}"] - expected
+        assert np.abs(error).max() < 4.0 * left * spread
+        assert np.abs(expected).max() > 0.5 * spread
+
+
+def test_a_full_qtf_in_a_regular_wave_of_another_period() -> None:
+    found = series(load(paired(), WAVE), TIMES, {"wave.period": 2.0 * math.pi / KNOTS[8]})
+    expected = 0.8**2 * qtf(KNOTS, 4e4)[8, 8].real
+    assert found["float.drift_force_x"] == pytest.approx(expected, rel=2e-3)
+
+
+def test_newman_of_a_qtf_is_that_of_its_mean_drift() -> None:
+    """The QTF of geometric means has one factor: both are the same to rounding."""
+    drift = 3e3 * KNOTS**2
+    values = np.sqrt(np.outer(drift, drift))[None, None].astype(complex)
+    full = BodyDrift(Qtf("hull.12d", KNOTS, np.zeros(1), (SURGE,), values))
+    assert isinstance(full.table, Qtf)
+    mean = BodyDrift(full.table.mean)
+    one, other = (series(load(own, WAVE), TIMES) for own in (full, mean))
+    assert one["float.drift_force_x"] == pytest.approx(other["float.drift_force_x"], rel=2e-3)
+
+
+def test_operations_of_a_step() -> None:
+    """300 waves: 4 operations of each and of each sign of a mean drift, 8 of each factor."""
+    sea = SEA.model_copy(update={"components": 300})
+    counts = dict[str, int]()
+    for name, drift in (("plane", plane()), ("around", around()), ("paired", paired())):
+        program = load(drift, sea)
+        nodes = {v.name: n for v, n in zip(program.outputs, program.results, strict=True)}
+        drifts = [n for key, n in nodes.items() if ".drift_" in key]
+        waves = len(program.operations([nodes["wave.elevation"]]))
+        counts[name] = len(program.operations([*drifts, nodes["wave.elevation"]])) - waves
+    assert counts["plane"] < 300 * 8 + 300 + 50
+    assert counts["around"] < 300 * 3 * 8 + 300 + 50
+    assert counts["paired"] < 300 * 3 * 8 * 12 + 600 * 3 + 500
+
+
+def test_directions_that_are_not_all_around_are_fixed() -> None:
+    values = np.array([[[w * 1e3, w * 2e3, w * 3e3]] for w in KNOTS])
+    drift = BodyDrift(MeanDrift("hull.8", KNOTS, np.array([45.0]), (SURGE, SWAY, YAW), values))
+    lines = list[str]()
+    wave = WAVE.model_copy(update={"direction": 60.0})
+    program = load(drift, wave, heading=Heading(15.0), tell=lines.append)
+    assert any("those of the waves are fixed" in line for line in lines)
+    limits = {v.name: (v.minimum, v.start, v.maximum) for v in program.parameters}
+    assert len(set(limits["heading"])) == len(set(limits["wave.direction"])) == 1
+    yaw = series(program, TIMES)["float.drift_moment_z"]
+    assert yaw == pytest.approx(0.64 * 3e3 * 2.0 * math.pi / 7.0, rel=1e-6)
+    with pytest.raises(InputError, match=r"hull\.8 has no drift for waves at 60 deg .* it has 45"):
+        load(drift, wave)
+    with pytest.raises(InputError, match="the heading follows the yaw"):
+        load(drift, wave, heading=Heading(15.0, 50.0))
+
+
+def test_a_heading_that_follows_the_yaw_has_derivatives() -> None:
+    """Also where a mean drift is 0, and its root has none."""
+    beta = np.radians(AROUND)
+    shape = np.stack([np.cos(beta), np.sin(beta), np.sin(2.0 * beta)], axis=1)
+    table = MeanDrift("hull.8", KNOTS, AROUND, (SURGE, SWAY, YAW), np.tile(1e3 * shape, (25, 1, 1)))
+    program = load(BodyDrift(table), SEA, heading=Heading(0.0, 50.0))
+    found = series(jacobian(program, "outputs").program, TIMES[:2])
+    assert all(np.isfinite(values).all() for values in found.values())
+
+
+def test_qtfs_take_one_direction() -> None:
+    table = paired().table
+    full = Qtf(table.name, KNOTS, np.zeros(1), (SURGE, SWAY, YAW), table.values)
+    spread = SEA.model_copy(update={"spreading": Spreading(exponent=6.0)})
+    with pytest.raises(InputError, match="QTFs of pairs in one direction, the waves travel in 40"):
+        load(BodyDrift(full), spread)
+
+
+def test_frequencies_that_do_not_cover_the_waves() -> None:
+    short = BodyDrift(MeanDrift("hull.8", KNOTS[:5], np.zeros(1), (SURGE,), np.ones((5, 1, 1))))
+    with pytest.raises(
+        InputError, match=r"hull\.8 has 0.2 to 0.6 rad/s, the wave has 0.8976 rad/s"
+    ):
+        load(short, WAVE)
+    with pytest.raises(InputError, match=r"of the waves' energy is below, \d+% above"):
+        load(short, SEA)
+    lines = list[str]()
+    most = BodyDrift(
+        MeanDrift("hull.8", KNOTS[4:13], np.zeros(1), (SURGE,), np.ones((9, 1, 1)) * 1e3)
+    )
+    program = load(most, SEA, tell=lines.append)
+    assert any("falls as the fourth power of the frequency" in line for line in lines)
+    (sea,) = systems(SEA)
+    omega, amplitudes = sea.configured()
+    drift = 1e3 * np.minimum(omega / KNOTS[4], 1.0) ** 4
+    expected = double_sum(newman(drift), omega, amplitudes, sea.phases)
+    assert series(program, TIMES)["float.drift_force_x"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_qtfs_fall_below_their_frequencies() -> None:
+    """Of one factor, as the mean drift on their diagonal; linear in √D and in D between knots."""
+    knots = KNOTS[4:]
+    drift = np.full(len(knots), 1e3)
+    values = np.sqrt(np.outer(drift, drift))[None, None].astype(complex)
+    full = Qtf("hull.12d", knots, np.zeros(1), (SURGE,), values)
+    one, other = (
+        series(load(BodyDrift(own), SEA), TIMES)["float.drift_force_x"] for own in (full, full.mean)
+    )
+    assert one == pytest.approx(other, rel=1e-9)
+
+
+def test_forces_of_another_length_scale_are_doubted() -> None:
+    lines = list[str]()
+    load(plane(), WAVE, tell=lines.append)
+    assert not any("ULEN" in line for line in lines)
+    values = np.full((25, 1, 1), 60.0 * RHO * G)
+    load(
+        BodyDrift(MeanDrift("hull.8", KNOTS, np.zeros(1), (SURGE,), values)),
+        WAVE,
+        tell=lines.append,
+    )
+    assert any("are length_scale (ULEN) and units right?" in line for line in lines)
+
+
+@pytest.mark.parametrize("drift", [plane(), paired()])
+def test_still_water_does_not_drift(drift: BodyDrift) -> None:
+    found = series(load(drift, Still(spectrum="still")), TIMES[:1])
+    assert found["float.drift_force_x"] == [0.0]
+
+
+def test_responses_of_first_order_leave_it_out() -> None:
+    coefficients = calm(("float",))
+    forces = HullWaves(coefficients, drift=("float",))
+    program = hydrodynamics_program(
+        coefficients, waves=SEA, drift={"float": plane()}, sea=forces.record
+    )
+    assert series(program, TIMES[:1])["float.drift_force_x"] == [0.0]
+    (note,) = forces.notes
+    assert "drift of float is left out" in note
+    assert HullWaves(coefficients).notes == []
