@@ -30,7 +30,7 @@ Descriptions = Mapping[str, Description]
 
 def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
     """Water, waves and gravity that differ between two components; a line each, with places."""
-    waters = {c.name: water for c in system.components if (water := _water(c)) is not None}
+    waters = {c.name: water for c in system.components if (water := _section(c, "water")) is not None}
     found = []
     for (first, one), (second, other) in combinations(waters.items(), 2):
         for key, unit in UNITS.items():
@@ -46,9 +46,9 @@ def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> lis
 def _seas(system: System) -> Iterator[str]:
     """Waves that are not those of another component, by their section or by start values."""
     seas = {
-        c.name: (c.source.config.waves, _start_of_waves(c))
+        c.name: (waves, _start_of_waves(c))
         for c in system.components
-        if isinstance(c.source, Kind) and hasattr(c.source.config, "waves")
+        if (waves := _section(c, "waves")) is not None
     }
     for (first, one), (second, other) in combinations(seas.items(), 2):
         if one == other:
@@ -111,9 +111,9 @@ def model_gravity(system: System, descriptions: Descriptions, name: str) -> floa
     return float(gravity_of(model)[-1].evaluate(values))
 
 
-def _water(component: Component) -> Any:
+def _section(component: Component, key: str) -> Any:
     source = component.source
-    return getattr(source.config, "water", None) if isinstance(source, Kind) else None
+    return getattr(source.config, key, None) if isinstance(source, Kind) else None
 
 
 def _same(a: float | None, b: float | None) -> bool:
