@@ -30,17 +30,18 @@ Descriptions = Mapping[str, Description]
 
 def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
     """Water, waves and gravity that differ between two components; a line each, with places."""
-    waters = {c.name: water for c in system.components if (water := _section(c, "water")) is not None}
-    found = []
+    found = ((c.name, _section(c, "water")) for c in system.components)
+    waters = {name: water for name, water in found if water is not None}
+    differences: list[str] = []
     for (first, one), (second, other) in combinations(waters.items(), 2):
         for key, unit in UNITS.items():
             a, b = getattr(one, key, None), getattr(other, key, None)
             if a is not None and b is not None and not _same(a, b):
-                found.append(
+                differences.append(
                     f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
                     "components in one water need the same"
                 )
-    return [*found, *_seas(system), *_weights(system, descriptions, wiring, waters)]
+    return [*differences, *_seas(system), *_weights(system, descriptions, wiring, waters)]
 
 
 def _seas(system: System) -> Iterator[str]:
