@@ -78,8 +78,8 @@ def gaussian_records(spectrum: Spectrum, count: int, *, step: float = STEP) -> I
 def maxima(elevation: np.ndarray) -> np.ndarray:
     """Local maxima [m] of a record, at the tops of parabolas through three samples.
 
-    Of a maximum and a minimum that are closer than a step both are missed: of 112 in ten minutes
-    0.6 with steps of 0.25 s, and a sixth of that with steps of 0.1 s.
+    Of a maximum and a minimum closer than a step both are missed: of 112 in ten minutes 0.6
+    with steps of 0.25 s, and a sixth of that with steps of 0.1 s.
     """
     before, here, after = elevation[:-2], elevation[1:-1], elevation[2:]
     top = (here >= before) & (here > after)

@@ -30,25 +30,26 @@ Descriptions = Mapping[str, Description]
 
 def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
     """Water, waves and gravity that differ between two components; a line each, with places."""
-    waters = {c.name: water for c in system.components if (water := _water(c)) is not None}
-    found = []
+    found = ((c.name, _section(c, "water")) for c in system.components)
+    waters = {name: water for name, water in found if water is not None}
+    differences: list[str] = []
     for (first, one), (second, other) in combinations(waters.items(), 2):
         for key, unit in UNITS.items():
             a, b = getattr(one, key, None), getattr(other, key, None)
             if a is not None and b is not None and not _same(a, b):
-                found.append(
+                differences.append(
                     f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
                     "components in one water need the same"
                 )
-    return [*found, *_seas(system), *_weights(system, descriptions, wiring, waters)]
+    return [*differences, *_seas(system), *_weights(system, descriptions, wiring, waters)]
 
 
 def _seas(system: System) -> Iterator[str]:
     """Waves that are not those of another component, by their section or by start values."""
     seas = {
-        c.name: (c.source.config.waves, _start_of_waves(c))
+        c.name: (waves, _start_of_waves(c))
         for c in system.components
-        if isinstance(c.source, Kind) and hasattr(c.source.config, "waves")
+        if (waves := _section(c, "waves")) is not None
     }
     for (first, one), (second, other) in combinations(seas.items(), 2):
         if one == other:
@@ -111,9 +112,9 @@ def model_gravity(system: System, descriptions: Descriptions, name: str) -> floa
     return float(gravity_of(model)[-1].evaluate(values))
 
 
-def _water(component: Component) -> Any:
+def _section(component: Component, key: str) -> Any:
     source = component.source
-    return getattr(source.config, "water", None) if isinstance(source, Kind) else None
+    return getattr(source.config, key, None) if isinstance(source, Kind) else None
 
 
 def _same(a: float | None, b: float | None) -> bool:

@@ -19,7 +19,7 @@ def table(directions: np.ndarray, values: np.ndarray) -> MeanDrift:
 def at(found: np.ndarray, direction: float) -> np.ndarray:
     """Both motions at both frequencies, (2, 2)."""
     flat = found.reshape(len(OMEGA), -1)
-    rows = np.concatenate([flat.real, flat.imag], axis=1).tolist()
+    rows = np.concatenate([np.real(flat), np.imag(flat)], axis=1).tolist()
     return np.array(list(at_direction(found, np.radians(direction), np.zeros(2), rows)))
 
 
