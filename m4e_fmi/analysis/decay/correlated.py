@@ -26,6 +26,13 @@ SAMPLES = 8
 ROUNDS = 8
 """Of the EM algorithm."""
 
+FLOOR = 1e-2
+"""White noise that a residual has at least, over its mean square: one that is predictable, as of a
+simulation, would have a process that is nearly unstable, and errors without bound."""
+TAKEN = 4.0
+"""Squares of noise that a fit may have taken, over those of its residual: of a drift, whose process
+wanders off, there is no end otherwise."""
+
 
 @dataclass(frozen=True)
 class Process:
@@ -76,8 +83,9 @@ def _process(basis: Floats, residual: Floats) -> Process:
     """The process of the noise; `basis` (m, n) is orthonormal and at right angles to `residual`."""
     n = len(residual)
     most = min(MOST, n // SAMPLES)
-    taken = np.sqrt(np.mean(residual**2)) * basis
-    process = burg(np.vstack([residual, taken]), most)
+    first = np.sqrt(np.mean(residual**2)) * basis
+    floor = FLOOR * float(np.mean(residual**2))
+    process = burg(np.vstack([residual, first]), most, floor=floor)
     for _ in range(ROUNDS):
         signals = np.vstack([residual, basis])
         white = np.asarray(lfilter(process.coefficients, [1.0], signals, axis=1))
@@ -85,29 +93,37 @@ def _process(basis: Floats, residual: Floats) -> Process:
         turned, triangle = np.linalg.qr(white[1:].T)
         change = solve_triangular(triangle, turned.T @ white[0])
         spread = np.sqrt(process.variance) * solve_triangular(triangle, np.eye(len(basis)))
-        noise = np.vstack([residual - change @ basis, spread.T @ basis])
-        process = burg(noise, most)
+        taken = float(change @ change) + float((spread**2).sum())
+        capped = min(1.0, np.sqrt(TAKEN * float(residual @ residual) / taken))
+        noise = np.vstack([residual - capped * change @ basis, capped * spread.T @ basis])
+        process = burg(noise, most, floor=floor)
     return process
 
 
-def burg(signals: Floats, most: int) -> Process:
+def burg(signals: Floats, most: int, *, floor: float = 0.0) -> Process:
     """The process that several `signals` (k, n) in one unit have in common, of up to `most` terms.
 
-    Its variance is that of their sum.
+    Its variance is that of their sum, and of white noise of the variance `floor` [unit squared],
+    which counts with its expected squares.
     """
     n = signals.shape[1]
     forward = backward = signals
-    variance = float((signals**2).sum()) / n
+    variance = float((signals**2).sum()) / n + floor
     reflections: list[float] = []
+    own = np.ones(1)
     best, least = Process((), variance), np.inf
     for order in range(most + 1):
         criterion = n * np.log(variance) + n * (n + order) / (n - order - 2)
         if criterion < least:
             best, least = Process(tuple(reflections), variance), criterion
         f, b = forward[:, 1:], backward[:, :-1]
-        k = -2.0 * float((f * b).sum()) / float((f**2 + b**2).sum())
+        common = float((f * b).sum()) + n * floor * float(own[1:] @ own[:0:-1])
+        squares = float((f**2 + b**2).sum()) + 2.0 * n * floor * float(own @ own)
+        k = -2.0 * common / squares
         k = min(max(k, 1.0 / n - 1.0), 1.0 - 1.0 / n)  # nothing correlates beyond the record
         forward, backward = f + k * b, b + k * f
+        longer = np.append(own, 0.0)
+        own = longer + k * longer[::-1]
         variance *= 1.0 - k**2
         reflections.append(k)
     return best

@@ -45,7 +45,7 @@ LEAST_PEAK, CLEAR = 0.01, 4.0
 """Least swing of a peak for decrements, over the release and over the residual."""
 OURS = [0, 1, 2, 5]
 """Places of ω, ζ, β and rest in a shape."""
-STEP = 1e-3
+STEP = 0.1
 """Of a standard error, for derivatives."""
 
 

@@ -64,6 +64,11 @@ class Peaks:
         return -np.diff(np.log(self.amplitudes))
 
     @property
+    def ratios(self) -> Floats:
+        """Damping ratios δ/√(π² + δ²) of the decrements δ, (k - 2,) [1]."""
+        return self.decrements / np.sqrt(np.pi**2 + self.decrements**2)
+
+    @property
     def between(self) -> Floats:
         """Amplitudes that the decrements are of, (k - 2,) [unit of the motion]."""
         return np.sqrt(self.amplitudes[1:] * self.amplitudes[:-1])
