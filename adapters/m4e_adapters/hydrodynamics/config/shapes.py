@@ -15,10 +15,13 @@ SHAPES = ("cylinder", "sphere", "box", "revolved", "mesh")
 class Cylinder(Section):
     """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
     (`center_x`, `center_y`) [m].
+
+    Its deck is at z = `freeboard` [m], for righting arms only; without it they are not known.
     """
 
     radius: Positive
     draft: Positive
+    freeboard: Positive | None = None
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
@@ -47,11 +50,14 @@ class Sphere(Section):
 class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
     middle at (`center_x`, `center_y`) [m].
+
+    Its deck is at z = `freeboard` [m], for righting arms only; without it they are not known.
     """
 
     length: Positive
     width: Positive
     draft: Positive
+    freeboard: Positive | None = None
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 

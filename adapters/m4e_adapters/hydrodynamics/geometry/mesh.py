@@ -181,16 +181,19 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
         return box_panels(shape.box, count)
     if shape.revolved is not None:
         return revolved_panels(shape.revolved, count)
-    path = folder / str(shape.mesh)
-    keys = ("bodies", name, "shape", "mesh")
-    drawn = _loaded(path, name, keys)
-    origin = point_in_space(shape.mesh_origin or (0.0, 0.0))
-    placed = Panels(drawn.vertices + np.array(origin), drawn.faces)
     try:
-        return checked(_immersed(placed, name), name)
+        return checked(_immersed(drawn_mesh(name, shape, folder), name), name)
     except InputError as error:
-        problems = [replace(p, file=str(path), keys=keys) for p in error.problems]
-        raise InputError(problems) from None
+        file = str(folder / str(shape.mesh))
+        keys = ("bodies", name, "shape", "mesh")
+        raise InputError(replace(p, file=file, keys=keys) for p in error.problems) from None
+
+
+def drawn_mesh(name: str, shape: Shape, folder: Path) -> Panels:
+    """The panels of a mesh file in the reference pose, with those above the water."""
+    drawn = _loaded(folder / str(shape.mesh), name, ("bodies", name, "shape", "mesh"))
+    origin = point_in_space(shape.mesh_origin or (0.0, 0.0))
+    return Panels(drawn.vertices + np.array(origin), drawn.faces)
 
 
 def _loaded(path: Path, name: str, keys: Keys = ()) -> Panels:
