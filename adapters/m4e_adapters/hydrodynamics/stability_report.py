@@ -173,7 +173,8 @@ def plot_stability(found: Sequence[Stability], picture: Path) -> Path:
             degrees = np.degrees(curve.angles)
             axis.plot(degrees, curve.arms, "o-", ms=3, lw=1.3, color=colour, label=about)
             tangent = np.array([0.0, 20.0])
-            axis.plot(tangent, heights[about] * np.radians(tangent), "--", lw=0.8, color=colour)
+            line = curve.arms[0] + heights[about] * np.radians(tangent)
+            axis.plot(tangent, line, "--", lw=0.8, color=colour)
             if math.isfinite(curve.deck):
                 axis.axvline(math.degrees(curve.deck), color=colour, lw=0.8, ls=":")
         arms = np.concatenate([curve.arms for curve in one.curves.values()])
