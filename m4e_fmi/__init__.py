@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         sensitivity,
         trajectory_sensitivity,
     )
+    from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.analysis.response import sea_response, wave_response
     from m4e_fmi.cosim import (
         System,
@@ -51,6 +52,7 @@ __all__ = [
     "UnknownNameError",
     "build_fmu",
     "equilibrium",
+    "fit_decay",
     "frequency_response",
     "linearize",
     "load",
@@ -82,6 +84,7 @@ _NAMES = {
         "sensitivity",
         "trajectory_sensitivity",
     ),
+    "analysis.decay": ("fit_decay",),
     "analysis.response": ("sea_response", "wave_response"),
     "cosim": (
         "System",

@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import m4e_fmi
 from m4e_fmi.cli import (
     build,
+    decay,
     doctor,
     draw,
     equations,
@@ -39,7 +40,8 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
-    equations, draw, simulate, equilibrium, linearize, rao, build, info, validate, run, doctor,
+    equations, draw, simulate, equilibrium, linearize, rao, decay, build, info, validate, run,
+    doctor,
 )  # fmt: skip
 
 

@@ -13,6 +13,10 @@ from m4e_fmi.cli.options import (
     print_files,
     say,
 )
+from m4e_fmi.errors import InputError
+
+STABILITY = "stability"
+"""Function of a kind that tells hydrostatics and righting arms: docs/adapters.md."""
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -27,6 +31,11 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--output-file", type=Path, metavar="FILE", help="draw a system here (.png, .svg or .pdf)"
     )
     command.add_argument("--algorithm", help="of a system, instead of the one in its file")
+    command.add_argument(
+        "--stability",
+        action="store_true",
+        help="of a system: hydrostatics and righting arms of floating bodies",
+    )
     add_build_folder(command)
     command.set_defaults(command=_run)
 
@@ -34,6 +43,9 @@ def add(commands: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.report import check_picture_path, draw_system, fmu_text
 
+    if options.stability:
+        _stability(options)
+        return
     is_fmu = options.source.suffix.lower() == ".fmu"
     if is_fmu and options.json:
         import json
@@ -68,3 +80,27 @@ def _run(options: argparse.Namespace) -> None:
         print(model_tables(model, latex=options.latex))
         if not options.latex:
             print(f"\n{model_program(model)}")
+
+
+def _stability(options: argparse.Namespace) -> None:
+    """Print what kinds tell by their function `stability`, of each component that has one."""
+    from m4e_fmi.cosim.system.component import Kind, kind_module
+
+    if options.source.suffix.lower() == ".fmu" or not is_system(options.source):
+        message = f"{options.source}: --stability is for systems with a component in water"
+        raise InputError.single(message, "give a system file")
+    system = load_system(options.source)
+    found = {c.name: c.source for c in system.components if isinstance(c.source, Kind)}
+    tells = {name: getattr(kind_module(k.name), STABILITY, None) for name, k in found.items()}
+    tells = {name: tell for name, tell in tells.items() if tell is not None}
+    if not tells:
+        message = f"{system.name}: no component floats"
+        raise InputError.single(message, "--stability is for kind: hydrodynamics")
+    if options.output_file and len(tells) > 1:
+        message = f"{system.name}: {len(tells)} components float, a picture shows those of one"
+        raise InputError.single(message, "leave out --output-file")
+    for name, tell in tells.items():
+        print(f"component {name}")
+        print(tell(found[name].config, folder=system.folder, picture=options.output_file))
+    if options.output_file:
+        print_files([options.output_file])

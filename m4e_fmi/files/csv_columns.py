@@ -62,17 +62,8 @@ def read_columns(
     Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
     not a text, fewer than two columns, unknown names, entries that are not finite numbers.
     """
-    text = _text(path)
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    try:
-        rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
-    except csv.Error as error:
-        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
-    lines = text.splitlines()
-    header = [entry.strip() for entry in rows[0][1]] if rows else []
-    if len(header) < 2:
-        message, remedy = "has no two columns", "separate them by commas, names first"
-        raise InputError.single(message, remedy, str(path))
+    lines, rows = _rows(path)
+    header = [entry.strip() for entry in rows[0][1]]
     names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
     by_place = [header[entry] for entry in wanted if not isinstance(entry, str)]
     unclear = dict.fromkeys(
@@ -99,14 +90,27 @@ def read_columns(
     return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
 
 
-def column_names(path: Path) -> tuple[str, ...]:
-    """The names in the first row of a CSV file; InputError if there is no such file or text."""
-    reader = csv.reader(io.StringIO(_text(path), newline=""))
-    with suppress(csv.Error):  # which `read_columns` reports
-        for row in reader:
-            if any(entry.strip() for entry in row):
-                return tuple(entry.strip() for entry in row)
-    return ()
+def column_names(path: Path) -> list[str]:
+    """Names of the columns of a CSV file, its first row; errors as `read_columns` without names."""
+    _, rows = _rows(path)
+    header = [entry.strip() for entry in rows[0][1]]
+    if unclear := _header_problems(header, [], {}):
+        raise InputError.single(*unclear[0], str(path))
+    return header
+
+
+def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Lines of a file, and the entries of those that are not empty with their numbers."""
+    text = _text(path)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
+    except csv.Error as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    if not rows or len(rows[0][1]) < 2:
+        message, remedy = "has no two columns", "separate them by commas, names first"
+        raise InputError.single(message, remedy, str(path))
+    return text.splitlines(), rows
 
 
 def shortened(problems: Sequence[Problem]) -> list[Problem]:

@@ -6,6 +6,7 @@ give its outlines, `style` the colours.
 """
 
 from m4e_fmi.report.drawing.animation import animate, check_animation_path
+from m4e_fmi.report.drawing.decay_figure import plot_decay
 from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
 from m4e_fmi.report.drawing.motion import plot_modes, plot_phase
 from m4e_fmi.report.drawing.pictures import check_picture_path
@@ -15,6 +16,7 @@ from m4e_fmi.report.drawing.wave_figure import plot_waves
 from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
+from m4e_fmi.report.text.decay_text import decay_json, decay_text
 from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
 from m4e_fmi.report.text.fmu_text import fmu_text
 from m4e_fmi.report.text.linear_text import linear_json, linear_text
@@ -37,6 +39,8 @@ __all__ = [
     "check_picture_path",
     "comparison_json",
     "comparison_text",
+    "decay_json",
+    "decay_text",
     "draw_model",
     "draw_system",
     "equilibrium_text",
@@ -47,6 +51,7 @@ __all__ = [
     "linear_text",
     "model_figure",
     "model_tables",
+    "plot_decay",
     "plot_modes",
     "plot_phase",
     "plot_run",

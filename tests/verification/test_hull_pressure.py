@@ -22,8 +22,7 @@ from m4e_fmi.cosim import load_system, run
 from m4e_fmi.program.python_form import load_python
 
 BOX = {
-    "shape": {"box": {"length": 20.0, "width": 8.0, "draft": 3.0}},
-    "freeboard": 3.0,
+    "shape": {"box": {"length": 20.0, "width": 8.0, "draft": 3.0, "freeboard": 3.0}},
     "center_of_gravity": [0.0, 0.0, -0.5],
     "panels": 300,
 }
@@ -226,8 +225,7 @@ components:
     dimensions: 3
     bodies:
       hull:
-        shape: {box: {length: 20, width: 8, draft: 3}}
-        freeboard: 3
+        shape: {box: {length: 20, width: 8, draft: 3, freeboard: 3}}
         center_of_gravity: [0, 0, -0.5]
         panels: 300
 connections: [barge.hull <-> water.hull]

@@ -12,6 +12,11 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.stability_report import (
+    plot_stability,
+    stability_of,
+    stability_text,
+)
 from m4e_fmi.program import Program
 
 Config = HydrodynamicsConfig
@@ -47,3 +52,11 @@ def make_in_waves(
 ) -> tuple[Program, HullWaves]:
     """The load with the forces of waves as inputs, and what they are up to `highest` [rad/s]."""
     return program_in_waves(config, name=name, folder=folder, highest=highest, progress=progress)
+
+
+def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None) -> str:
+    """Hydrostatics and righting arms of all bodies as text; drawn to `picture` if one is given."""
+    found = stability_of(config, folder)
+    if picture is not None:
+        plot_stability(found, picture)
+    return stability_text(found, config.water)

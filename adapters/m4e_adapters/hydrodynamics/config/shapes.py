@@ -16,7 +16,12 @@ Top = Annotated[Coordinate, Field(le=0)]
 """Height z [m] of a flat top; 0: the body pierces the water."""
 
 
-def _below_its_top(name: str, draft: float, top_z: float) -> None:
+def _below_its_top(name: str, draft: float, top_z: float, freeboard: float | None) -> None:
+    if top_z < 0 and freeboard is not None:
+        raise rejected(
+            f"the {name} has a 'freeboard' and its top at z = {top_z:g} m, below the water",
+            "remove one of them",
+        )
     if top_z <= -draft:
         raise rejected(
             f"the {name} has its top at z = {top_z:g} m, its bottom at z = {-draft:g} m",
@@ -35,17 +40,21 @@ def _in_water(name: str, center_z: float, radius: float) -> None:
 class Cylinder(Section):
     """Vertical circular cylinder of `radius` [m], flat bottom at z = −`draft` [m], axis at
     (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
+
+    `freeboard` [m] is the height of its deck above the still water: righting arms and the pressure
+    on whole hulls need it.
     """
 
     radius: Positive
     draft: Positive
+    freeboard: Positive | None = None
     top_z: Top = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
     @model_validator(mode="after")
     def _has_a_height(self) -> Cylinder:
-        _below_its_top("cylinder", self.draft, self.top_z)
+        _below_its_top("cylinder", self.draft, self.top_z, self.freeboard)
         return self
 
 
@@ -109,18 +118,22 @@ class Torus(Section):
 class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
     middle at (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
+
+    `freeboard` [m] is the height of its deck above the still water: righting arms and the pressure
+    on whole hulls need it.
     """
 
     length: Positive
     width: Positive
     draft: Positive
+    freeboard: Positive | None = None
     top_z: Top = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
     @model_validator(mode="after")
     def _has_a_height(self) -> Box:
-        _below_its_top("box", self.draft, self.top_z)
+        _below_its_top("box", self.draft, self.top_z, self.freeboard)
         return self
 
 

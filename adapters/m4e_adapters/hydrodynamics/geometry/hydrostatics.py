@@ -91,12 +91,16 @@ class Hydrostatics:
 
 
 def hydrostatics_of(panels: Panels) -> Hydrostatics:
-    """Hydrostatics of a surface that is closed but for its waterline at z = 0.
+    """Hydrostatics of a surface that is closed but for its waterline at z = 0."""
+    return hydrostatics_of_triangles(panels.triangles)
+
+
+def hydrostatics_of_triangles(triangles: np.ndarray) -> Hydrostatics:
+    """The same for the `triangles` (n, 3, 3) [m] of a surface.
 
     The volume is the sum of the tetrahedra that the triangles make with the origin; those of the
     missing waterplane are empty because the origin lies in it.
     """
-    triangles = panels.triangles
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     area = 0.5 * np.cross(b - a, c - a)  # vector areas, into the water
     tetrahedra = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0

@@ -54,7 +54,7 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     """
     keys = ("bodies", name, "shape", body.shape.kind)
     if body.shape.mesh is None:
-        panels, file = _drawn(body.shape, body.freeboard or 0.0, body.panels), ""
+        panels, file = _drawn(body.shape, body.panels), ""
     else:
         panels = drawn_panels(name, body.shape, body.center_of_gravity, folder)
         file = str(folder / body.shape.mesh)
@@ -71,19 +71,20 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     return panels
 
 
-def _drawn(shape: Shape, freeboard: float, count: int) -> Panels:
+def _drawn(shape: Shape, count: int) -> Panels:
     """The surface of a built-in shape; that of a sphere or box displaces its exact volume."""
     if shape.cylinder is not None:
-        return _revolved(_profile(shape.cylinder, freeboard), count)
+        return _revolved(_profile(shape.cylinder), count)
     if shape.revolved is not None:
         return _revolved(shape.revolved, count)
     if shape.sphere is not None:
         return _sphere(shape.sphere, count)
     assert shape.box is not None
-    return _box(shape.box, freeboard, count)
+    return _box(shape.box, count)
 
 
-def _profile(cylinder: Cylinder, freeboard: float) -> Revolved:
+def _profile(cylinder: Cylinder) -> Revolved:
+    freeboard = cylinder.freeboard or 0.0
     return Revolved(
         profile=((cylinder.radius, -cylinder.draft), (cylinder.radius, freeboard)),
         center_x=cylinder.center_x,
@@ -110,8 +111,8 @@ def _sphere(shape: Sphere, count: int) -> Panels:
     return _of_halves(lower, sphere_panels(upper, round((1.0 - share) * count)))
 
 
-def _box(shape: Box, freeboard: float, count: int) -> Panels:
-    upper = shape.model_copy(update={"draft": freeboard})
+def _box(shape: Box, count: int) -> Panels:
+    upper = shape.model_copy(update={"draft": shape.freeboard})
     around = 2.0 * (shape.length + shape.width)
     areas = [shape.length * shape.width + around * half.draft for half in (shape, upper)]
     counts = [round(count * area / sum(areas)) for area in areas]

@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 from pydantic_core import ValidationError
 
 from m4e_adapters.hydrodynamics.config.component import NAME, Water, misplaced, out_of_plane
-from m4e_adapters.hydrodynamics.config.numbers import Place, Positive
-from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config.shapes import Box, Cylinder, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves
 from m4e_fmi.files.document import Section, rejected
 
@@ -22,14 +22,12 @@ class HullBody(Section):
     space.
 
     The shape includes the part above the water: a mesh file is closed, up to the deck, and the
-    profile of a body of revolution goes up to its top. Of a box or a cylinder `freeboard` [m] is
-    the height of its top above the still water. `panels` is about how many panels the whole surface
-    of a built-in shape gets.
+    profile of a body of revolution goes up to its top; a box or a cylinder has a `freeboard`.
+    `panels` is about how many panels the whole surface of a built-in shape gets.
     """
 
     shape: Shape
     center_of_gravity: Place
-    freeboard: Positive | None = None
     panels: Annotated[int, Field(ge=48, le=20000)] = 1000
 
     @model_validator(mode="after")
@@ -49,16 +47,11 @@ class HullBody(Section):
             raise rejected(
                 "'panels' has no effect on a mesh file", "remove it, or refine the mesh itself"
             )
-        if kind in ("box", "cylinder") and self.freeboard is None:
+        drawn = getattr(self.shape, kind)
+        if isinstance(drawn, Box | Cylinder) and drawn.freeboard is None:
             raise rejected(
                 f"a {kind} needs a 'freeboard': its pressure is taken over the whole hull",
-                "give the height [m] of its top above the still water: freeboard: 2.5",
-            )
-        if kind not in ("box", "cylinder") and self.freeboard is not None:
-            drawn = {"sphere": "its centre and radius", "revolved": "its profile"}
-            raise rejected(
-                f"'freeboard' has no effect on a {kind}",
-                f"remove it: the top is that of {drawn.get(kind, 'the mesh')}",
+                f"give the height [m] of its top above the still water: {kind}: {{…, freeboard: 2.5}}",
             )
         return self
 

@@ -23,12 +23,11 @@ GOOD = """\
 water: {density: 1025, depth: 50}
 bodies:
   float:
-    shape: {cylinder: {radius: 4.0, draft: 3.0}}
-    freeboard: 2.0
+    shape: {cylinder: {radius: 4.0, draft: 3.0, freeboard: 2.0}}
     center_of_gravity: [0, -1.2]
 waves: {spectrum: regular, height: 2.0, period: 7.0}
 """
-CYLINDER = "{cylinder: {radius: 4.0, draft: 3.0}}"
+CYLINDER = "{cylinder: {radius: 4.0, draft: 3.0, freeboard: 2.0}}"
 BALL = {"shape": {"sphere": {"radius": 2.0, "center_z": 0.5}}, "center_of_gravity": [0.0, -0.5]}
 
 
@@ -39,14 +38,20 @@ def validated(text: str) -> HullPressureConfig:
 @pytest.mark.parametrize(
     ("old", "new", "line", "message"),
     [
-        ("    freeboard: 2.0\n", "", 4, "a cylinder needs a 'freeboard'"),
-        (CYLINDER, "{sphere: {radius: 2}}", 4, "no effect on a sphere"),
-        (CYLINDER, "{mesh: hull.stl}", 4, "no effect on a mesh"),
-        ("freeboard: 2.0", "freeboard: -2.0", 5, "greater than 0"),
-        ("[0, -1.2]", "[0, 0, -1.2]", 6, "has 3 coordinates, expected [x, z]"),
+        (", freeboard: 2.0", "", 4, "a cylinder needs a 'freeboard'"),
+        (
+            CYLINDER,
+            "{torus: {radius: 4, tube_radius: 1}}",
+            4,
+            "a torus is not drawn above the water",
+        ),
+        ("freeboard: 2.0", "top_z: -1", 4, "'top_z' is of a submerged shape"),
+        ("freeboard: 2.0", "freeboard: 2.0, top_z: -1", 4, "has a 'freeboard' and its top at"),
+        ("freeboard: 2.0", "freeboard: -2.0", 4, "greater than 0"),
+        ("[0, -1.2]", "[0, 0, -1.2]", 5, "has 3 coordinates, expected [x, z]"),
         ("period: 7.0", "period: 7.0, direction: 30", 7, "leaves the X-Z plane"),
         ("draft: 3.0", "draft: 3.0, center_y: 1", 4, "'center_y' leaves the X-Z plane"),
-        ("freeboard: 2.0", "freeboard: 2.0\n    drag: {heave: 1}", 6, "drag"),
+        ("freeboard: 2.0}}", "freeboard: 2.0}}\n    drag: {heave: 1}", 5, "drag"),
     ],
 )
 def test_mistakes_are_told_with_their_line(old: str, new: str, line: int, message: str) -> None:
@@ -92,7 +97,7 @@ def test_meshes_that_are_no_closed_hull(change: str, message: str, tmp_path: Pat
         places = np.concatenate([places, 0.5 * places])
         faces = np.concatenate([faces, faces + len(places) // 2])
     _write(Panels(places, faces).merged(), tmp_path / "hull.gdf")
-    text = GOOD.replace("    freeboard: 2.0\n", "").replace(CYLINDER, "{mesh: hull.gdf}")
+    text = GOOD.replace(CYLINDER, "{mesh: hull.gdf}")
     with pytest.raises(InputError) as caught:
         closed_hulls(validated(text), tmp_path)
     (problem,) = caught.value.problems
@@ -102,8 +107,8 @@ def test_meshes_that_are_no_closed_hull(change: str, message: str, tmp_path: Pat
 
 
 def _box() -> dict:
-    box = {"length": 6.0, "width": 4.0, "draft": 2.0}
-    return {"shape": {"box": box}, "freeboard": 1.5, "center_of_gravity": [0.0, -0.5]}
+    box = {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}
+    return {"shape": {"box": box}, "center_of_gravity": [0.0, -0.5]}
 
 
 def _write(panels: Panels, path: Path) -> None:
@@ -113,27 +118,23 @@ def _write(panels: Panels, path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("shape", "freeboard", "volume", "below"),
+    ("shape", "volume", "below"),
     [
-        ({"box": {"length": 6.0, "width": 4.0, "draft": 2.0}}, 1.5, 84.0, 48.0),
-        ({"cylinder": {"radius": 2.0, "draft": 3.0}}, 1.0, 16 * math.pi, 12 * math.pi),
-        ({"sphere": {"radius": 3.0}}, None, 36 * math.pi, 18 * math.pi),
-        ({"sphere": {"radius": 3.0, "center_z": 1.0}}, None, 36 * math.pi, 28 / 3 * math.pi),
-        ({"sphere": {"radius": 3.0, "center_z": -4.0}}, None, 36 * math.pi, 36 * math.pi),
+        ({"box": {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}}, 84.0, 48.0),
+        ({"cylinder": {"radius": 2.0, "draft": 3.0, "freeboard": 1.0}}, 16 * math.pi, 12 * math.pi),
+        ({"sphere": {"radius": 3.0}}, 36 * math.pi, 18 * math.pi),
+        ({"sphere": {"radius": 3.0, "center_z": 1.0}}, 36 * math.pi, 28 / 3 * math.pi),
+        ({"sphere": {"radius": 3.0, "center_z": -4.0}}, 36 * math.pi, 36 * math.pi),
         (
             {"revolved": {"profile": [[0.0, -3.0], [3.0, 0.0], [3.0, 2.0]]}},
-            None,
             27 * math.pi,
             9 * math.pi,
         ),
     ],
 )
-def test_shapes_have_their_exact_volumes(
-    shape: dict, freeboard: float | None, volume: float, below: float
-) -> None:
+def test_shapes_have_their_exact_volumes(shape: dict, volume: float, below: float) -> None:
     """The whole, and what is below the water in the reference pose, for any number of panels."""
     body = {"shape": shape, "center_of_gravity": [0.0, -0.4], "panels": 150}
-    body |= {} if freeboard is None else {"freeboard": freeboard}
     panels = surface(body)
     assert hydrostatics_of(panels).volume == pytest.approx(volume, rel=1e-9)
     load = hull_load(body).at((0.0, 0.0, -0.4), (0.0, 0.0, 0.0), 0.0)

@@ -1,0 +1,189 @@
+"""Hydrostatics and stability of the configured bodies, as text and as a picture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, drawn_panels, make_hulls
+from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
+from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
+from m4e_adapters.hydrodynamics.geometry.stability import (
+    HEEL,
+    PITCH,
+    Curve,
+    WholeHull,
+    heel_and_trim,
+)
+from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
+
+FINE = 3000
+"""Panels of a round hull at least: those of a ball are then right to 0.02 % of its size."""
+ANGLES = (0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 75, 90)
+"""Of the table of righting arms [deg]."""
+
+
+@dataclass(frozen=True)
+class Stability:
+    """A body in still water: `hydrostatics` in the reference pose, righting arms at any angle.
+
+    `rest` is heave [m], heel and trim [rad] of the pose in which it floats by itself with the mass
+    of the displaced water at `center` (x, y, z) [m]; None if it capsizes, or its part above the
+    water is not known. `curves` are by turn, heel and pitch, without one about the other axis.
+    """
+
+    name: str
+    center: tuple[float, float, float]
+    hydrostatics: Hydrostatics
+    rest: tuple[float, float, float] | None
+    curves: dict[str, Curve]
+
+
+def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
+    """Stability of all bodies; InputError for meshes that do not bound a volume in the water."""
+    hulls = make_hulls(config, folder, progress=lambda _: None)
+    return [_stability(hull, _whole(hull, config, folder)) for hull in hulls]
+
+
+def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:
+    """The hull with its part above the water, None if that is not known."""
+    body = config.bodies[hull.name]
+    if body.shape.mesh is None:
+        return whole_shape(body.shape, max(FINE, body.panels))
+    drawn = drawn_panels(hull.name, body.shape, body.center_of_gravity, folder)
+    dry = float(drawn.vertices[:, 2].max()) > RELATIVE_TOLERANCE * drawn.size
+    submerged = float(hull.panels.vertices[:, 2].max()) < 0.0
+    return drawn if dry or submerged else None
+
+
+def _stability(hull: Hull, whole: Panels | None) -> Stability:
+    center = point_in_space(hull.center)
+    if whole is None:
+        return Stability(hull.name, center, hull.hydrostatics, None, {})
+    afloat = WholeHull(whole, center, hull.hydrostatics.volume)
+    angles = np.radians(ANGLES).tolist()
+    curves = {about: afloat.arms(angles, about=about) for about in (HEEL, PITCH)}
+    rest, found = None, afloat.at_rest()
+    if found is not None:
+        heel, trim = heel_and_trim(found[1])
+        rest = (found[0].height - center[2], heel, trim)
+    return Stability(hull.name, center, hull.hydrostatics, rest, curves)
+
+
+def stability_text(found: Sequence[Stability], water: Water) -> str:
+    """A table for each body."""
+    return "\n\n".join("\n".join(_lines(one, water)) for one in found)
+
+
+def _lines(one: Stability, water: Water) -> Iterator[str]:
+    known = one.hydrostatics
+    area, along, _ = known.waterplane
+    yield f"body {one.name}, in the reference pose:"
+    rows: list[tuple[str, Sequence[float], str]] = [
+        ("displaced volume", (known.volume,), "m3"),
+        ("mass of the displaced water", (water.density * known.volume,), "kg"),
+        ("centre of gravity x, y, z", one.center, "m"),
+        ("centre of buoyancy x, y, z", known.center_of_buoyancy, "m"),
+        ("waterplane", (area,), "m2"),
+    ]
+    if area > 0.0:
+        rows.append(("its centre x, y", (along / area, known.across[0] / area), "m"))
+    heights = (
+        known.transverse_metacentric_height(one.center),
+        known.metacentric_height(one.center),
+    )
+    above = known.center_of_buoyancy[2] - one.center[2]
+    rows += [
+        ("metacentre above B, in heel and pitch (BM)", [h - above for h in heights], "m"),
+        ("metacentre above G, in heel and pitch (GM)", heights, "m"),
+    ]
+    for name, values, unit in rows:
+        yield f"  {name:<44}" + "".join(f" {round(v, 9) + 0.0:12.6g}" for v in values) + f"  {unit}"
+    if not one.curves:
+        yield (
+            "  righting arms: the part above the water is not known; give a box or a cylinder a "
+            "freeboard, or a mesh that reaches above the water"
+        )
+        return
+    if one.rest is None:
+        yield "  by itself, with this mass, it capsizes: no stable pose within 60 deg"
+    else:
+        heave, heel, trim = one.rest
+        yield (
+            f"  at rest by itself, with this mass: heave {_plain(heave)} m, heel "
+            f"{_plain(math.degrees(heel))} deg, trim {_plain(math.degrees(trim))} deg"
+        )
+    yield "  righting arms GZ [m] at constant displacement, no turn about the other axis:"
+    yield f"    {'angle [deg]':>12} {'heel':>12} {'pitch':>12}"
+    for k, angle in enumerate(ANGLES):
+        cells = [_plain(c.arms[k]) if k < len(c.arms) else "-" for c in one.curves.values()]
+        yield f"    {angle:12g}" + "".join(f" {cell:>12}" for cell in cells)
+    for about, curve in one.curves.items():
+        yield f"  {about}: {_limits(curve)}"
+
+
+def _plain(value: float) -> str:
+    return f"{round(value, 6) + 0.0:.5g}"
+
+
+def _limits(curve: Curve) -> str:
+    """The largest arm, and the angles at which arm, deck and openings end."""
+    best = int(np.argmax(curve.arms))
+    told = [
+        f"largest arm {_plain(curve.arms[best])} m at {math.degrees(curve.angles[best]):.3g} deg"
+    ]
+    ends = np.flatnonzero((curve.arms[1:] <= 0.0) & (curve.arms[:-1] > 0.0))
+    if len(ends):
+        k = int(ends[0])
+        part = curve.arms[k] / (curve.arms[k] - curve.arms[k + 1])
+        angle = curve.angles[k] + part * (curve.angles[k + 1] - curve.angles[k])
+        told.append(f"none left at about {math.degrees(angle):.3g} deg")
+    for angle, text in ((curve.deck, "deck under at"), (curve.flooded, "water enters at")):
+        if math.isfinite(angle):
+            told.append(f"{text} {math.degrees(angle):.3g} deg")
+    return ", ".join(told)
+
+
+def plot_stability(found: Sequence[Stability], picture: Path) -> Path:
+    """Draw the righting arms to `picture`; InputError without any, or for another suffix."""
+    from matplotlib.figure import Figure
+
+    from m4e_fmi.errors import InputError
+    from m4e_fmi.report.drawing.pictures import check_picture_path, save
+    from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID
+
+    check_picture_path(picture)
+    shown = [one for one in found if one.curves]
+    if not shown:
+        message = "there are no righting arms to draw"
+        raise InputError.single(message, "give shapes a freeboard, or meshes above the water")
+    figure = Figure(figsize=(8, 0.6 + 3.4 * len(shown)), layout="constrained")
+    for axis, one in zip(figure.subplots(len(shown), 1, squeeze=False)[:, 0], shown, strict=True):
+        heights = {
+            HEEL: one.hydrostatics.transverse_metacentric_height(one.center),
+            PITCH: one.hydrostatics.metacentric_height(one.center),
+        }
+        for colour, (about, curve) in zip(COLOURS, one.curves.items(), strict=False):
+            degrees = np.degrees(curve.angles)
+            axis.plot(degrees, curve.arms, "o-", ms=3, lw=1.3, color=colour, label=about)
+            tangent = np.array([0.0, 20.0])
+            line = curve.arms[0] + heights[about] * np.radians(tangent)
+            axis.plot(tangent, line, "--", lw=0.8, color=colour)
+            if math.isfinite(curve.deck):
+                axis.axvline(math.degrees(curve.deck), color=colour, lw=0.8, ls=":")
+        arms = np.concatenate([curve.arms for curve in one.curves.values()])
+        room = 0.1 * (float(np.ptp(arms)) or 1.0)
+        axis.set_ylim(float(arms.min()) - room, float(arms.max()) + room)
+        axis.axhline(0.0, color=GREY, lw=0.7)
+        axis.grid(color=GRID, lw=0.6)
+        axis.set_ylabel("righting arm GZ [m]", fontsize=9)
+        axis.set_title(f"{one.name}; dashed: GM, dotted: deck under", fontsize=10, loc="left")
+        axis.legend(fontsize=8, frameon=False)
+        axis.set_xlabel("angle [deg]", fontsize=9)
+    return save(figure, picture)

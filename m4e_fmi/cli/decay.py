@@ -1,0 +1,92 @@
+"""`m4e-fmi decay` finds period and damping from a record of a free decay."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.options import BUILD_FOLDER, finite, print_files
+from m4e_fmi.errors import InputError, Problem, RunError
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    """Add `decay` to the command line."""
+    command = commands.add_parser(
+        "decay", help="period, linear and quadratic damping of a recorded free decay"
+    )
+    command.add_argument(
+        "record", type=Path, metavar="FILE", help="a table (CSV) with a time, or results (netCDF)"
+    )
+    for flag, text in (
+        ("--column", "of a table: the motion; default the one beside the time"),
+        ("--variable", "of results: the motion, as component.variable"),
+    ):
+        command.add_argument(flag, metavar="NAME", help=text)
+    for flag, text in (
+        ("--from", "start of the part that is fitted; default the first peak after the release"),
+        ("--to", "its end; default the end of the record"),
+    ):
+        command.add_argument(flag, type=finite, metavar="S", dest=flag[2:] + "_", help=text)
+    for flag, text in (
+        ("--mass", "mass or moment of inertia with added mass, for the coefficients"),
+        ("--stiffness", "or the stiffness"),
+    ):
+        command.add_argument(flag, type=finite, default=0.0, metavar="SI", help=text)
+    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_decay.png"
+    )
+    command.add_argument("--no-plot", action="store_true", help="no picture")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    import json
+
+    from m4e_fmi.analysis.decay import fit_decay
+    from m4e_fmi.report import check_picture_path, decay_json, decay_text, plot_decay
+    from m4e_fmi.results.measured import read_measured
+
+    _check(options)
+    path: Path = options.record
+    picture = options.output_file or Path(BUILD_FOLDER) / f"{path.stem}_decay.png"
+    check_picture_path(picture)
+    motion = read_measured(path, options.column or options.variable)
+    try:
+        found = fit_decay(motion.time, motion.values, start=options.from_, end=options.to_)
+    except InputError as error:
+        (problem,) = error.problems
+        raise InputError.single(problem.message, problem.remedy, str(path)) from None
+    except RunError as error:
+        raise RunError(f"{path}: {error.message}", error.remedy) from None
+    inertia = {"mass": options.mass, "stiffness": options.stiffness}
+    if options.json:
+        print(json.dumps(decay_json(found, motion, **inertia), indent=2))
+    else:
+        print(decay_text(found, motion, **inertia))
+    if not options.no_plot:
+        plot_decay(found, motion, picture)
+        if not options.json:
+            print_files([picture])
+
+
+def _check(options: argparse.Namespace) -> None:
+    """InputError with all options that do not go together."""
+    from m4e_fmi.files.csv_columns import SUFFIXES
+
+    table = options.record.suffix.lower() in SUFFIXES
+    wrong = []
+    if table and options.variable:
+        wrong.append(Problem("--variable is for results (netCDF)", "name the --column of a table"))
+    if options.column and not table:
+        wrong.append(Problem("--column is for tables", "name the --variable of results"))
+    if options.mass and options.stiffness:
+        message = "--mass and --stiffness: the period gives the one from the other"
+        wrong.append(Problem(message, "leave one out"))
+    wrong += [
+        Problem(f"--{name} must be positive")
+        for name in ("mass", "stiffness")
+        if getattr(options, name) < 0.0
+    ]
+    if wrong:
+        raise InputError(wrong)

@@ -1,0 +1,96 @@
+"""A fitted free decay as a picture: record and fit, residual, damping against amplitude."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.report.drawing.labels import shortened
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from m4e_fmi.analysis.decay import Decay
+    from m4e_fmi.results.measured import Measured
+
+MOST_POINTS = 400
+"""Rows up to which the record is drawn as points."""
+
+
+def plot_decay(decay: Decay, motion: Measured, picture: Path) -> Path:
+    """Draw a fit to `picture`. InputError if no picture has such a suffix."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 6.5), layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.7, 1], height_ratios=[2.4, 1])
+    record, residual = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[1, 0])
+    residual.sharex(record)
+    damping = figure.add_subplot(grid[:, 1])
+    _draw_record(record, decay, motion)
+    _draw_residual(residual, decay, motion.unit)
+    _draw_damping(damping, decay, motion.unit)
+    for axis in (record, residual, damping):
+        axis.grid(color=GRID, lw=0.6)
+        axis.tick_params(labelsize=8, colors=GREY)
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
+    period, ratio = decay.period, decay.damping_ratio
+    figure.suptitle(
+        f"{shortened(motion.path.name)}, {shortened(motion.name)}: period {period} s, "
+        f"linear damping ratio {ratio}",
+        fontsize=11,
+    )
+    return save(figure, picture)
+
+
+def _draw_record(axis: Axes, decay: Decay, motion: Measured) -> None:
+    few = len(decay.time) < MOST_POINTS
+    before = motion.time <= decay.window.start
+    after = motion.time >= decay.window.end
+    for part in (before, after):
+        if part.sum() > 1:
+            axis.plot(motion.time[part], motion.values[part], color=GREY, lw=0.9)
+    axis.plot(
+        decay.time, decay.motion, color=COLOURS[0], label="record", alpha=0.6,
+        lw=0.0 if few else 2.2, marker="." if few else "", ms=3,
+    )  # fmt: skip
+    axis.plot(decay.time, decay.fitted, color=COLOURS[1], lw=0.9, label="fit")
+    axis.plot(decay.peaks.time, decay.peaks.values, "o", color=COLOURS[3], ms=4, label="peaks")
+    axis.axhline(decay.rest.value, color=GREY, lw=0.7, ls="--", label="rest")
+    axis.set_ylabel(f"{shortened(motion.name)} [{motion.unit}]", fontsize=9)
+    axis.legend(fontsize=8, frameon=False, ncols=4, loc="upper right")
+
+
+def _draw_residual(axis: Axes, decay: Decay, unit: str) -> None:
+    axis.plot(decay.time, decay.residual, color=COLOURS[0], lw=0.9)
+    axis.set_ylabel(f"record - fit [{unit}]", fontsize=9)
+    axis.set_xlabel("time [s]", fontsize=9)
+    text = f"{100 * decay.residual_share:.2g} % of the release (root mean square)"
+    axis.set_title(text, fontsize=8, loc="right", color=GREY)
+
+
+def _draw_damping(axis: Axes, decay: Decay, unit: str) -> None:
+    """Damping ratios of neighbouring peaks, and that of the fit with two standard errors."""
+    peaks = decay.peaks
+    largest = max([decay.release, *peaks.between.tolist()])
+    amplitudes = np.linspace(0.0, largest, 41)
+    found = [decay.equivalent_ratio(float(a)) for a in amplitudes]
+    middle = np.array([f.value for f in found])
+    spread = np.array([2.0 * f.error for f in found])
+    axis.fill_between(
+        amplitudes, middle - spread, middle + spread, color=COLOURS[1], alpha=0.15, lw=0,
+        label="± 2 standard errors",
+    )  # fmt: skip
+    axis.plot(amplitudes, middle, color=COLOURS[1], lw=1.2, label="fit: ζ + 4/(3π) b a")
+    axis.plot(peaks.between, peaks.ratios, "o", color=COLOURS[3], ms=5, label="from two peaks")
+    shown = [*peaks.ratios.tolist(), *middle.tolist(), 0.0]
+    room = 0.15 * (max(shown) - min(shown)) or 1.0
+    axis.set_ylim(min(shown) - (room if min(shown) < 0.0 else 0.0), max(shown) + room)
+    axis.set_xlim(0.0, 1.03 * largest)
+    axis.set_xlabel(f"amplitude a [{unit}]", fontsize=9)
+    axis.set_ylabel("damping ratio (logarithmic decrement of half a period over π)", fontsize=9)
+    axis.legend(fontsize=8, frameon=False, loc="lower right")

@@ -1,0 +1,98 @@
+"""The report on stability: numbers of a barge, and what is said where there is no curve."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.command_line import BUOY, PENDULUM, refused
+
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.stability_report import ANGLES, stability_of, stability_text
+from m4e_fmi.cli import main
+
+BARGE = """
+name: yard
+components:
+  water:
+    kind: hydrodynamics
+    bodies:
+      barge:
+        shape: {box: {length: 24, width: 12, draft: 2, freeboard: 1.5}}
+        center_of_gravity: [0, 1]
+      spar: {shape: {cylinder: {radius: 3, draft: 9, center_x: -40}}, center_of_gravity: [-40, -5]}
+    waves: {spectrum: still}
+simulation: {stop_time: 1, step_size: 0.1}
+"""
+CUBE = """solid cube
+{}
+endsolid
+"""
+
+
+def report(bodies: dict, folder: Path) -> tuple[list, str]:
+    config = HydrodynamicsConfig.model_validate({"dimensions": 3, "bodies": bodies})
+    found = stability_of(config, folder)
+    return found, stability_text(found, config.water)
+
+
+def test_a_barge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, picture = tmp_path / "system.yaml", tmp_path / "arms.png"
+    path.write_text(BARGE, encoding="utf-8")
+    assert main(["info", str(path), "--stability", "--output-file", str(picture)]) == 0
+    said = capsys.readouterr().out
+    rows = [line.split() for line in said.splitlines()]
+    assert ["displaced", "volume", "576", "m3"] in rows
+    gm = next(row for row in rows if row[-1] == "m" and "(GM)" in row)
+    assert [float(x) for x in gm[-3:-1]] == pytest.approx([12**2 / 24 - 2, 24**2 / 24 - 2])
+    at_10 = next(row for row in rows if row[:1] == ["10"])
+    phi = math.radians(10)
+    exact = math.sin(phi) * (4 + 0.5 * 6 * math.tan(phi) ** 2)
+    assert float(at_10[1]) == pytest.approx(exact, rel=1e-4)
+    assert f"deck under at {math.degrees(math.atan(2 * 1.5 / 12)):.3g} deg" in said
+    assert "heave 0 m, heel 0 deg, trim 0 deg" in said
+    assert said.count("righting arms GZ") == 1  # the spar has no freeboard
+    assert "give a box or a cylinder a freeboard" in said
+    assert picture.is_file()
+
+
+def test_a_mesh_reaches_above_the_water(tmp_path: Path) -> None:
+    """A cube of 2 m, half immersed and lying on a side or edge-up is known: it is not stable."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [corners[list(t)] for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
+    text = "\n".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "\n".join("vertex {:g} {:g} {:g}".format(*p) for p in triangle)
+        + "\nendloop\nendfacet"
+        for triangle in triangles
+    )
+    (tmp_path / "cube.stl").write_text(CUBE.format(text), encoding="utf-8")
+    body = {"shape": {"mesh": "cube.stl"}, "center_of_gravity": [0, 0, 0]}
+    (found,), said = report({"cube": body}, tmp_path)
+    assert "GM" in said
+    arms = dict(zip(ANGLES, found.curves["heel"].arms.tolist(), strict=True))
+    # half immersed, of side 2: GZ = sin φ (-1/6 + tan² φ/6), which is 0 at 45 deg
+    for angle in (10, 30, 40):
+        phi = math.radians(angle)
+        exact = math.sin(phi) * (math.tan(phi) ** 2 - 1) / 6
+        assert arms[angle] == pytest.approx(exact, abs=1e-6)
+    assert arms[90] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_body_that_capsizes(tmp_path: Path) -> None:
+    shape = {"cylinder": {"radius": 1, "draft": 8, "freeboard": 1}}
+    (found,), said = report({"pole": {"shape": shape, "center_of_gravity": [0, 0, -1]}}, tmp_path)
+    assert found.rest is None
+    assert "capsizes: no stable pose within 60 deg" in said
+
+
+def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "for systems with a component in water" in refused(
+        capsys, "info", PENDULUM, "--stability"
+    )
+    picture = tmp_path / "a.png"
+    said = refused(capsys, "info", BUOY, "--stability", "--output-file", picture)
+    assert "no righting arms to draw" in said

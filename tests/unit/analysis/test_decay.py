@@ -1,0 +1,215 @@
+"""Free decay: exact solutions are found again, and records that are none are told."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from m4e_fmi.analysis.decay import decay_notes, fit_decay
+from m4e_fmi.analysis.decay.correlated import Process, burg
+from m4e_fmi.analysis.decay.oscillation import Shape, oscillation
+from m4e_fmi.analysis.decay.record import find_peaks
+from m4e_fmi.errors import InputError, M4eError
+
+DATA = Path(__file__).parents[2] / "data" / "hydrodynamics"
+PERIOD, OMEGA = 4.0, 2.0 * math.pi / 4.0
+TIME = np.arange(0.0, 40.0, 0.05)
+
+
+def linear(ratio: float, *, rest: float = 0.0, release: float = 1.0) -> np.ndarray:
+    """Exact motion (n,) [m] at TIME, released from rest."""
+    damped = OMEGA * math.sqrt(1.0 - ratio**2)
+    turned = np.cos(damped * TIME) + ratio * OMEGA / damped * np.sin(damped * TIME)
+    return rest + release * np.exp(-ratio * OMEGA * TIME) * turned
+
+
+def quadratic(ratio: float, b: float, *, release: float = 1.0) -> np.ndarray:
+    """Motion (n,) [m] at TIME with quadratic damping, by an integrator other than the fit's."""
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        x, v = y
+        return [v, -2 * ratio * OMEGA * v - b * abs(v) * v - OMEGA**2 * x]
+
+    found = solve_ivp(
+        rates, (0, TIME[-1]), [release, 0.0], "DOP853", t_eval=TIME, rtol=1e-12, atol=1e-13
+    )
+    return found.y[0]
+
+
+@pytest.mark.parametrize(("ratio", "release"), [(0.05, 1.2), (0.002, -0.03), (0.2, 50.0)])
+def test_an_exact_linear_motion(ratio: float, release: float) -> None:
+    found = fit_decay(TIME, linear(ratio, rest=0.3 * release, release=release))
+    assert found.period.value == pytest.approx(PERIOD, rel=1e-6)
+    assert found.damping_ratio.value == pytest.approx(ratio, abs=1e-6)
+    assert found.quadratic.value * abs(release) == pytest.approx(0.0, abs=1e-6)
+    assert found.rest.value == pytest.approx(0.3 * release, rel=1e-6)
+    assert found.damped_period.value == pytest.approx(PERIOD / math.sqrt(1 - ratio**2), rel=1e-6)
+    assert found.window.reason == "from the first peak after the release"
+    assert found.window.start == pytest.approx(found.damped_period.value / 2, abs=0.05)
+    assert found.residual_share < 1e-8
+
+
+@pytest.mark.parametrize(("ratio", "b"), [(0.0, 0.5), (0.02, 0.2), (0.03, 2.0)])
+def test_a_motion_with_quadratic_damping(ratio: float, b: float) -> None:
+    found = fit_decay(TIME, quadratic(ratio, b))
+    assert found.period.value == pytest.approx(PERIOD, rel=1e-6)
+    assert found.damping_ratio.value == pytest.approx(ratio, abs=1e-6)
+    assert found.quadratic.value == pytest.approx(b, rel=1e-5)
+    assert found.quadratic_coefficient(mass=3e5).value == pytest.approx(3e5 * b, rel=1e-5)
+    spring = found.quadratic_coefficient(stiffness=3e5 * OMEGA**2)
+    assert spring.value == pytest.approx(3e5 * b, rel=1e-5)
+    linear_part = found.linear_coefficient(mass=3e5).value
+    assert linear_part == pytest.approx(2 * ratio * OMEGA * 3e5, abs=1e-5 * 3e5)
+
+
+def test_decrements_grow_with_amplitude_as_quadratic_damping_says() -> None:
+    """To first order, half a decrement per period is π (ζ + 4/(3π) b a): here within 1 %."""
+    ratio, b = 0.01, 0.05
+    found = fit_decay(TIME, quadratic(ratio, b))
+    expected = math.pi * (ratio + 4 / (3 * math.pi) * b * found.peaks.between)
+    assert len(expected) > 8
+    np.testing.assert_allclose(found.peaks.decrements, expected, rtol=0.01)
+    middle = found.equivalent_ratio(0.5)
+    assert middle.value == pytest.approx(ratio + 4 / (3 * math.pi) * b * 0.5, rel=1e-4)
+
+
+def test_derivatives_of_the_model_are_differences_of_it() -> None:
+    shape = Shape(OMEGA, 0.04, 0.3, 0.9, -0.2, 0.1)
+    _, jacobian = oscillation(shape, TIME)
+    for k in range(6):
+        step = np.zeros(6)
+        step[k] = 1e-5
+        upper, lower = (oscillation(Shape(*(np.array(shape) + s)), TIME)[0] for s in (step, -step))
+        slope = (upper - lower) / 2e-5
+        # rounding and tolerance of 1e-10 over the step, curvature of the step
+        np.testing.assert_allclose(jacobian[:, k], slope, atol=1e-4 * np.abs(slope).max())
+
+
+def test_uneven_rows_and_gaps_are_told_and_do_no_harm() -> None:
+    random = np.random.default_rng(3)
+    kept = np.sort(random.choice(len(TIME), 500, replace=False))
+    found = fit_decay(TIME[kept], linear(0.05)[kept])
+    assert found.damping_ratio.value == pytest.approx(0.05, abs=1e-6)
+    assert any("gap from" in note for note in decay_notes(found))
+    shaken = TIME + random.uniform(-0.01, 0.01, len(TIME))
+    turned = np.exp(-0.05 * OMEGA * shaken) * np.cos(OMEGA * shaken)
+    assert any("unevenly spaced" in note for note in decay_notes(fit_decay(shaken, turned)))
+
+
+def test_a_drift_of_rest_is_told() -> None:
+    found = fit_decay(TIME, linear(0.05) + 0.004 * TIME)
+    assert found.trend.value == pytest.approx(0.004 * np.ptp(found.time), rel=0.05)
+    assert any("rest drifts by" in note for note in decay_notes(found))
+    assert not any("rest drifts" in note for note in decay_notes(fit_decay(TIME, linear(0.05))))
+
+
+def test_a_short_noisy_record_does_not_separate_linear_and_quadratic_damping() -> None:
+    noise = 0.02 * np.random.default_rng(2).normal(size=len(TIME))
+    few = TIME < 12.0
+    found = fit_decay(TIME[few], (quadratic(0.02, 0.1) + noise)[few])
+    assert found.correlation < -0.95
+    assert any("cannot be separated" in note for note in decay_notes(found))
+    surest = found.equivalent_ratio(found.surest_amplitude)
+    assert surest.error < 0.3 * found.damping_ratio.error
+    truth = 0.02 + 4 / (3 * math.pi) * 0.1 * found.surest_amplitude
+    assert abs(surest.value - truth) < 3 * surest.error
+
+
+def test_the_sphere_of_the_comparison() -> None:
+    """Heave of a sphere with radiation memory: nearly such a motion, which the residual tells.
+
+    Half a decrement per period is about 0.295 throughout, a linear ratio of 0.0935.
+    """
+    time, heave = np.loadtxt(DATA / "oes10_sphere_decay_1m.csv", delimiter=",").T
+    found = fit_decay(time, heave)
+    assert 0.0005 < found.residual_share < 0.005
+    surest = found.equivalent_ratio(found.surest_amplitude)
+    assert surest.value == pytest.approx(0.0935, abs=0.002)
+    decrement = float(found.peaks.decrements[:8].mean())
+    assert surest.value == pytest.approx(decrement / math.hypot(math.pi, decrement), rel=0.02)
+    assert abs(found.quadratic.value) < 2 * found.quadratic.error
+
+
+def test_the_window_is_as_given() -> None:
+    found = fit_decay(TIME, linear(0.05), start=7.3, end=25.0)
+    assert found.window == (pytest.approx(7.3), pytest.approx(25.0), "as given")
+    assert found.damping_ratio.value == pytest.approx(0.05, abs=1e-6)
+
+
+def test_rows_before_the_release_are_left_out() -> None:
+    """A body that is held, then released; and one that is pushed up before."""
+    held = np.concatenate([np.full(200, 1.0), linear(0.05)])
+    pushed = np.concatenate([linear(0.03)[::-1], linear(0.05)[1:]])
+    for record in (held, pushed):
+        found = fit_decay(0.05 * np.arange(len(record)), record)
+        assert found.damping_ratio.value == pytest.approx(0.05, abs=1e-6)
+
+
+OVERDAMPED = np.exp(-TIME) * (1 + TIME)
+
+
+@pytest.mark.parametrize(
+    ("time", "motion", "said"),
+    [
+        (TIME, OVERDAMPED, "comes to rest without an oscillation"),
+        (TIME, linear(0.01)[::-1], "grows"),
+        (TIME[:60], linear(0.05)[:60], "the record ends at 2.95 s, too early"),
+        (TIME[:5], TIME[:5], "5 rows, at least 12"),
+        (TIME, np.ones(len(TIME)), "nothing moves"),
+        (TIME, np.where(TIME[7] == TIME, np.nan, linear(0.1)), "row 7 of the record is not finite"),
+        (np.where(TIME[7] == TIME, 0.1, TIME), linear(0.1), "does not increase in row 7"),
+        (TIME, TIME[:-1], "not of one length"),
+    ],
+)
+def test_records_that_are_no_decay(time: np.ndarray, motion: np.ndarray, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        fit_decay(time, motion)
+
+
+def test_noise_alone_is_no_decay() -> None:
+    noise = np.random.default_rng(4).normal(size=len(TIME))
+    with pytest.raises(M4eError):
+        fit_decay(TIME, noise)
+    with pytest.raises(M4eError):
+        fit_decay(TIME, OVERDAMPED + 0.2 * noise)
+
+
+def test_a_window_without_a_decay() -> None:
+    with pytest.raises(InputError, match="0 rows from 50 to 60 s"):
+        fit_decay(TIME, linear(0.05), start=50.0, end=60.0)
+    with pytest.raises(InputError, match="grows from 5"):
+        fit_decay(TIME, linear(0.01)[::-1], start=5.0)
+
+
+def test_peaks_lie_between_rows() -> None:
+    peaks = find_peaks(TIME, np.cos(OMEGA * (TIME - 1.013)), 0.5)
+    np.testing.assert_allclose(
+        peaks.time[1:], 1.013 + 2.0 * np.arange(len(peaks.time) - 1), atol=1e-4
+    )
+    np.testing.assert_allclose(np.abs(peaks.values[1:]), 1.0, atol=1e-5)
+
+
+def test_covariances_of_a_process() -> None:
+    """Those of a first-order process are geometric; of a second-order one Yule and Walker's."""
+    first = Process((-0.8,), 2.0)
+    np.testing.assert_allclose(first.autocovariance(5), 2 / 0.36 * 0.8 ** np.arange(5))
+    second = Process((-0.5, 0.3), 1.0)
+    a, gamma = second.coefficients, second.autocovariance(30)
+    for lag in range(2, 30):
+        assert a @ gamma[[lag, lag - 1, lag - 2]] == pytest.approx(0.0, abs=1e-14)
+    assert a @ gamma[:3] == pytest.approx(1.0)
+
+
+def test_burg_finds_a_process() -> None:
+    random = np.random.default_rng(5)
+    noise = random.normal(size=20_000)
+    for k in range(2, len(noise)):
+        noise[k] += 1.6 * noise[k - 1] - 0.8 * noise[k - 2]
+    found = burg(noise[None], 20)
+    # standard errors of coefficients are sqrt((1 - 0.8²)/n) = 0.004
+    np.testing.assert_allclose(found.coefficients[:3], [1.0, -1.6, 0.8], atol=0.025)
+    assert found.variance == pytest.approx(1.0, rel=0.03)

@@ -1,0 +1,122 @@
+"""`m4e-fmi decay`: tables, results, pictures, and its refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cli import main
+
+TIME = np.arange(0.0, 40.0, 0.1)
+RATIO, OMEGA = 0.05, 2.0 * math.pi / 5.0
+DAMPED = OMEGA * math.sqrt(1 - RATIO**2)
+MOTION = np.exp(-RATIO * OMEGA * TIME) * (
+    np.cos(DAMPED * TIME) + RATIO * OMEGA / DAMPED * np.sin(DAMPED * TIME)
+)
+MODEL = """
+name: buoy
+bodies: {float: {mass: 2000, inertia: 1}}
+joints: {rail: {type: prismatic, child: float, direction: [0, 1], initial: {q: 0.5}}}
+loads:
+  spring: {type: joint_effort, joint: rail, effort: -8000*joint.rail.q}
+  water: {type: joint_effort, joint: rail, effort: -900*abs(joint.rail.u)*joint.rail.u}
+gravity: 0
+"""
+
+
+def table(folder: Path, header: str, factor: float = 1.0, *, rows: str = "") -> Path:
+    path = folder / "tank.csv"
+    lines = [f"{t:.6f},{factor * x:.12g}" for t, x in zip(TIME, MOTION, strict=True)]
+    path.write_text("\n".join([header, *lines, rows]), encoding="utf-8")
+    return path
+
+
+def test_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, picture = table(tmp_path, "time [s],heave [mm]", 1e3), tmp_path / "p.png"
+    assert main(["decay", str(path), "--mass", "3e5", "--output-file", str(picture)]) == 0
+    said = capsys.readouterr().out
+    assert "tank.csv, heave [m]: free decay from 2.6 to 39.9 s, from the first peak after" in said
+    assert "no drag" in said
+    assert picture.is_file()
+    assert main(["decay", str(path), "--mass", "3e5", "--json", "--no-plot"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    values = {name: one["value"] for name, one in found["values"].items()}
+    # the rows have 12 digits
+    assert values["period"] == pytest.approx(5.0, rel=1e-6)
+    assert values["damping_ratio"] == pytest.approx(RATIO, abs=1e-6)
+    assert values["linear_coefficient"] == pytest.approx(2 * RATIO * OMEGA * 3e5, rel=1e-5)
+    assert found["motion"] == "heave"
+    assert found["values"]["rest"]["unit"] == "m"
+
+
+def test_degrees_are_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = table(tmp_path, "t,angles of pitch [deg]", 10.0)
+    assert main(["decay", str(path), "--json", "--no-plot"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["release"] == pytest.approx(math.radians(10.0), rel=1e-3)
+    assert found["values"]["quadratic"]["unit"] == "1/rad"
+
+
+def test_results_and_the_line_for_a_model(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Quadratic damping of a simulated model comes back as its coefficient."""
+    model = tmp_path / "buoy.model.yaml"
+    model.write_text(MODEL, encoding="utf-8")
+    file = tmp_path / "buoy.nc"
+    run = ["simulate", str(model), "--stop-time", "30", "--output-interval", "0.05", "--no-plot"]
+    assert main([*run, "--output-file", str(file)]) == 0
+    capsys.readouterr()
+    given = ["--variable", "buoy.body.float.z", "--mass", "2000", "--no-plot"]
+    assert main(["decay", str(file), *given]) == 0
+    said = capsys.readouterr().out
+    drag = float(said.partition("drag: {heave: ")[2].partition("}")[0])
+    assert drag == pytest.approx(900.0, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("header", "rows", "given", "said"),
+    [
+        ("time,heave", "40.0,nan", [], "tank.csv:402:1: expected a finite number"),
+        ("time,heave", "40.0,nan", [], "leave such rows out"),
+        ("time,heave", "3.0,1", [], "tank.csv:402:1: time 3 does not follow 39.9"),
+        ("time,heave,pitch [deg]", "", [], "2 columns beside the time"),
+        ("time,heave", "", ["--column", "heav"], "did you mean 'heave'?"),
+        ("clock,heave", "", [], "has no column for the time"),
+        ("time,pitch", "", [], "does not say its unit, deg or rad"),
+        ("time,heave [N]", "", [], "is in N, expected a length or an angle"),
+        ("time [m],heave", "", [], "is in m, expected time"),
+        ("time,heave", "", ["--variable", "a.z"], "name the --column of a table"),
+        ("time,heave", "", ["--mass", "1", "--stiffness", "1"], "leave one out"),
+        ("time,heave", "", ["--mass", "-1"], "--mass must be positive"),
+        ("time,heave", "", ["--to", "3"], "tank.csv: the record ends at 3 s, too early"),
+        ("time,heave", "", ["--output-file", "x.txt"], "a picture cannot be written"),
+    ],
+)
+def test_refusals(
+    header: str,
+    rows: str,
+    given: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["decay", str(table(tmp_path, header, rows=rows)), "--no-plot", *given]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_column_without_a_unit_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["decay", str(table(tmp_path, "time,heave")), "--no-plot"]) == 0
+    assert "says no unit: taken as m" in capsys.readouterr().out
+
+
+def test_there_is_no_such_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("none.csv", "none.nc"):
+        assert main(["decay", str(tmp_path / name), "--no-plot"]) == 2
+        assert "no such file" in capsys.readouterr().err
