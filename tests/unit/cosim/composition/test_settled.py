@@ -10,7 +10,14 @@ import numpy as np
 import pytest
 
 from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
-from m4e_fmi.cosim import System, at_equilibrium, load_system, run, system_program
+from m4e_fmi.cosim import (
+    System,
+    at_equilibrium,
+    load_system,
+    program_start_warnings,
+    run,
+    system_program,
+)
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program
 
@@ -108,6 +115,14 @@ def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
     assert point["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-4)
     assert linearize(program, at=point).A[1, 0] == pytest.approx(-80 / 2, rel=1e-3)
     assert any("settled in 25.6 s with its inputs held" in line for line in told)
+
+
+def test_a_variable_without_unit_fits_any(c_fmu: Fmus, tmp_path: Path) -> None:
+    """Also in what is told of the start of a simulation."""
+    given = load_system(system(tmp_path, c_fmu("bare_spring"), MOTION, "stiffness: 30"))
+    program = system_program(given, settled=["line"], build_directory=tmp_path)
+    assert equilibrium(program)["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
+    assert program_start_warnings(given, program) == ()
 
 
 def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
