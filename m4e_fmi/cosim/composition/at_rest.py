@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,9 +69,10 @@ class AtRest:
             read = _Reader(instance, [v.name for v in self.outputs])
             rows, count = [read()], BRIEF if brief else STEPS
             while True:
-                while len(rows) <= count:
-                    _step(instance, self._new.step)
-                    rows.append(read())
+                with _named(instance):
+                    while len(rows) <= count:
+                        _step(instance, self._new.step)
+                        rows.append(read())
                 seen = np.array(rows)
                 limits = TOLERANCE * self.sizes(seen[-1])
                 if (np.ptp(seen, axis=0) <= limits).all():
@@ -99,6 +101,17 @@ class AtRest:
             f"{moving}"
         )
         return RunError(message, f"keep it open (--open {instance.name})")
+
+
+@contextmanager
+def _named(instance: Instance) -> Generator[None]:
+    """A failure of the FMU in this block is told to be one of a component that is settled."""
+    try:
+        yield
+    except RunError as error:
+        message = f"while {instance.name} was brought to rest, its inputs held: {error.message}"
+        remedy = f"{error.remedy}; or keep it open (--open {instance.name})"
+        raise RunError(message, remedy) from error
 
 
 class _Reader:

@@ -171,7 +171,7 @@ def test_start_values_of_what_is_settled(
     capsys: pytest.CaptureFixture[str],
     command: str,
 ) -> None:
-    """A force of 20 N − 50 N/m x, and a spring of 30 N/m by its start value: they meet at 0.25 m."""
+    """A force of 20 N − 50 N/m x, and a spring of 30 N/m, which meet at 0.25 m."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "cart.model.yaml").write_text(CART, encoding="utf-8")
     text = ON_A_SPRING.format(fmu=c_fmu("spring"))

@@ -142,7 +142,9 @@ def test_a_failure_at_a_displaced_point_says_where(
     given = load_system(system(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25", more))
     with pytest.raises(RunError) as caught:
         system_program(given, settled=["line"], build_directory=tmp_path)
+    assert caught.value.message.startswith("while line was brought to rest, its inputs held: line")
     assert "the fuse has blown" in caught.value.message
+    assert caught.value.remedy.endswith("; or keep it open (--open line)")
     assert "its static law needs end.x at 0.3 m" in caught.value.message
 
 
