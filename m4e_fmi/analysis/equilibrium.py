@@ -119,7 +119,7 @@ def _moves_away(balance: Balance, start: OperatingPoint) -> str:
     if not growth:
         return ""
     values, vectors = np.linalg.eig(slopes)
-    shape = np.abs(vectors[:, int(np.argmax(values.real))]) / sizes
+    shape = np.abs(vectors[:, int(np.argmax(np.real(values)))]) / sizes
     name = balance.unknown_names[int(np.argmax(shape))]
     return (
         f"; at the start it is unstable: a negative stiffness moves {name} away, as that of a body "

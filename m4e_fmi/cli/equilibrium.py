@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -61,6 +62,7 @@ def add(commands: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> None:
     import json
 
+    from m4e_fmi.analysis.rest_notes import rest_notes
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
     source, at = load_equations(options), start_values(options)
@@ -69,10 +71,13 @@ def _run(options: argparse.Namespace) -> None:
     except RunError as error:
         also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
         raise RunError(error.message, error.remedy + also) from None
+    notes = rest_notes(point)
     if options.json:
         print(json.dumps(equilibrium_values(point), indent=2))
+        for note in notes:
+            print(f"note: {note}", file=sys.stderr)
     else:
-        print(equilibrium_text(point, varied=options.vary))
+        print(equilibrium_text(point, varied=options.vary, notes=notes))
 
 
 def _found(

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.analysis.attitudes import attitudes
-from m4e_fmi.analysis.modes import NEGLIGIBLE
 from m4e_fmi.analysis.points import Floats, OperatingPoint, local_parts, motion, place
 from m4e_fmi.analysis.response.limits import Limits
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.steady_motion import steady_motion
 from m4e_fmi.analysis.response.waves import Complex, InWaves
+from m4e_fmi.analysis.rest_notes import growth
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.shown import listing
@@ -198,10 +198,8 @@ def usual_outputs(program: Program) -> list[str]:
 
 def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool) -> Iterator[str]:
     """Lines on what makes a response to waves up to `highest` [rad/s] doubtful."""
-    values = np.linalg.eigvals(local.at_rest.A)
-    growth = float(np.max(values.real, initial=0.0))
-    if growth > NEGLIGIBLE * np.max(np.abs(values), initial=0.0):
-        yield f"a motion grows at rest ({growth:.3g} 1/s): the response has no meaning"
+    if found := growth(local.at_rest):
+        yield str(found) if found.within else f"at rest {found}: the response has no meaning"
     if highest > waves.highest * (1 + 1e-9):
         period = 2.0 * np.pi / waves.highest
         yield (

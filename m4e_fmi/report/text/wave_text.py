@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.report.text.equilibrium_text import note_lines
 from m4e_fmi.units import POWER
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ def wave_text(response: WaveResponse) -> str:
             lines += _harmonics(response, d, harmonic[k : k + PER_TABLE])
         if response.height:
             lines += _means(response, d)
-    return "\n".join([*lines, *_notes(response.notes)])
+    return "\n".join([*lines, *note_lines(response.notes)])
 
 
 def sea_text(response: SeaResponse) -> str:
@@ -49,7 +50,7 @@ def sea_text(response: SeaResponse) -> str:
         period = response.zero_crossing_period(v.name)
         shown = "" if v.unit == POWER or not np.isfinite(period) else f"{period:8.4g} s"
         lines.append(f"  {v.name:<36} {mean:13.6g} {deviation:13.6g} {shown:>10}  {v.unit}")
-    return "\n".join([*lines, *_notes(response.notes)])
+    return "\n".join([*lines, *note_lines(response.notes)])
 
 
 def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
@@ -153,10 +154,6 @@ def _means(response: WaveResponse, d: int) -> list[str]:
         cells = "".join(f"  {response.means[d, k, j]:22.6g}" for j in powers)
         lines.append(f"  {period:9.4g}{cells}")
     return lines
-
-
-def _notes(notes: Sequence[str]) -> list[str]:
-    return ["", *(f"note: {note}" for note in notes)] if notes else []
 
 
 def _short(v: Variable) -> str:
