@@ -144,6 +144,8 @@ class StaticLaw:
         how = "at rest from its start"
         if rest.steps:
             how = f"settled in {rest.time:g} s with its inputs held"
+        if rest.swing:
+            how += f", to the mean of a swing of {100 * rest.swing:.2g} %"
         steps = dict.fromkeys(
             f"{step / 2.0:.3g} {units[name]}".rstrip() for name, step in self._steps.items()
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,10 @@ from m4e_fmi.cosim import (
     run,
     system_program,
 )
+from m4e_fmi.cosim.composition.at_rest import AtRest
+from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import read_description
 from m4e_fmi.program import Program
 
 Fmus = Callable[[str], Path]
@@ -123,6 +127,30 @@ def test_a_variable_without_unit_fits_any(c_fmu: Fmus, tmp_path: Path) -> None:
     program = system_program(given, settled=["line"], build_directory=tmp_path)
     assert equilibrium(program)["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
     assert program_start_warnings(given, program) == ()
+
+
+@pytest.mark.parametrize(("away", "settles"), [(1e-3, True), (0.1, False)])
+def test_a_small_swing_settles_to_its_mean(
+    c_fmu: Fmus, tmp_path: Path, away: float, settles: bool
+) -> None:
+    """1 kg on 10 N/m, without damping, pulled by 2 N: it swings about 0.2 m for ever."""
+    text = f"components: {{mass: {{fmu: {c_fmu('mass')}, start: {{stiffness: 10, "
+    text += f"body.m.x: {0.2 + away}}}}}}}\nconnections: []\n"
+    path = tmp_path / "system.yaml"
+    path.write_text(f"name: one\n{text}simulation: {{stop_time: 1, step_size: 0.01}}\n")
+    given = load_system(path)
+    description = read_description(c_fmu("mass"))
+    new = Instances(
+        given.components[0], description, replace(given.simulation, stop_time=1e6), None
+    )
+    at_rest = AtRest(new, [description.variables["body.m.x"]])
+    if settles:
+        rest = at_rest.at({"body.m.force_x": 2.0})
+        assert rest.values == pytest.approx([0.2], abs=1e-5)
+        assert rest.swing == pytest.approx(2e-3, rel=0.01)
+    else:
+        with pytest.raises(RunError, match="does not settle"):
+            at_rest.at({"body.m.force_x": 2.0})
 
 
 def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
