@@ -215,11 +215,13 @@ def _compare(
     period: int = 0,
     direction: int = 0,
 ) -> None:
+    from m4e_fmi.analysis.points import local_parts
     from m4e_fmi.analysis.response import compared_in_time
     from m4e_fmi.report import comparison_text
 
     found = compared_in_time(waves, response, period=period, direction=direction)
-    print(comparison_text(found, title=title), file=sys.stderr)
+    names = [part.name for part, _ in local_parts(waves.program)]
+    print(comparison_text(found, title=title, settled=names), file=sys.stderr)
 
 
 def _print(options: argparse.Namespace, text: str, values: object) -> None:

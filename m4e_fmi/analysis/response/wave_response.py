@@ -208,10 +208,25 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         )
     if any(TIME in local.point.program.dependencies(node) for node in waves.program.rates):
         yield f"loads depend on time: they are taken at t = {local.point.time:g} s"
-    if not small and local_parts(waves.program):
-        yield "components that are settled stay linear about the rest in still water"
+    yield from _settled(local, small=small)
     if small and local.curved:
         yield "small waves: drag and all that is not linear count as at rest"
+
+
+def _settled(local: LocalEquations, *, small: bool) -> Iterator[str]:
+    """Lines on components that take part by their law at rest, and on outputs of these."""
+    names = [part.name for part, _ in local_parts(local.point.program)]
+    if not names:
+        return
+    stay = "" if small else "linear about the rest in still water, and "
+    yield (
+        f"{', '.join(names)} (settled): {stay}without damping and inertia: near a resonance the "
+        "response is too large, by far if that damping would limit it; compare with `m4e-fmi run` "
+        "in regular waves of that period"
+    )
+    own = [v.name for v in local.outputs if v.name.partition(".")[0] in names]
+    if own:
+        yield f"{', '.join(own)}: quasi-static, without dynamics; the largest may be much larger"
 
 
 def _beyond(

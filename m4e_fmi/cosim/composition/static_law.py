@@ -155,8 +155,12 @@ class StaticLaw:
                 f", and about that y0 + K (u - u0), K by central differences of "
                 f"{', '.join(steps)} (error {worst:.1g} of its entries)"
             )
-        without = ", its damping and inertia are left out"
-        return f"{how}; velocities have no effect{without}" if self._inputs.rates else how
+        if not self._inputs.rates:
+            return how
+        return (
+            f"{how}; velocities have no effect, its damping and inertia are left out: resonances "
+            "come out too high, and at other periods"
+        )
 
 
 def at_rest(v: Variable) -> str:

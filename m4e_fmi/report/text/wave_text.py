@@ -53,8 +53,11 @@ def sea_text(response: SeaResponse) -> str:
     return "\n".join([*lines, *note_lines(response.notes)])
 
 
-def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
-    """Values of a simulation beside those of the linearised response."""
+def comparison_text(found: Sequence[Comparison], *, title: str, settled: Sequence[str] = ()) -> str:
+    """Values of a simulation beside those of the linearised response.
+
+    `settled` are the components that were the same law at rest in both.
+    """
     lines = ["", f"beside a simulation {title}:"]
     lines.append(f"  {'':<36} {'':<18} {'simulated':>13} {'linearised':>13} {'difference':>10}")
     for c in found:
@@ -65,6 +68,13 @@ def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
             f"  {c.output:<36} {c.what:<18} {c.simulated:13.6g} {c.linearised:13.6g} {shown:>10}"
             f"  {c.unit}"
         )
+    if settled:
+        note = (
+            f"{', '.join(settled)}: the same law at rest in this simulation, which checks nothing "
+            "of its damping, inertia and slack: compare with `m4e-fmi run` of the system, with "
+            "these waves in its file"
+        )
+        lines += note_lines([note])
     return "\n".join(lines)
 
 
