@@ -200,6 +200,15 @@ def test_what_is_settled_cannot_vary(
     assert "line.stiffness cannot vary: line has no equations, from which the effect of" in told
 
 
+def test_another_fmu_of_the_whole_is_replaced(
+    system: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    note = f"build/system{SEED}.fmu replaces another FMU of that name"
+    for more, told in (([], False), ([], False), (["--open", "pid"], True)):
+        assert main(["build", "--single", system, "--no-documentation", *more]) == 0
+        assert (note in capsys.readouterr().out) is told
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
