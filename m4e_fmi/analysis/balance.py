@@ -43,6 +43,9 @@ class Balance:
         """The program with the equations as outputs."""
         units = np.array([program.states[k].unit for k in self._plain], dtype=str)
         self._alike = (units[:, None] == units) & (units != "rad")
+        turned = [v.name for a in self._attitudes for v in a.rotations]
+        self.unknown_names = [*(program.states[k].name for k in self._plain), *turned]
+        """Names of what a step is of: of quaternions of their small rotations."""
         self._rates = Evaluation(self.observed)
         by = [program.states[k].name for k in self.unknowns]
         self._slopes = Matrix(jacobian(self.observed, "outputs", by))

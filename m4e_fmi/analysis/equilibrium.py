@@ -56,9 +56,9 @@ HELD = 0.5
 """A Newton step that leaves more than this of the rates does not lead to where they balance."""
 TINY = float(np.finfo(float).tiny)
 REMEDY = (
-    "start nearer to the equilibrium, for instance at the end of a simulation with more damping; "
-    "loads of other FMUs (water, moorings) are not in the model"
+    "start nearer to the equilibrium, for instance at the end of a simulation with more damping"
 )
+ALONE = "; loads of other FMUs (water, moorings) are not in the model"
 
 
 def equilibrium(
@@ -89,7 +89,7 @@ def resting(balance: Balance, point: OperatingPoint, *, nearest: bool) -> Operat
 
 def _settled(balance: Balance, point: OperatingPoint, *, nearest: bool) -> OperatingPoint:
     """A point from which Newton's method leads to where `point` settles, or the nearest such."""
-    rates = balance.rates(point)
+    start, rates = point, balance.rates(point)
     span = LONGEST_STEP / max(np.max(np.abs(rates) / balance.sizes(point)), TINY)
     held = True
     for _ in range(MOST_STEPS):
@@ -109,7 +109,22 @@ def _settled(balance: Balance, point: OperatingPoint, *, nearest: bool) -> Opera
         rates = balance.rates(point)
         span *= min(10.0, max(0.1, float(before / max(np.linalg.norm(rates), TINY))))
     why = f"it has not settled after {MOST_STEPS} steps" if held else "nothing holds it there"
-    raise _lost(balance, point, why)
+    raise _lost(balance, point, why + _moves_away(balance, start))
+
+
+def _moves_away(balance: Balance, start: OperatingPoint) -> str:
+    """Words on what has a negative stiffness at the start, "" if nothing has."""
+    slopes, sizes = balance.slopes(start), balance.sizes(start)
+    growth = _growth(slopes)
+    if not growth:
+        return ""
+    values, vectors = np.linalg.eig(slopes)
+    shape = np.abs(vectors[:, int(np.argmax(np.real(values)))]) / sizes
+    name = balance.unknown_names[int(np.argmax(shape))]
+    return (
+        f"; at the start it is unstable: a negative stiffness moves {name} away, as that of a body "
+        "that capsizes"
+    )
 
 
 def _unrest(rates: Floats, slopes: Floats, sizes: Floats) -> float:
@@ -186,4 +201,4 @@ def _lost(balance: Balance, point: OperatingPoint, why: str) -> RunError:
         f"{point.program.name}: no equilibrium was found: {why}; "
         f"the rate of {worst.name} is {rates[k]:.6g} {rate_unit(worst.unit)}"
     )
-    return RunError(message, REMEDY)
+    return RunError(message, REMEDY if point.program.parts else REMEDY + ALONE)

@@ -121,16 +121,23 @@ def _chosen(options: argparse.Namespace, *, native: bool) -> dict[str, Any]:
 
 def _written(program: Program, asked: Options, folder: Path) -> tuple[Path, str]:
     """The FMU of a program in a folder, and the SHA-256 of its content."""
-    from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.fmu.export.archive import write_archive
     from m4e_fmi.fmu.export.build import fmu_files
 
-    path = folder / f"{file_stem(program.name)}.fmu"
+    path = _place(program, folder)
     return path, write_archive(fmu_files(program, asked), path)
+
+
+def _place(program: Program, folder: Path) -> Path:
+    """Where the FMU of a program is written."""
+    from m4e_fmi.files.file_names import file_stem
+
+    return folder / f"{file_stem(program.name)}.fmu"
 
 
 def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
     """One FMU of a system, and the SHA-256 of its content; times are those of the system."""
+    from m4e_fmi.files.files_read import ABSENT, file_hash
     from m4e_fmi.fmu import Options
 
     if options.inputs is not None:
@@ -151,7 +158,12 @@ def _build_whole(options: argparse.Namespace) -> tuple[Path, str]:
             components={c.name: _made_from(c) for c in system.components},
             connections=system.connections,
         )
-    return _written(program, Options(documentation=documentation, **chosen), options.build_folder)
+    before = file_hash(_place(program, options.build_folder))
+    asked = Options(documentation=documentation, **chosen)
+    path, content = _written(program, asked, options.build_folder)
+    if before not in (ABSENT, content):
+        say(f"note: {path} replaces another FMU of that name")
+    return path, content
 
 
 def _made_from(component: Component) -> str:

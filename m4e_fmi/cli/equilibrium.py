@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.options import (
     MODEL_OR_SYSTEM,
@@ -14,6 +16,12 @@ from m4e_fmi.cli.options import (
     pairs,
     start_values,
 )
+from m4e_fmi.errors import RunError
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis import OperatingPoint
+    from m4e_fmi.model import Model
+    from m4e_fmi.program import Program
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -54,12 +62,31 @@ def add(commands: argparse._SubParsersAction) -> None:
 def _run(options: argparse.Namespace) -> None:
     import json
 
-    from m4e_fmi.analysis import equilibrium, trimmed
+    from m4e_fmi.analysis.rest_notes import rest_notes
     from m4e_fmi.report import equilibrium_text, equilibrium_values
 
     source, at = load_equations(options), start_values(options)
+    try:
+        point = _found(source, at, options)
+    except RunError as error:
+        also = "" if options.nearest else "; or take --nearest, which finds unstable ones, too"
+        raise RunError(error.message, error.remedy + also) from None
+    notes = rest_notes(point)
+    if options.json:
+        print(json.dumps(equilibrium_values(point), indent=2))
+        for note in notes:
+            print(f"note: {note}", file=sys.stderr)
+    else:
+        print(equilibrium_text(point, varied=options.vary, notes=notes))
+
+
+def _found(
+    source: Model | Program, at: dict[str, float | str], options: argparse.Namespace
+) -> OperatingPoint:
+    from m4e_fmi.analysis import equilibrium, trimmed
+
     if options.such_that or options.vary:
-        point = trimmed(
+        return trimmed(
             source,
             such_that=pairs("--such-that", options.such_that),
             vary=options.vary,
@@ -67,9 +94,4 @@ def _run(options: argparse.Namespace) -> None:
             time=options.time,
             nearest=options.nearest,
         )
-    else:
-        point = equilibrium(source, at=at, time=options.time, nearest=options.nearest)
-    if options.json:
-        print(json.dumps(equilibrium_values(point), indent=2))
-    else:
-        print(equilibrium_text(point, varied=options.vary))
+    return equilibrium(source, at=at, time=options.time, nearest=options.nearest)

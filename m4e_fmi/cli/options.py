@@ -71,9 +71,24 @@ def add_native(command: argparse.ArgumentParser, text: str) -> None:
 def start_values(options: argparse.Namespace) -> dict[str, float | str]:
     """Values of --start-value by name, each as `start` in a system file would have it.
 
+    Without those of components that are settled, which `load_program` gives to their FMUs.
     InputError with all variables that are given twice.
     """
-    return pairs("--start-value", options.start_value)
+    given = pairs("--start-value", options.start_value)
+    return {name: value for name, value in given.items() if not _is_of_settled(name, options)}
+
+
+def _is_of_settled(name: str, options: argparse.Namespace) -> bool:
+    """True for a variable of a settled component's FMU, not for a parameter of its static law."""
+    component, _, variable = name.partition(".")
+    return component in getattr(options, "settled", ()) and not variable.startswith("at_rest.")
+
+
+def _started_settled(system: System, options: argparse.Namespace) -> System:
+    """The system with the values of --start-value of settled components."""
+    given = pairs("--start-value", getattr(options, "start_value", ()))
+    own = {name: value for name, value in given.items() if _is_of_settled(name, options)}
+    return system.changed(start=own, origin="command line")
 
 
 def pairs(flag: str, given: Sequence[Sequence[str]]) -> dict[str, float | str]:
@@ -178,11 +193,11 @@ def load_equations(options: argparse.Namespace) -> Model | Program:
 
 def load_program(system: System, options: argparse.Namespace) -> Program:
     """The program of a system; --open names components that are left out, --settled those that take
-    part by their static law, and each of these is told."""
+    part by their static law, with their start values, and each of these is told."""
     from m4e_fmi.cosim import system_program
 
     return system_program(
-        system,
+        _started_settled(system, options),
         keep_open=options.open,
         settled=options.settled,
         build_directory=_build_folder(options),
@@ -195,7 +210,7 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
     from m4e_fmi.cosim import system_in_waves
 
     return system_in_waves(
-        system,
+        _started_settled(system, options),
         highest=highest,
         keep_open=options.open,
         settled=options.settled,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -177,7 +177,7 @@ def _regular(
         compared = compared_in_time(waves, response, period=k, direction=d)
         return compared, f"of {response.periods[k]:.4g} s"
 
-    _tell(options, wave_text(response), wave_json(response), files, check)
+    _tell(options, wave_text(response), wave_json(response), files, check, settled=_settled(waves))
 
 
 def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.Namespace) -> None:
@@ -192,7 +192,7 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
     def check() -> tuple[list[Comparison], str]:
         return compared_in_time(waves, response), "of an hour, in the same waves"
 
-    _tell(options, sea_text(response), sea_json(response), files, check)
+    _tell(options, sea_text(response), sea_json(response), files, check, settled=_settled(waves))
 
 
 def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespace) -> Sea:
@@ -205,14 +205,25 @@ def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespac
     return waves.jonswap(height, period, enhancement[0] if enhancement else ENHANCEMENT, angle)
 
 
+def _settled(waves: InWaves) -> list[str]:
+    from m4e_fmi.analysis.points import local_parts
+
+    return [part.name for part, _ in local_parts(waves.program)]
+
+
 def _tell(
     options: argparse.Namespace,
     text: str,
     values: dict[str, object],
     files: list[Path],
     check: Callable[[], tuple[list[Comparison], str]],
+    *,
+    settled: Sequence[str],
 ) -> None:
-    """Print a response as `text` or JSON, and the simulation beside it where that is asked for."""
+    """Print a response as `text` or JSON, and the simulation beside it where that is asked for.
+
+    `settled` are the components that were the same law at rest in both.
+    """
     import json
 
     from m4e_fmi.report import comparison_json, comparison_text
@@ -222,9 +233,9 @@ def _tell(
         print_files(files)
     if options.check:
         found, title = check()
-        values["check"] = comparison_json(found, title=title)
+        values["check"] = comparison_json(found, title=title, settled=settled)
         if not options.json:
-            print(comparison_text(found, title=title))
+            print(comparison_text(found, title=title, settled=settled))
     if options.json:
         print(json.dumps(values, indent=2))
 

@@ -298,13 +298,18 @@ def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding
 
 
 def doubts(model: Model) -> Iterator[Finding]:
-    """Values that are allowed and seldom meant: negative stiffness and damping of loads."""
+    """Values that are allowed and seldom meant: negative gravity, stiffness, damping of loads."""
     values = parameter_values(model.parameters)
     for at, quantity in _all_quantities(model):
         expression = as_expression(quantity)
-        if at[-1] not in getattr(_element(model, at), "seldom_negative", ()):
+        is_gravity = at == ("gravity",)
+        if not (is_gravity or at[-1] in getattr(_element(model, at), "seldom_negative", ())):
             continue
         if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
+            if is_gravity:
+                message = f"negative gravity, {value:.6g} m/s2: it lifts all bodies"
+                yield Finding(at, message, f"give {-value:.6g}: what is positive acts along -Z")
+                continue
             effect = (
                 "drives the motion" if at[-1] == "damping" else "pushes away from where it rests"
             )

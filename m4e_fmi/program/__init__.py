@@ -16,6 +16,7 @@ from m4e_fmi.program.composition import (
     Connection,
     LocalLaw,
     compose,
+    is_singular,
     singular_loop,
 )
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
@@ -70,6 +71,7 @@ __all__ = [
     "differences",
     "evaluated",
     "exp",
+    "is_singular",
     "jacobian",
     "kinks",
     "listing",

@@ -92,12 +92,17 @@ def test_an_algebraic_loop_of_stages(c_fmu: Fmus) -> None:
 
 
 def test_a_loop_without_a_solution_is_an_error(c_fmu: Fmus) -> None:
-    # y1 = y2 + t, y2 = y1 + t
-    a = Component("a", FmuFile(c_fmu("stage+state")))
-    b = Component("b", FmuFile(c_fmu("stage+state")))
+    # over half a step, to first order: y1 = 1 + (0 + y2), y2 = 0 + (1 + y1)
+    a = Component("a", FmuFile(c_fmu("integrator+state")), {"gain": 40.0, "y": 1.0})
+    b = Component("b", FmuFile(c_fmu("integrator+state")), {"gain": 40.0})
     links = ("a.y -> b.u", "b.y -> a.u")
     system = System("s", (a, b), links, Simulation(1.0, 0.1, "implicit"))
     with pytest.raises(RunError, match=r"found in \d+ iterations: [ab]\.u still .*\n.*step_size"):
+        run(system)
+    # y1 = y2 + t, y2 = y1 + t: at t = 0 zeros are one solution of many
+    a, b = (Component(name, FmuFile(c_fmu("stage+state"))) for name in "ab")
+    system = System("s", (a, b), links, Simulation(1.0, 0.1, "implicit"))
+    with pytest.raises(RunError, match=r"loop of [ab]\.u, [ab]\.u is singular at t = 0 s"):
         run(system)
     late = system.changed(start_time=1.0, stop_time=2.0)
     named = (

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
 from m4e_fmi.analysis.points import Floats, OperatingPoint
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.waves import Complex, InWaves
+from m4e_fmi.analysis.rest_notes import limited, limits_of
 
 SIGNIFICANT = 2.0
 """Amplitude of a sea's response that counts, over its standard deviation."""
@@ -19,14 +18,9 @@ class Limits:
     """The outputs of a program that have limits, about a point."""
 
     def __init__(self, waves: InWaves, point: OperatingPoint) -> None:
-        limited = [
-            v
-            for v in waves.program.outputs
-            if v.derivative_of is None and np.isfinite([v.minimum, v.maximum]).any()
-        ]
-        self.outputs = tuple(limited)
-        if limited:
-            names = [v.name for v in limited]
+        self.outputs = limited(waves.program)
+        if self.outputs:
+            names = [v.name for v in self.outputs]
             local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
             self._linear = LinearEquations.of(local)
 
@@ -42,7 +36,4 @@ class Limits:
         rest = self._linear.outputs
         for v, mean, size in zip(self.outputs, rest, amplitudes, strict=True):
             if mean + size > v.maximum or mean - size < v.minimum:
-                yield (
-                    f"{v.name}: {what} {size:.3g} {v.unit} leaves its limits, {v.minimum:.3g} to "
-                    f"{v.maximum:.3g} {v.unit}: {v.description}"
-                )
+                yield f"{v.name}: {what} {size:.3g} {v.unit} leaves {limits_of(v)}"

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.analysis.attitudes import attitudes
-from m4e_fmi.analysis.modes import NEGLIGIBLE
 from m4e_fmi.analysis.points import Floats, OperatingPoint, local_parts, motion, place
 from m4e_fmi.analysis.response.limits import Limits
 from m4e_fmi.analysis.response.linear_equations import LinearEquations
 from m4e_fmi.analysis.response.local_equations import LocalEquations
 from m4e_fmi.analysis.response.steady_motion import steady_motion
 from m4e_fmi.analysis.response.waves import Complex, InWaves
+from m4e_fmi.analysis.rest_notes import growth
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import TIME, Program, Variable
 from m4e_fmi.shown import listing
@@ -209,10 +209,8 @@ def usual_outputs(program: Program, *, powers: bool = True) -> list[str]:
 
 def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool) -> Iterator[str]:
     """Lines on what makes a response to waves up to `highest` [rad/s] doubtful."""
-    values = np.linalg.eigvals(local.at_rest.A)
-    growth = float(np.max(values.real, initial=0.0))
-    if growth > NEGLIGIBLE * np.max(np.abs(values), initial=0.0):
-        yield f"a motion grows at rest ({growth:.3g} 1/s): the response has no meaning"
+    if found := growth(local.at_rest):
+        yield str(found) if found.within else f"at rest {found}: the response has no meaning"
     if highest > waves.highest * (1 + 1e-9):
         period = 2.0 * np.pi / waves.highest
         yield (
@@ -221,8 +219,7 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         )
     if any(TIME in local.point.program.dependencies(node) for node in waves.program.rates):
         yield f"loads depend on time: they are taken at t = {local.point.time:g} s"
-    if not small and local_parts(waves.program):
-        yield "components that are settled stay linear about the rest in still water"
+    yield from _settled(local, small=small)
     for part, forces in waves.forces.items():
         yield from (f"{part}: {note}" if part else note for note in forces.notes)
     if small and local.curved:
@@ -241,6 +238,22 @@ def _breaking(waves: InWaves, omega: Floats, height: float) -> Iterator[str]:
             f"{2.0 * np.pi / omega[lowest]:.4g} s above {most[lowest]:.3g} m): there are no such "
             "waves: take lower or longer ones"
         )
+
+
+def _settled(local: LocalEquations, *, small: bool) -> Iterator[str]:
+    """Lines on components that take part by their law at rest, and on outputs of these."""
+    names = [part.name for part, _ in local_parts(local.point.program)]
+    if not names:
+        return
+    stay = "" if small else "linear about the rest in still water, and "
+    yield (
+        f"{', '.join(names)} (settled): {stay}without damping and inertia: near a resonance the "
+        "response is too large, by far if that damping would limit it; compare with `m4e-fmi run` "
+        "in regular waves of that period"
+    )
+    own = [v.name for v in local.outputs if v.name.partition(".")[0] in names]
+    if own:
+        yield f"{', '.join(own)}: quasi-static, without dynamics; the largest may be much larger"
 
 
 def _beyond(

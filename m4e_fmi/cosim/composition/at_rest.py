@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,18 +22,23 @@ MOST_STEPS = 16384
 """Steps after which an FMU that still changes is given up."""
 TOLERANCE = 1e-5
 """Change that is none, over the largest output of the same unit, or the nominal value."""
+SWING = TOLERANCE**0.5
+"""Swing, in the same way, about a mean that is the rest: what is not linear moves the mean of a
+swing s by s² of its size, which is `TOLERANCE` then."""
 
 
 @dataclass(frozen=True)
 class Rest:
     """Outputs at rest, `values` (n,) in the FMU's units, reached after `time` [s] and some `steps`.
 
-    Without steps it is the start itself: nothing changed after it.
+    Without steps it is the start itself: nothing changed after it. With a `swing` [1], over the
+    sizes of outputs, they are the mean of an oscillation that is left.
     """
 
     values: np.ndarray
     steps: int = 0
     time: float = 0.0
+    swing: float = 0.0
 
 
 class AtRest:
@@ -68,9 +74,10 @@ class AtRest:
             read = _Reader(instance, [v.name for v in self.outputs])
             rows, count = [read()], BRIEF if brief else STEPS
             while True:
-                while len(rows) <= count:
-                    _step(instance, self._new.step)
-                    rows.append(read())
+                with _named(instance):
+                    while len(rows) <= count:
+                        _step(instance, self._new.step)
+                        rows.append(read())
                 seen = np.array(rows)
                 limits = TOLERANCE * self.sizes(seen[-1])
                 if (np.ptp(seen, axis=0) <= limits).all():
@@ -78,6 +85,9 @@ class AtRest:
                 change = np.ptp(seen[count // 2 :], axis=0)
                 if count >= STEPS and (change <= limits).all():
                     return Rest(seen[-1], count, count * self._new.step)
+                if count >= STEPS and _is_steady(seen, limits):
+                    mean, swing = _mean(seen[count // 2 :]), float(np.max(change / limits))
+                    return Rest(mean, count, count * self._new.step, TOLERANCE * swing)
                 if count >= MOST_STEPS:
                     raise self._restless(instance, count, change, change / limits)
                 count *= 2
@@ -99,6 +109,39 @@ class AtRest:
             f"{moving}"
         )
         return RunError(message, f"keep it open (--open {instance.name})")
+
+
+def _is_steady(seen: np.ndarray, limits: np.ndarray) -> bool:
+    """True if outputs only swing, by little, about a mean that does not change.
+
+    `seen` (s + 1, n) are the outputs over s steps, `limits` (n,) the changes that are none, in
+    their units. The means of the second quarter and of both halves of the second half agree, and
+    the swing does not grow.
+    """
+    quarter = len(seen) // 4
+    before, first, second = (seen[k * quarter : (k + 1) * quarter] for k in (1, 2, 3))
+    means = np.array([_mean(part) for part in (before, first, second)])
+    swings = [np.ptp(part, axis=0) for part in (before, first, second)]
+    is_small = (swings[2] <= SWING / TOLERANCE * limits).all()
+    is_growing = (swings[2] > np.maximum(swings[0], swings[1]) + limits).any()
+    return bool(is_small and not is_growing and (np.ptp(means, axis=0) <= limits).all())
+
+
+def _mean(part: np.ndarray) -> np.ndarray:
+    """The mean (n,) of rows (s, n), by Hann's window: parts of a period hardly count."""
+    weights = np.hanning(len(part) + 2)[1:-1]
+    return weights @ part / weights.sum()
+
+
+@contextmanager
+def _named(instance: Instance) -> Generator[None]:
+    """A failure of the FMU in this block is told to be one of a component that is settled."""
+    try:
+        yield
+    except RunError as error:
+        message = f"while {instance.name} was brought to rest, its inputs held: {error.message}"
+        remedy = f"{error.remedy}; or keep it open (--open {instance.name})"
+        raise RunError(message, remedy) from error
 
 
 class _Reader:

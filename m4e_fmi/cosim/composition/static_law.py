@@ -53,6 +53,7 @@ class StaticLaw:
         self._known: dict[tuple[float, ...], Mapping[str, float]] = {}
         self._steps: dict[str, float] = {}
         self._errors: dict[str, float] = {}
+        self.errors: Mapping[str, float] = {}
         self.last = Rest(np.zeros(0))
         """How the last point came to rest."""
 
@@ -69,9 +70,13 @@ class StaticLaw:
         moving, outputs = self._inputs.moving, self._rest.outputs
         found = {at_rest(v): u[v.name] for v in moving}
         found |= {at_rest(v): float(y) for v, y in zip(outputs, rest.values, strict=True)}
+        self.errors = {}
         for j, v in enumerate(moving):
-            for i, slope in enumerate(self._column(v, u, rest)):
-                found[_slope(i, j)] = float(slope)
+            column = self._column(v, u, rest)
+            errors = self._errors[v.name] * self._rest.largest(column)
+            names = [_slope(i, j) for i in range(len(outputs))]
+            found |= zip(names, column.tolist(), strict=True)
+            self.errors |= zip(names, errors.tolist(), strict=True)
         self._tell_rough(u)
         return found
 
@@ -139,6 +144,8 @@ class StaticLaw:
         how = "at rest from its start"
         if rest.steps:
             how = f"settled in {rest.time:g} s with its inputs held"
+        if rest.swing:
+            how += f", to the mean of a swing of {100 * rest.swing:.2g} %"
         steps = dict.fromkeys(
             f"{step / 2.0:.3g} {units[name]}".rstrip() for name, step in self._steps.items()
         )
@@ -148,8 +155,12 @@ class StaticLaw:
                 f", and about that y0 + K (u - u0), K by central differences of "
                 f"{', '.join(steps)} (error {worst:.1g} of its entries)"
             )
-        without = ", its damping and inertia are left out"
-        return f"{how}; velocities have no effect{without}" if self._inputs.rates else how
+        if not self._inputs.rates:
+            return how
+        return (
+            f"{how}; velocities have no effect, its damping and inertia are left out: resonances "
+            "come out too high, and at other periods"
+        )
 
 
 def at_rest(v: Variable) -> str:

@@ -18,6 +18,7 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.errors import RunError
+from m4e_fmi.program import is_singular
 
 TOLERANCE = 1e-9
 """Residual over the size of its variable at which an iteration has converged."""
@@ -26,6 +27,8 @@ ROUGH = 1e-6
 ITERATIONS, RENEWALS, STUCK = 12, 3, 4
 """Iterations with one Jacobian; Jacobians found anew, before it is given up; and iterations after
 which the residual must have halved."""
+SINGULAR = 10 * TOLERANCE
+"""Part of a pivot's terms that is left, below which `TOLERANCE` says nothing of the solution."""
 MOST_NAMED = 4
 """Members of a loop that a message names."""
 DIFFERENCE = 1e-6
@@ -192,28 +195,50 @@ class LoopEquations:
         self._newton = copy(kept.newton)
 
     def solve(self) -> None:
-        """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
-        if not self._started:
+        """Bring inputs and outputs into agreement; RunError naming a variable if that fails.
+
+        At first also if there is not one solution only.
+        """
+        is_first = not self._started
+        if is_first:
             self._first()
             self._started = True
         guess = self.input_values.copy()
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
+            found = self._newton.solve(self._residual, self._jacobian, guess, self._scale)
         except NotConvergedError as failure:
             port = self.inputs[failure.worst]
             time = self._instances[port.component].time
-            loop = ", ".join(map(str, self.inputs[:MOST_NAMED]))
-            more = len(self.inputs) - MOST_NAMED
-            loop += f" and {more} more" if more > 0 else ""
             raise RunError(
-                f"the algebraic loop of {loop} at t = {time:.9g} s is not solved after "
+                f"the algebraic loop of {self._names} at t = {time:.9g} s is not solved after "
                 f"{failure.iterations} iterations: {port} still differs from its source by "
                 f"{failure.size:.3g} of its value",
                 "check the start values and the signs of the connections: it may have no solution; "
                 "or write ', delayed' behind one of these connections, or list under "
                 "`dependencies` the inputs on which the outputs really depend, if they are fewer",
             ) from failure
+        if is_first:
+            self._check_regular(found)
+
+    @property
+    def _names(self) -> str:
+        more = len(self.inputs) - MOST_NAMED
+        named = ", ".join(map(str, self.inputs[:MOST_NAMED]))
+        return f"{named} and {more} more" if more > 0 else named
+
+    def _check_regular(self, x: np.ndarray) -> None:
+        """RunError if the loop is singular at its solution `x` (n,), in the inputs' units."""
+        matrix = self._jacobian(x, self._residual(x), again=False)
+        self._residual(x)  # the FMUs have the solution again
+        if is_singular((-matrix).tolist(), least=SINGULAR):
+            time = self._instances[self.inputs[0].component].time
+            raise RunError(
+                f"the algebraic loop of {self._names} is singular at t = {time:.9g} s: its "
+                "equations have no single solution",
+                "look at the gains around the loop, its signs and its start values; or write "
+                "', delayed' behind one of these connections",
+            )
 
     def _residual(self, x: np.ndarray) -> np.ndarray:
         self.input_values[:] = x

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
 from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, Hull
-from m4e_fmi.cosim.monitoring.start_balance import Balance, balances
+from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS, Balance, balances
 
 Gravity = Callable[[str], float | None]
 
@@ -22,6 +22,8 @@ OTHERS = ("x", "z", "theta", "force_z", "neutral_mass")
 """Variables of such a connector, besides."""
 UNBALANCED = 0.01
 """Share of the buoyancy by which the load may differ from it before that is told."""
+AT_REST = UNBALANCED / 100
+"""Acceleration that is none, over gravity: of a body with an added mass of up to 100 masses."""
 SHARE_OF_DRAFT = 0.01
 """Displacement at the start that is told, over the mean draft."""
 ASIDE = 0.1
@@ -48,8 +50,22 @@ def start_warnings(
     hulls = list(_hulls(network, wiring))
     found = [line for hull in hulls for line in _pose(hull)]
     for balance in balances(network, wiring, hulls):
-        found += [*_weight(balance, gravity_of), *_trim(balance), *_stability(balance)]
+        if not _is_at_rest(balance):
+            found += [*_weight(balance, gravity_of), *_trim(balance)]
+        found += _stability(balance)
     return tuple(found)
+
+
+def _is_at_rest(balance: Balance) -> bool:
+    """True if nothing accelerates the bodies at the start, wherever they are."""
+    gravity = abs(balance.buoyancy / balance.neutral_mass)
+    return all(
+        abs(hull.network.read(f"{hull.holder}.{ACCELERATIONS[symbol]}"))
+        * (hull.size if symbol.startswith("moment") else 1.0)
+        <= AT_REST * gravity
+        for hull in balance.hulls
+        for symbol in hull.symbols
+    )
 
 
 def _hulls(network: AtStart, wiring: Wiring) -> Iterator[Hull]:

@@ -15,7 +15,7 @@ from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.export.expected import expected_description
-from m4e_fmi.program import TIME, Part, Program, evaluated, tangent
+from m4e_fmi.program import TIME, LocalLaw, Part, Program, evaluated, tangent
 
 
 def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
@@ -26,9 +26,11 @@ def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
     """
     names = {part.name for part in program.parts}
     known = names if len(names) < len(system.components) else names.union(system.buses)
+    laws = {part.name for part in program.parts if isinstance(part.origin, LocalLaw)}
+    components = [c for c in system.components if c.name in names]
     rest = replace(
-        system,
-        components=tuple(c for c in system.components if c.name in names),
+        system,  # start values of laws are in their FMUs
+        components=tuple(replace(c, start={}) if c.name in laws else c for c in components),
         connections=tuple(text for text in system.connections if _ends(text) <= known),
         inputs={},
         outputs={},
@@ -58,12 +60,23 @@ class ProgramStart:
         found = evaluated(self._program.tape, list(part.nodes.values()), self._start)
         given = {name: found[node] for name, node in part.nodes.items()} | {TIME: 0.0}
         description = expected_description(part.program, Path(f"{part.name}.fmu"))
+        if isinstance(part.origin, LocalLaw):
+            description = _without_ones(description)
         return PartStart(part, replace(description, directional_derivatives=True), given)
 
     def read(self, name: str) -> float:
         """The value of ``component.variable``, in its unit; KeyError if there is none."""
         component, _, variable = name.partition(".")
         return self.instances[component].value(variable)
+
+
+def _without_ones(description: Description) -> Description:
+    """The description of a law without units of 1, which stand for those that its FMU lacks."""
+    variables = {
+        name: replace(v, unit="", dimension=None) if v.unit == "1" else v
+        for name, v in description.variables.items()
+    }
+    return replace(description, variables=variables)
 
 
 @dataclass

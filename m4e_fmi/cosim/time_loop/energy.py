@@ -28,6 +28,10 @@ over the directions of the bond: of an oscillation on a spring k with the amplit
 k A²/2, whatever the preload. Where a body does not come back, as one that is towed or turns on and
 on, the work of the mean force is exchanged energy, and stays in W: in a direction in which it ends
 farther from its start than half the distance that it has travelled.
+
+Of a force that does not change, holding it invents nothing. So the work of F̄ is the same on both
+sides: the difference of ∫ v dt and the displacement is the error of these integrals, which F̄ would
+multiply, at rest beyond all that is exchanged.
 """
 
 from __future__ import annotations
@@ -88,7 +92,8 @@ class _Sums:
     """Integrals over all evaluated steps, and the extreme rows of the energies given.
 
     `given` and `received` (n_bonds,) are in J. By axis (n_axes,), in the units of their FMUs: `way`
-    and `distance` travelled, `impulse` and largest magnitude `peak` of the force. `time` in s.
+    and `distance` travelled by the velocity, `moved` by the coordinate, `impulse` and largest
+    magnitude `peak` of the force. `time` in s.
     `swing` (n_rows, n_bonds + n_axes) has rows of energies given and ways.
     """
 
@@ -96,6 +101,7 @@ class _Sums:
     received: np.ndarray
     way: np.ndarray
     distance: np.ndarray
+    moved: np.ndarray
     impulse: np.ndarray
     peak: np.ndarray
     time: float
@@ -153,7 +159,7 @@ class EnergyBalance:
         self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
         swing = np.zeros((1, len(self._bonds) + count))
         self._sums = _Sums(
-            *np.zeros((2, len(self._bonds))), *np.zeros((4, count)), time=0.0, swing=swing
+            *np.zeros((2, len(self._bonds))), *np.zeros((5, count)), time=0.0, swing=swing
         )
         self._values.take(self._index, out=self._points[0], mode="clip")
 
@@ -243,6 +249,7 @@ class EnergyBalance:
             received=received + (bent @ (self._followed[:, None] * self._of_bond)).sum(axis=0),
             way=ways[-1].copy(),
             distance=sums.distance + np.abs(passed).sum(axis=0),
+            moved=sums.moved + way.sum(axis=0),
             impulse=sums.impulse + (half * (force[1:] + force[:-1])).sum(axis=0),
             peak=np.maximum(sums.peak, np.abs(force).max(axis=0)),
             time=sums.time + float(self._sizes[:count].sum()),
@@ -253,11 +260,14 @@ class EnergyBalance:
 
     def _work(self, rows: np.ndarray) -> np.ndarray:
         """W of each bond, for the mean forces, of rows: energies given (bonds), ways (axes)."""
+        given, ways = np.hsplit(rows, [len(self._bonds)])
+        return given - (ways * self._mean()) @ self._of_bond
+
+    def _mean(self) -> np.ndarray:
+        """Mean forces (n_axes,) where the motion comes back, 0 elsewhere; in the FMUs' units."""
         sums = self._sums
         comes_back = np.abs(sums.way) <= sums.distance / 2
-        mean = np.where(comes_back, sums.impulse / sums.time, 0.0) if sums.time else 0.0
-        given, ways = np.hsplit(rows, [len(self._bonds)])
-        return given - (ways * mean) @ self._of_bond
+        return np.where(comes_back, sums.impulse / (sums.time or 1.0), 0.0)
 
     def _keep(self, rows: np.ndarray) -> None:
         """Keep the extremes of these rows; of all kept rows, when they are too many."""
@@ -279,7 +289,10 @@ class EnergyBalance:
         self._evaluate()
         sums = self._sums
         noise = NOISE * (sums.peak @ np.abs(self._way_of_bond))
-        columns = (sums.given, sums.received, np.ptp(self._work(sums.swing), axis=0), noise)
+        mean = self._mean()
+        received = sums.received - (mean * sums.moved) @ self._way_of_bond
+        received += (mean * sums.way) @ self._of_bond
+        columns = (sums.given, received, np.ptp(self._work(sums.swing), axis=0), noise)
         rows = zip(*(column.tolist() for column in columns), strict=True)
         return tuple(
             BondEnergy(bond.name, given, received, exchanged, adds=bond.adds, noise=least)

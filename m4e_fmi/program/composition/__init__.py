@@ -6,7 +6,7 @@ rates of the parts were solved for, `local_law` is what parts come from that hol
 
 from m4e_fmi.program.composition.compose import AlgebraicLoopError, Connection, compose
 from m4e_fmi.program.composition.local_law import LocalLaw
-from m4e_fmi.program.composition.loops import LEAST_PIVOT, singular_loop
+from m4e_fmi.program.composition.loops import LEAST_PIVOT, is_singular, singular_loop
 
 __all__ = [
     "LEAST_PIVOT",
@@ -14,5 +14,6 @@ __all__ = [
     "Connection",
     "LocalLaw",
     "compose",
+    "is_singular",
     "singular_loop",
 ]

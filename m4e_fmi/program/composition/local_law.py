@@ -13,6 +13,11 @@ class LocalLaw(Protocol):
     Parameters of the part say where that is and how it is there.
     """
 
+    @property
+    def errors(self) -> Mapping[str, float]:
+        """Errors of the parameters that were found last, in their units; of others 0."""
+        ...
+
     def parameters_at(self, inputs: Mapping[str, float]) -> Mapping[str, float]:
         """The parameters with which the part holds about these values of its inputs, by name.
 

@@ -81,6 +81,20 @@ def singular_loop(
     return ""
 
 
+def is_singular(table: list[list[float]], *, least: float) -> bool:
+    """True for a loop whose 1 − ∂f/∂z, a `table` of n rows in any units, is singular.
+
+    It is if less than `least` of the terms of a pivot is left.
+    """
+    pivots = _Pivots(table, least)
+    try:
+        for _ in table:
+            pivots.next()
+    except LoopError:
+        return True
+    return False
+
+
 @dataclass(frozen=True)
 class SolvedLoop:
     """`unknowns` of a loop, and `shares` [1]: what is left of the terms of each pivot, signed."""
@@ -92,7 +106,8 @@ class SolvedLoop:
 class _Pivots:
     """The elimination in numbers, which chooses the pivots."""
 
-    def __init__(self, table: list[list[float]]) -> None:
+    def __init__(self, table: list[list[float]], least: float = LEAST_PIVOT) -> None:
+        self._least = least
         self._table = [[v if math.isfinite(v) else 0.0 for v in row] for row in table]
         self._terms = [[abs(v) for v in row] for row in self._table]
         for k, row in enumerate(self._table):  # 1 − J: both are terms
@@ -121,8 +136,8 @@ class _Pivots:
         value, terms = abs(self._table[i][j]), self._terms[i][j]
         return (
             value > 0.0
-            and value >= LEAST_PIVOT * terms
-            and (i == j or value * scale >= LEAST_PIVOT)
+            and value >= self._least * terms
+            and (i == j or value * scale >= self._least)
         )
 
     def _eliminate(self, row: int, column: int) -> None:

@@ -24,8 +24,15 @@ def equilibrium_values(point: OperatingPoint) -> dict[str, float]:
     return {**point.values, **dict(zip(names, outputs, strict=True))}
 
 
-def equilibrium_text(point: OperatingPoint, *, varied: Sequence[str] = ()) -> str:
-    """The pose, other states, and the outputs that are not zero, a line each.
+def note_lines(notes: Sequence[str]) -> list[str]:
+    """An empty line, and a line for each note; nothing without notes."""
+    return ["", *(f"note: {note}" for note in notes)] if notes else []
+
+
+def equilibrium_text(
+    point: OperatingPoint, *, varied: Sequence[str] = (), notes: Sequence[str] = ()
+) -> str:
+    """The pose, other states, and the outputs that are not zero, a line each; then `notes`.
 
     `varied` names parameters and inputs that were found for it.
     """
@@ -54,4 +61,4 @@ def equilibrium_text(point: OperatingPoint, *, varied: Sequence[str] = ()) -> st
     if acting:
         lines.append("outputs that are not zero:")
         lines += [f"  {v.name:<40} {values[v.name]: .6g} {v.unit}" for v in acting]
-    return "\n".join(lines)
+    return "\n".join([*lines, *note_lines(notes)])

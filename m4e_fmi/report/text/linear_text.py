@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.analysis.rest_notes import growth
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -26,7 +28,9 @@ def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
         if v in linear.coordinates or v.unit == "1" or (value and not v.local)
     ]
     lines += _table(linear, modes)
-    lines += ["", "no motion grows" if modes.stable else "UNSTABLE: a motion grows"]
+    found = growth(linear)
+    unstable = "" if found is None or found.within else "UNSTABLE: "
+    lines += ["", f"{unstable}{found or 'no motion grows'}"]
     return "\n".join(lines)
 
 
@@ -65,13 +69,14 @@ def _table(linear: Linearization, modes: Modes) -> list[str]:
 
 def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:
     """Everything as numbers, lists and texts; complex numbers as (real, imaginary), nan as null."""
-    point, mechanical = linear.point, linear.mechanical
+    point, mechanical, found = linear.point, linear.mechanical, growth(linear)
     result: dict[str, object] = {
         "model": point.program.name,
         "time": point.time,
         "point": point.values,
         "rates": linear.rates.tolist(),
         "stable": modes.stable,
+        "neutral": bool(found and found.within),
         "modes": [
             {
                 "eigenvalue": [value.real, value.imag],

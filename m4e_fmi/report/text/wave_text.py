@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from m4e_fmi.report.text.equilibrium_text import note_lines
 from m4e_fmi.units import POWER
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def wave_text(response: WaveResponse) -> str:
             lines += _harmonics(response, d, harmonic[k : k + PER_TABLE])
         if response.height:
             lines += _means(response, d)
-    return "\n".join([*lines, *_notes(response.notes)])
+    return "\n".join([*lines, *note_lines(response.notes)])
 
 
 def sea_text(response: SeaResponse) -> str:
@@ -51,13 +52,14 @@ def sea_text(response: SeaResponse) -> str:
         period = response.zero_crossing_period(v.name)
         shown = "" if v.unit == POWER or not np.isfinite(period) else f"{period:8.4g} s"
         lines.append(f"  {v.name:<36} {mean:13.6g} {deviation:13.6g} {shown:>10}  {v.unit}")
-    return "\n".join([*lines, *_notes(response.notes)])
+    return "\n".join([*lines, *note_lines(response.notes)])
 
 
-def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
+def comparison_text(found: Sequence[Comparison], *, title: str, settled: Sequence[str] = ()) -> str:
     """Values of a simulation beside those of the linearised response.
 
-    Of what is small beside others of its unit no relative difference is shown.
+    Of what is small beside others of its unit no relative difference is shown. `settled` are the
+    components that were the same law at rest in both.
     """
     lines = ["", f"beside a simulation {title}:"]
     lines.append(f"  {'':<36} {'':<18} {'simulated':>13} {'linearised':>13} {'difference':>10}")
@@ -73,10 +75,19 @@ def comparison_text(found: Sequence[Comparison], *, title: str) -> str:
             f"  {c.output:<36} {c.what:<18} {c.simulated:13.6g} {c.linearised:13.6g} {shown:>10}"
             f"  {c.unit}"
         )
+    if settled:
+        note = (
+            f"{', '.join(settled)}: the same law at rest in this simulation, which checks nothing "
+            "of its damping, inertia and slack: compare with `m4e-fmi run` of the system, with "
+            "these waves in its file"
+        )
+        lines += note_lines([note])
     return "\n".join(lines)
 
 
-def comparison_json(found: Sequence[Comparison], *, title: str) -> dict[str, object]:
+def comparison_json(
+    found: Sequence[Comparison], *, title: str, settled: Sequence[str] = ()
+) -> dict[str, object]:
     """The same numbers."""
     rows = [
         {
@@ -88,7 +99,7 @@ def comparison_json(found: Sequence[Comparison], *, title: str) -> dict[str, obj
         }
         for c in found
     ]
-    return {"simulation": title, "values": rows}
+    return {"simulation": title, "settled": list(settled), "values": rows}
 
 
 def wave_json(response: WaveResponse) -> dict[str, object]:
@@ -177,10 +188,6 @@ def _means(response: WaveResponse, d: int) -> list[str]:
         cells = "".join(f"  {response.means[d, k, j]:22.6g}" for j in powers)
         lines.append(f"  {period:9.4g}{cells}")
     return lines
-
-
-def _notes(notes: Sequence[str]) -> list[str]:
-    return ["", *(f"note: {note}" for note in notes)] if notes else []
 
 
 def _short(v: Variable) -> str:

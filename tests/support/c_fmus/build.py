@@ -128,6 +128,7 @@ MEMBER = (
 )
 MOVING_PARTNER = (*PARTNER[:5], *end(moves=True), *PARTNER[7:])
 SPRING = (STIFFNESS, DAMPING, *end(moves=False), V("end.force_x", "N", "output", needs=END))
+BARE_SPRING = tuple(replace(v, unit="") for v in SPRING)
 BLIND_SPRING = (*SPRING[:-1], V("end.force_x", "N", "output", needs=None))
 """Declares no dependencies, as the FMUs of some tools."""
 BLIND_MASS = (*MASS[:4], *(replace(v, needs=None) for v in MASS[4:]))
@@ -241,6 +242,7 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "member": ("member.c", MEMBER),
     "moving_partner": ("partner.c", MOVING_PARTNER),
     "spring": ("spring.c", SPRING),
+    "bare_spring": ("spring.c", BARE_SPRING),
     "blind_spring": ("spring.c", BLIND_SPRING),
     "damper": ("spring.c", DAMPER),
     "late_added_mass": ("added_mass.c", LATE_ADDED_MASS),
@@ -383,7 +385,7 @@ def _scalar(reference: int, v: V, index: dict[str, str]) -> str:
     fixed = v.causality in ("parameter", "calculatedParameter")
     variability = "tunable" if v.tunable else "fixed" if fixed else "continuous"
     initial = v.initial or {"parameter": "exact", "input": None}.get(v.causality, "calculated")
-    real = f"unit={quoteattr(v.unit)}"
+    real = f"unit={quoteattr(v.unit)}" if v.unit else ""
     if v.start is not None:
         real += f' start="{v.start}"'
     if v.rate_of:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from support.chains import hanging_chain
 
 from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
+from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, Joint, Model, Point, TensionDamper, TensionSpring
 from m4e_fmi.program import Program, Recorder, Variable
@@ -293,3 +295,24 @@ class TestFrequencyResponse:
         found = frequency_response(linearize(two_masses(), inputs=["push"]), 1.0)
         with pytest.raises(InputError, match="there is no pull"):
             found.of("a", "pull")
+
+
+def test_what_moves_away_for_ever_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A hinge with −50 N·m/rad, as of a ship without stability: upright is the nearest."""
+    text = "name: capsizing\ngravity: 0\nbodies: {ship: {mass: 1, inertia: 1}}\n"
+    text += "joints: {roll: {type: revolute, child: ship, initial: {q: 0.1}}}\n"
+    text += "loads: {water: {type: joint_effort, joint: roll, effort: 50*joint.roll.q}}\n"
+    path = tmp_path / "ship.model.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert main(["equilibrium", str(path)]) == 1
+    told = capsys.readouterr().err
+    assert "at the start it is unstable: a negative stiffness moves joint.roll.q away" in told
+    assert "or take --nearest" in told
+    assert main(["equilibrium", str(path), "--nearest"]) == 0
+    system = tmp_path / "system.yaml"
+    text = "name: one\ncomponents: {ship: {model: ship.model.yaml}}\nconnections: []\n"
+    system.write_text(f"{text}simulation: {{stop_time: 1, step_size: 0.1}}\n", encoding="utf-8")
+    assert main(["equilibrium", str(system)]) == 1
+    assert "loads of other FMUs" not in capsys.readouterr().err

@@ -23,8 +23,9 @@ def cubic(x: float) -> tuple[float, float]:
 class Tangent:
     """A force of the place, known by its tangent."""
 
-    def __init__(self, law: Law) -> None:
+    def __init__(self, law: Law, error: float = 0.0) -> None:
         self.law, self.asked = law, list[float]()
+        self.errors = {"slope": error}
 
     def parameters_at(self, inputs: Mapping[str, float]) -> Mapping[str, float]:
         self.asked.append(inputs["x"])
@@ -41,8 +42,8 @@ def tangent() -> Program:
     return r.program()
 
 
-def system(law: Law, *, start: float = 0.0) -> Program:
-    """A mass on a spring of 3 N/m, pulled by 10 N and by the law."""
+def system(law: Law, *, start: float = 0.0, error: float = 0.0) -> Program:
+    """A mass on a spring of 3 N/m, pulled by 10 N and by the law, whose slope has an `error`."""
     r = Recorder("mass", "")
     pull = r.parameter(Variable("pull", "N", "", start=10.0))
     force = r.input(Variable("force", "N", ""))
@@ -57,7 +58,7 @@ def system(law: Law, *, start: float = 0.0) -> Program:
             Connection(("mass", "x"), ("law", "x")),
             Connection(("law", "force"), ("mass", "force")),
         ],
-        origins={"law": Tangent(law)},
+        origins={"law": Tangent(law, error)},
     )
 
 

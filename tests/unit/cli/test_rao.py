@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,26 @@ def test_regular_waves(buoy: Path, tmp_path: Path, capsys: pytest.CaptureFixture
         assert heave.attrs["units"] == "(m)/m"
         assert float(heave[0, 3]) == pytest.approx(0.95, abs=0.05)
         assert float(found["generator.power.mean"][0, 1]) > 0
+
+
+def test_what_is_settled_is_told_to_have_no_dynamics(
+    c_fmu: Callable[[str], Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    path = held_buoy(tmp_path, SEA)
+    line = f"  line: {{fmu: {c_fmu('spring')}, start: {{stiffness: 1e4}}}}\nconnections:\n"
+    for name, ends in (("x", "{0} -> {1}"), ("vx", "{0} -> {1}"), ("force_x", "{1} -> {0}")):
+        line += f"  - {ends.format(f'buoy.point.middle.{name}', f'line.end.{name}')}\n"
+    path.write_text(path.read_text("utf-8").replace("connections:\n", line), encoding="utf-8")
+    given = ["--settled", "line", "--periods", "8", "--height", "0.5", "--check", "--no-plot"]
+    assert main(["rao", str(path), *given, "--outputs", "line.end.force_x"]) == 0
+    told = capsys.readouterr()
+    assert "note: line (settled): linear about the rest in still water, and without" in told.out
+    assert "note: line.end.force_x: quasi-static, without dynamics" in told.out
+    assert "note: line: the same law at rest in this simulation, which checks nothing" in told.err
 
 
 def test_the_sea_of_the_file_and_another(

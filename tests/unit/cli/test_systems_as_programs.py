@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,24 @@ components:
     lines: {l: {type: t, from: top, to: tip, unstretched_length: 2, segments: 2}}
 connections: [m0.tip <-> line.tip]
 simulation: {stop_time: 1, step_size: 0.1}
+"""
+CART = """\
+name: cart
+gravity: 0
+bodies: {cart: {mass: 2, inertia: 1}}
+joints: {rail: {type: prismatic, child: cart, direction: [1, 0], initial: {q: 0.2}}}
+loads: {spring: {type: joint_effort, joint: rail, effort: 20 - 50*joint.rail.q}}
+"""
+ON_A_SPRING = """\
+name: held
+components:
+  cart: {{model: cart.model.yaml}}
+  line: {{fmu: {fmu}}}
+connections:
+  - cart.body.cart.x -> line.end.x
+  - cart.body.cart.vx -> line.end.vx
+  - line.end.force_x -> cart.body.cart.force_x
+simulation: {{stop_time: 1, step_size: 0.1}}
 """
 
 
@@ -142,6 +161,52 @@ def test_what_is_no_equation_takes_part_at_rest(
     assert "starts at its equilibrium; moved most: m0.joint.hinge.q" in capsys.readouterr().err
     found = load(tmp_path / "build" / "with_line.nc")
     assert np.ptp(np.asarray(found["m0.joint.hinge.q"])) < 1e-6
+
+
+@pytest.mark.parametrize("command", ["equilibrium", "linearize", "simulate"])
+def test_start_values_of_what_is_settled(
+    c_fmu: Callable[[str], Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+) -> None:
+    """A force of 20 N − 50 N/m x, and a spring of 30 N/m, which meet at 0.25 m."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cart.model.yaml").write_text(CART, encoding="utf-8")
+    text = ON_A_SPRING.format(fmu=c_fmu("spring"))
+    (tmp_path / "cart.yaml").write_text(text, encoding="utf-8")
+    given = ["cart.yaml", "--settled", "line", "--start-value", "line.stiffness", "0.03 N/mm"]
+    assert main([command, *given, *(["--no-plot"] if command == "simulate" else ["--json"])]) == 0
+    out = capsys.readouterr().out
+    if command != "simulate":
+        found = json.loads(out)
+        point = found if command == "equilibrium" else found["point"]
+        assert point["cart.joint.rail.q"] == pytest.approx(0.25, rel=1e-9)
+    bad = [*given[:3], "--start-value", "line.stifness", "30"]
+    assert main([command, *bad]) == 2
+    assert "did you mean 'stiffness'" in capsys.readouterr().err
+
+
+def test_what_is_settled_cannot_vary(
+    c_fmu: Callable[[str], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "cart.model.yaml").write_text(CART, encoding="utf-8")
+    path = tmp_path / "cart.yaml"
+    path.write_text(ON_A_SPRING.format(fmu=c_fmu("spring")), encoding="utf-8")
+    wanted = ["--such-that", "cart.joint.rail.q", "0.3", "--vary", "line.stiffness"]
+    assert main(["equilibrium", str(path), "--settled", "line", *wanted]) == 2
+    told = capsys.readouterr().err
+    assert "line.stiffness cannot vary: line has no equations, from which the effect of" in told
+
+
+def test_another_fmu_of_the_whole_is_replaced(
+    system: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    note = f"build/system{SEED}.fmu replaces another FMU of that name"
+    for more, told in (([], False), ([], False), (["--open", "pid"], True)):
+        assert main(["build", "--single", system, "--no-documentation", *more]) == 0
+        assert (note in capsys.readouterr().out) is told
 
 
 @pytest.mark.parametrize(

@@ -319,6 +319,23 @@ loads:
 """
 
 
+@pytest.mark.parametrize(("gravity", "count"), [("9.81", 0), ("-9.81", 1), ("[0, 0, -9.81]", 0)])
+def test_gravity_that_lifts_is_warned_of(tmp_path: Path, gravity: str, count: int) -> None:
+    """A number acts along −Z; in space a vector has its direction."""
+    space = ("dimensions: 3\n", "[1, 1, 1]") if "[" in gravity else ("", "1")
+    text = (
+        f"name: up\n{space[0]}gravity: {gravity}\nbodies: {{a: {{mass: 1, inertia: {space[1]}}}}}\n"
+    )
+    path = tmp_path / "up.model.yaml"
+    path.write_text(text + "joints: {j: {type: floating, child: a}}\n", encoding="utf-8")
+    found = load_model(path).warnings
+    assert len(found) == count
+    for warning in found:
+        assert warning.line == 2
+        assert warning.message == "negative gravity, -9.81 m/s2: it lifts all bodies"
+        assert warning.remedy == "give 9.81: what is positive acts along -Z"
+
+
 def test_negative_stiffness_and_damping_are_warned_of(tmp_path: Path) -> None:
     path = tmp_path / "driven.model.yaml"
     path.write_text(DRIVEN)

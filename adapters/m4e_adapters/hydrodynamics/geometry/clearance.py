@@ -16,6 +16,7 @@ from m4e_adapters.hydrodynamics.geometry.panels import Panels
 
 INWARDS = 1e-3  # of a panel's side, by which points lie behind it: bodies that touch do not overlap
 POINTS = 5  # in each direction of a panel, between which gaps are measured
+ROOM = 2.5  # sides of a panel in a gap below which forces in it are off by more than 10 %
 MOST_ANGLES = 1_000_000  # solid angles of one pair of bodies
 
 
@@ -49,13 +50,15 @@ def overlap(
 
 
 def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
-    """The narrowest part of the gap between two surfaces; None if no part is below a panel's side.
+    """The narrowest part of the gap between two surfaces; None if all are wider than ROOM sides.
 
-    Surfaces that overlap have no gap.
+    Of two boxes of 20 × 10 × 2 m with panels of 1 m, forces of waves up to 2.1 rad/s differ from
+    those with panels of 0.55 m by up to 42 % in a gap of 1 m, 13 % in 2 m, 4 % in 4 m. Surfaces
+    that overlap have no gap.
     """
     from scipy.spatial import KDTree
 
-    reach = max(float(_sides(panels).max()) for panels in (first, second))
+    reach = ROOM * max(float(_sides(panels).max()) for panels in (first, second))
     points, sides = [], []
     for one, other in ((first, second), (second, first)):
         on_panels = _points(one)
@@ -68,7 +71,7 @@ def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
     distance, partner = np.asarray(found[0]), np.asarray(found[1])
     larger = np.maximum(sides[0], sides[1][partner])
     k = int(np.argmin(distance / larger))
-    if distance[k] >= larger[k]:
+    if distance[k] >= ROOM * larger[k]:
         return None
     x, y, z = 0.5 * (points[0][k] + points[1][partner[k]])
     return Gap(float(distance[k]), (float(x), float(y), float(z)), float(larger[k]))

@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
-from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
+from m4e_adapters.hydrodynamics.geometry.clearance import ROOM, narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, read_mesh
@@ -146,7 +146,12 @@ def _too_near(
     remedy = "use more panels (a finer mesh), or a wider gap"
     if gap.width < NARROW * gap.side:
         return text, remedy
-    progress(f"warning: {text}: coefficients are inaccurate there; {remedy}")
+    finer = (ROOM * gap.side / gap.width) ** 2
+    needed = " and ".join(f"{math.ceil(len(h.panels.faces) * finer)}" for h in (first, second))
+    progress(
+        f"warning: {text}: coefficients are inaccurate in short waves; use about {needed} panels, "
+        f"so that the gap has {ROOM:g} of their sides, or a wider gap"
+    )
     return None
 
 

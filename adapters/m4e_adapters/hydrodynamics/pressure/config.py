@@ -51,7 +51,7 @@ class HullBody(Section):
         if isinstance(drawn, Box | Cylinder) and drawn.freeboard is None:
             raise rejected(
                 f"a {kind} needs a 'freeboard': its pressure is taken over the whole hull",
-                f"give the height [m] of its top above the still water: {kind}: {{…, freeboard: 2.5}}",
+                "give the shape the height [m] of its top above the still water: freeboard: 2.5",
             )
         return self
 

@@ -43,7 +43,7 @@ def validated(text: str) -> HullPressureConfig:
             CYLINDER,
             "{torus: {radius: 4, tube_radius: 1}}",
             4,
-            "a torus is not drawn above the water",
+            "a torus is not drawn",
         ),
         ("freeboard: 2.0", "top_z: -1", 4, "'top_z' is of a submerged shape"),
         ("freeboard: 2.0", "freeboard: 2.0, top_z: -1", 4, "has a 'freeboard' and its top at"),

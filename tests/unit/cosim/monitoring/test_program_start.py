@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from support.example_systems import EXAMPLES, example_system
 
+from m4e_fmi.analysis import equilibrium
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import System, load_system, program_start_warnings, run, system_program
+from m4e_fmi.simulate import started
 
 FLOATING = {"body.body.sphere.z": -1.0, "body.body.sphere.theta": 0.2, "body.body.sphere.x": 5.0}
 
@@ -42,6 +44,19 @@ def test_connected_forces_count(folder: Path) -> None:
     told, of_run = both(system.changed(start={"generator.pretension": 1e6}), folder)
     assert told == of_run
     assert "connected forces" in told[0]
+
+
+def test_what_is_balanced_where_it_starts_is_not_out_of_balance() -> None:
+    """A sphere that is too light, at its start and where it is at rest: the pose is told then."""
+    system = load_system(EXAMPLES / "sphere_decay" / "system.yaml")
+    program = started(system_program(system), {"body.m": 2.4e5})
+    weight, pose = "weight and connected forces are", "water.sphere.z starts at"
+    z = "body.body.sphere.z"
+    rest = equilibrium(program).values
+    for place, count in ((-2.0, 1), (rest[z], 0), (rest[z] + 0.01, 1)):
+        told = program_start_warnings(system, program.with_start({**rest, z: place}))
+        assert sum(weight in line for line in told) == count
+        assert any(pose in line for line in told) is (place != -2.0)
 
 
 def test_simulate_tells_them(

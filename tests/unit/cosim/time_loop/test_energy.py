@@ -88,6 +88,16 @@ def test_the_share_is_of_what_moves() -> None:
     assert invented.relative == pytest.approx(0.01, rel=1e-3)
 
 
+@pytest.mark.parametrize("amplitude", [1e-6, 1.0])
+def test_errors_of_a_displacement_count_without_the_preload(amplitude: float) -> None:
+    """A velocity that is wrong by 1e-5 is no energy of a preload of 10 kN, however small all is."""
+    times, x, v = oscillation(2, 400)
+    part = times <= 1.7 * PERIOD
+    times, x, v = times[part], amplitude * x[part], amplitude * v[part]
+    found = balance(times, 1e4 - STIFFNESS * x, (1 + 1e-5) * v, x)
+    assert abs(found.relative) < 3e-5  # that of the spring, and of the trapezoids
+
+
 def test_nothing_moves() -> None:
     times = np.linspace(0.0, 10.0, 101)
     zero = np.zeros(times.size)
