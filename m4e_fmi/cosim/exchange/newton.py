@@ -31,6 +31,11 @@ SINGULAR = 10 * TOLERANCE
 """Part of a pivot's terms that is left, below which `TOLERANCE` says nothing of the solution."""
 MOST_NAMED = 4
 """Members of a loop that a message names."""
+REMEDY = (
+    "check the gains, the start values and the signs of the connections: it may have no solution; "
+    "or write ', delayed' behind one of these connections, or list under `dependencies` the inputs "
+    "on which the outputs really depend, if they are fewer"
+)
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
 LOST = 1e-6
@@ -195,18 +200,14 @@ class LoopEquations:
         self._newton = copy(kept.newton)
 
     def solve(self) -> None:
-        """Bring inputs and outputs into agreement; RunError naming a variable if that fails.
-
-        At first also if there is not one solution only.
-        """
-        is_first = not self._started
-        if is_first:
+        """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
+        if not self._started:
             self._first()
             self._started = True
         guess = self.input_values.copy()
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
-            found = self._newton.solve(self._residual, self._jacobian, guess, self._scale)
+            self._newton.solve(self._residual, self._jacobian, guess, self._scale)
         except NotConvergedError as failure:
             port = self.inputs[failure.worst]
             time = self._instances[port.component].time
@@ -214,12 +215,13 @@ class LoopEquations:
                 f"the algebraic loop of {self._names} at t = {time:.9g} s is not solved after "
                 f"{failure.iterations} iterations: {port} still differs from its source by "
                 f"{failure.size:.3g} of its value",
-                "check the start values and the signs of the connections: it may have no solution; "
-                "or write ', delayed' behind one of these connections, or list under "
-                "`dependencies` the inputs on which the outputs really depend, if they are fewer",
+                REMEDY,
             ) from failure
-        if is_first:
-            self._check_regular(found)
+
+    @property
+    def is_started(self) -> bool:
+        """True if it has been solved before."""
+        return self._started
 
     @property
     def _names(self) -> str:
@@ -227,8 +229,9 @@ class LoopEquations:
         named = ", ".join(map(str, self.inputs[:MOST_NAMED]))
         return f"{named} and {more} more" if more > 0 else named
 
-    def _check_regular(self, x: np.ndarray) -> None:
-        """RunError if the loop is singular at its solution `x` (n,), in the inputs' units."""
+    def check_regular(self) -> None:
+        """RunError if the loop is singular at its solution, so that there are others."""
+        x = self.input_values.copy()
         matrix = self._jacobian(x, self._residual(x), again=False)
         self._residual(x)  # the FMUs have the solution again
         if is_singular((-matrix).tolist(), least=SINGULAR):
@@ -236,8 +239,7 @@ class LoopEquations:
             raise RunError(
                 f"the algebraic loop of {self._names} is singular at t = {time:.9g} s: its "
                 "equations have no single solution",
-                "look at the gains around the loop, its signs and its start values; or write "
-                "', delayed' behind one of these connections",
+                REMEDY,
             )
 
     def _residual(self, x: np.ndarray) -> np.ndarray:

@@ -26,8 +26,11 @@ class SolvedLoop:
         self._inputs = np.array(inputs, dtype=np.intp)
 
     def run(self, _time: float) -> None:
-        """Solve the loop at the present point; RunError if that fails."""
+        """Solve the loop at the present point; RunError if it fails, or is singular at first."""
+        is_first = not self.equations.is_started
         self.equations.solve()
+        if is_first:
+            self.equations.check_regular()
         self._network.roughness = max(self._network.roughness, self.equations.roughness)
         self._network.values[self._outputs] = self.equations.output_values
         self._network.inputs[self._inputs] = self.equations.input_values

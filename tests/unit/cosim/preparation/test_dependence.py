@@ -356,7 +356,7 @@ def test_every_remedy_for_a_loop_without_solution_leads_to_a_run(c_fmu: Fmus, ve
     with pytest.raises(RunError) as caught:
         run(system)
     text = str(caught.value)
-    assert "algebraic loop of a.u, b.u at t = 0.05 s" in text
+    assert "algebraic loop of a.u, b.u is singular at t = 0 s" in text
     assert "signs of the connections" in text
     run(ring(c_fmu, f"{version}blind_stage", gain=-1.0))
     assert "', delayed'" in text
