@@ -32,6 +32,7 @@ DEEPEST_FOLDER = 50
 LARGEST_TABLE = 20 * MB
 LARGEST_LINE_FILE = 10 * MB
 LARGEST_MESH = 300 * MB
+LARGEST_COEFFICIENTS = 500 * MB
 LARGEST_PROGRAM = 1_000 * MB
 LARGEST_CHECKPOINT = 4_000 * MB
 LARGEST_CHECKPOINT_TEXT = 250 * MB
@@ -81,6 +82,8 @@ LIMITS = (
           "10,000 rows, as many as a table takes, of 100 columns"),
     Limit("MoorDyn file", "size", LARGEST_LINE_FILE, "bytes", "100 lines have 20 kB"),
     Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
+    Limit("hydrodynamic coefficients", "size", LARGEST_COEFFICIENTS, "bytes",
+          "two bodies at 260 frequencies have 2 MB, 36 directions at 500 frequencies 30 MB"),
     Limit("program", "size", LARGEST_PROGRAM, "bytes",
           "the C library of an FMU reads 1,073 MB"),
     Limit("checkpoint", "size", LARGEST_CHECKPOINT, "bytes",

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.coefficient_files.from_file import coefficients_from_file
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
 from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
@@ -33,11 +34,26 @@ def coefficients_from_config(
     highest: float = 0.0,
     progress: Callable[[str], object] = print,
 ) -> Coefficients:
-    """Coefficients of the configured bodies; from the cache if they were computed before.
+    """Coefficients of the configured bodies: of a file, or computed, once.
 
-    The frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
-    Raises InputError for meshes that do not bound a volume in the water.
+    Computed frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
+    Raises InputError for meshes that do not bound a volume in the water, and for files of
+    coefficients that are wrong or of other bodies or water.
     """
+    if config.coefficients is not None:
+        found = coefficients_from_file(config, folder=folder, progress=progress)
+    else:
+        found = _computed(config, folder=folder, highest=highest, progress=progress)
+    return found if config.body_to_body else found.without_interaction()
+
+
+def _computed(
+    config: HydrodynamicsConfig,
+    *,
+    folder: Path,
+    highest: float,
+    progress: Callable[[str], object],
+) -> Coefficients:
     hulls = make_hulls(config, folder, progress=progress)
     for text in (
         *sea_doubts(config.waves, config.water),
@@ -131,11 +147,14 @@ def frequency_table(
 
 
 def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
-    """InputError with all problems of a configuration and its meshes; computes no flow.
+    """InputError with all problems of a configuration and its files; computes no flow.
 
     Returns a program with the variables of that of the configuration, but for the states of the
     memory; there is no flow in it.
     """
+    if config.coefficients is not None:
+        found = coefficients_from_file(config, folder=folder, progress=_silent)
+        return _program(config, found.without_flow(), name="hydrodynamics", progress=_silent)
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
     omega = np.empty(0)
     if hulls:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -62,11 +62,20 @@ class Axes:
         return [self.to_world(row) for row in zip(*columns, strict=True)]
 
 
-def record_heading(recorder: Recorder, heading: Heading) -> tuple[Axes, Axes]:
-    """The axes of the reference pose, and those of now; the same without a filter."""
+def record_heading(
+    recorder: Recorder, heading: Heading, *, fixed: bool = False
+) -> tuple[Axes, Axes]:
+    """The axes of the reference pose, and those of now; the same without a filter.
+
+    `fixed`: the heading must keep its value.
+    """
     text = "heading of the reference pose: angle of the hulls' x axis, from +X towards +Y"
     start = math.radians(heading.angle)
-    given = recorder.parameter(Variable("heading", "rad", text, start=start, display_unit="deg"))
+    variable = Variable("heading", "rad", text, start=start, display_unit="deg")
+    if fixed:
+        text = f"{text}; the coefficients are for one direction of the waves from it only"
+        variable = replace(variable, description=text, minimum=start, maximum=start)
+    given = recorder.parameter(variable)
     reference = Axes.at(given)
     if heading.filter_time is None:
         return reference, reference

@@ -17,7 +17,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves
 from m4e_fmi.files.document import Section, rejected
 
@@ -52,13 +52,18 @@ class Body(Section):
     [x, y, z] in space.
 
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
-    quadratic.
+    quadratic. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
+    left out where the file has it. `reference_point` [m], the point that the motions in the file
+    are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
+    file lacks them.
     """
 
-    shape: Shape
-    center_of_gravity: Place
+    shape: Shape = NO_SHAPE
+    center_of_gravity: Place = ()
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
+    reference_point: Place | None = None
+    volume: Positive | None = None
 
     @model_validator(mode="after")
     def _panels_of_a_file(self) -> Body:
@@ -110,13 +115,18 @@ class HydrodynamicsConfig(Section):
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
     of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
     through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
-    the yaw of the body (one only) with this time constant.
+    the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
+    (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
+    file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
+    body's motion on another.
     """
 
     dimensions: Literal[2, 3] = 2
     water: Water = Water()
     heading: Finite = 0.0
     heading_filter: Positive | None = None
+    coefficients: str | None = None
+    body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
@@ -124,7 +134,7 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*_places(self)]
+        wrong = [*_places(self), *_of_its_source(self)]
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
@@ -147,15 +157,39 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         given = {
             ("center_of_gravity",): body.center_of_gravity,
             ("shape", "mesh_origin"): body.shape.mesh_origin,
+            ("reference_point",): body.reference_point,
         }
         for keys, place in given.items():
-            if place is None or len(place) == config.dimensions:
+            if not place or len(place) == config.dimensions:
                 continue
             text = f"'{keys[-1]}' has {len(place)} coordinates, expected {axes}"
             remedy = f"write {axes}; numbers have a decimal point"
             if config.dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
+    of_file = config.coefficients is not None
+    if of_file and "frequencies" in config.model_fields_set:
+        text = "'frequencies' has no effect on coefficients of a file"
+        yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    for name, body in config.bodies.items():
+        needed, idle = ("shape", "center_of_gravity"), ("reference_point", "volume")
+        if of_file:
+            needed, idle = (), ("shape", "panels")
+        for key in needed:
+            if key not in body.model_fields_set:
+                yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        for key in idle:
+            if key in body.model_fields_set:
+                source = "with coefficients of a file" if of_file else "on a shape"
+                text = f"'{key}' has no effect {source}"
+                remedy = "remove it, or the key 'coefficients' of the component"
+                if not of_file:
+                    remedy = "remove it, or name a file of 'coefficients'"
+                yield _wrong(("bodies", name, key), text, remedy)
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -172,7 +206,7 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
         yield _wrong((key,), f"'{key}' is of space", remedy)
     for name, body in config.bodies.items():
         kind = body.shape.kind
-        if getattr(getattr(body.shape, kind), "center_y", 0.0):
+        if getattr(getattr(body.shape, kind, None), "center_y", 0.0):
             place = ("bodies", name, "shape", kind, "center_y")
             yield _wrong(place, "'center_y' leaves the X-Z plane", remedy)
         for motion in ("sway", "roll", "yaw"):

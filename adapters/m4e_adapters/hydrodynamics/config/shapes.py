@@ -112,8 +112,8 @@ class Shape(Section):
 
     @property
     def kind(self) -> str:
-        """The key that says which shape it is."""
-        return next(name for name in SHAPES if getattr(self, name) is not None)
+        """The key that says which shape it is; "" of `NO_SHAPE`."""
+        return next((name for name in SHAPES if getattr(self, name) is not None), "")
 
     @property
     def axis(self) -> tuple[float, float] | None:
@@ -133,3 +133,7 @@ class Shape(Section):
         if self.mesh_origin is not None and self.mesh is None:
             raise rejected("'mesh_origin' is for mesh files", "give the shape a center_x")
         return self
+
+
+NO_SHAPE = Shape.model_construct()
+"""Of a body whose coefficients are those of a file."""

@@ -44,7 +44,7 @@ def record_motions(recorder: Recorder, coefficients: Coefficients, heading: Head
     """Inputs of all bodies, and in space the heading."""
     if coefficients.dimensions == 2:
         return Motions(*_record_inputs(recorder, coefficients, heading))
-    reference, axes = record_heading(recorder, heading)
+    reference, axes = record_heading(recorder, heading, fixed=coefficients.is_of_one)
     position, velocity = _record_inputs(recorder, coefficients, heading)
     record_filter(recorder, heading, axes, position[YAW_PLACE])
     places = reference_places(coefficients.centers, reference)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -111,7 +112,7 @@ def record_sea(
     if coefficients.dimensions == 2:
         table = _in_plane(coefficients.excitation_at(omega))
     else:
-        direction = record_direction(recorder, waves)
+        direction = record_direction(recorder, waves, fixed=coefficients.is_of_one)
         table = excitation_in_space(coefficients, omega, direction, heading, places)
     ramp = record_ramp(recorder, waves)
     elevation: Scalar | float = 0.0
@@ -131,11 +132,16 @@ def _in_plane(excitation: np.ndarray) -> list[list[Pair]]:
     return [[(float(x.real), float(x.imag)) for x in row] for row in excitation]
 
 
-def record_direction(recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular) -> Scalar:
-    """The parameter `wave.direction` [rad]."""
+def record_direction(
+    recorder: Recorder, waves: Jonswap | PiersonMoskowitz | Regular, *, fixed: bool = False
+) -> Scalar:
+    """The parameter `wave.direction` [rad]; `fixed`: it must keep its value."""
     text = "direction that the waves travel to, from +X towards +Y"
     start = math.radians(waves.direction)
     variable = Variable("wave.direction", "rad", text, start=start, display_unit="deg")
+    if fixed:
+        text = f"{text}; the coefficients are for this direction only"
+        variable = replace(variable, description=text, minimum=start, maximum=start)
     return recorder.parameter(variable)
 
 

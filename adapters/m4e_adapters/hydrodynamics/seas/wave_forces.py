@@ -19,7 +19,6 @@ from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.seas.sea import (
     AnyWaves,
     Number,
-    check_harmonics,
     excitation_in_space,
     record_components,
     record_direction,
@@ -27,7 +26,6 @@ from m4e_adapters.hydrodynamics.seas.sea import (
 )
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 ELEVATION = "wave.elevation_input"
@@ -101,29 +99,19 @@ class HullWaves:
     ) -> np.ndarray:
         """Each input per amplitude, (k, m), for waves of `omega` (k,) [rad/s] to `direction` [rad].
 
-        In the plane InputError for another direction than that of the coefficients.
+        InputError for a direction that the coefficients are not for.
         """
         c = self.coefficients
         if c.dimensions == 2:
-            self._check_direction(direction)
-            forces = c.excitation_at(omega)
+            forces = c.towards(math.degrees(direction)).excitation_at(omega)
         else:
-            check_harmonics(c)
             reference = values["heading"]
             places = reference_places(c.centers, Axes.at(reference))
             heading = reference + values.get("heading_change", 0.0)
+            c = c.towards(math.degrees(direction - heading))
             table = np.array(excitation_in_space(c, omega, direction, heading, places), dtype=float)
             forces = table[..., 0] + 1j * table[..., 1]
         return np.concatenate([np.ones((len(omega), 1)), forces], axis=1)
-
-    def _check_direction(self, direction: float) -> None:
-        known = self.coefficients.wave_direction
-        if abs(math.remainder(direction - math.radians(known), 2.0 * math.pi)) > 1e-9:
-            raise InputError.single(
-                f"the excitation was computed for waves that travel at {known:g} deg, not at "
-                f"{math.degrees(direction):g} deg",
-                "write that direction under 'waves' of the component, or 'dimensions: 3' for all",
-            )
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
         """The configured sea, if it is irregular."""
