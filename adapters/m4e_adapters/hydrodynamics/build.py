@@ -15,6 +15,7 @@ from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
@@ -88,7 +89,7 @@ def program_from_config(
 ) -> Program:
     """The configured load as a Program (see `load`)."""
     coefficients = coefficients_from_config(config, folder=folder, progress=progress)
-    return _program(config, coefficients, name=name, progress=progress)
+    return program_of(config, coefficients, name=name, progress=progress)
 
 
 def program_in_waves(
@@ -107,18 +108,20 @@ def program_in_waves(
         config, folder=folder, highest=highest, progress=progress
     )
     forces = HullWaves(coefficients, config.waves)
-    program = _program(config, coefficients, name=name, sea=forces.record, progress=progress)
+    program = program_of(config, coefficients, name=name, sea=forces.record, progress=progress)
     return program, forces
 
 
-def _program(
+def program_of(
     config: HydrodynamicsConfig,
     coefficients: Coefficients,
     *,
     name: str,
     sea: RecordSea = record_sea,
+    memory: RadiationMemory | None = None,
     progress: Callable[[str], object],
 ) -> Program:
+    """The load of a configuration with its `coefficients`, and a `memory` if it is known."""
     return hydrodynamics_program(
         coefficients,
         name=name,
@@ -127,6 +130,7 @@ def _program(
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
         sea=sea,
+        memory=memory,
         progress=progress,
     )
 
@@ -154,7 +158,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     """
     if config.coefficients is not None:
         found = coefficients_from_file(config, folder=folder, progress=_silent)
-        return _program(config, found.without_flow(), name="hydrodynamics", progress=_silent)
+        return program_of(config, found.without_flow(), name="hydrodynamics", progress=_silent)
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
     omega = np.empty(0)
     if hulls:
@@ -163,7 +167,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     if problems:
         raise InputError(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
-    return _program(config, still, name="hydrodynamics", progress=_silent)
+    return program_of(config, still, name="hydrodynamics", progress=_silent)
 
 
 def table_and_problems(

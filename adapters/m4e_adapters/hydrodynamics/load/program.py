@@ -33,7 +33,7 @@ from m4e_adapters.hydrodynamics.load.parts import (
     record_hydrostatics,
     record_memory,
 )
-from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.seas.sea import AnyWaves, Number, record_sea
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
@@ -69,6 +69,7 @@ def hydrodynamics_program(
     radiation: Radiation | None = None,
     heading: Heading | None = None,
     sea: RecordSea = record_sea,
+    memory: RadiationMemory | None = None,
     progress: Callable[[str], object] = _silent,
 ) -> Program:
     """The load on all bodies of `coefficients`, from any source of these.
@@ -80,6 +81,7 @@ def hydrodynamics_program(
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
     sea : records the waves and gives the excitation of each motion.
+    memory : of the radiation; None: it is fitted.
     progress : is told the accuracy of the memory.
 
     Returns
@@ -93,10 +95,10 @@ def hydrodynamics_program(
     waves, turning = waves or Still(spectrum="still"), heading or Heading()
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
-    fitted = fit_radiation(
+    fitted = memory or fit_radiation(
         coefficients, order=radiation.order if radiation else None, progress=progress
     )
-    memory = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
+    remembered = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
     excitation = sea(recorder, waves, coefficients, heading=angle, places=moved.places)
     restoring, carried = record_hydrostatics(recorder, coefficients, moved.displacement)
@@ -105,7 +107,7 @@ def hydrodynamics_program(
         resistance = record_drag(
             recorder, body, coefficients, (drag or {}).get(body, Drag()), moved.velocity[own]
         )
-        parts = (restoring[own], memory[own], excitation[own], resistance)
+        parts = (restoring[own], remembered[own], excitation[own], resistance)
         record_outputs(recorder, body, coefficients, parts, moved.axes)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, waves)
         text = f"mass of the water that {body} displaces in the reference pose"

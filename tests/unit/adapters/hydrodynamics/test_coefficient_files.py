@@ -300,3 +300,60 @@ def test_added_mass_at_infinity_by_causality() -> None:
 
 def test_a_file_of_the_given_folder_only(folder: Path) -> None:
     assert read_coefficient_file(folder / "ball.h5").bodies[0].volume == pytest.approx(261.724)
+
+
+def test_formats_agree_about_any_point(tmp_path: Path) -> None:
+    """Capytaine's netCDF and WAMIT files about a point off the hull, and our own coefficients."""
+    from capytaine import BEMSolver, FloatingBody, Mesh, export_dataset, rigid_body_dofs
+    from xarray import Dataset
+
+    from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
+    from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
+
+    text = "bodies: {box: {shape: {box: {length: 8, width: 5, draft: 2, center_x: 1}}, panels: 60, "
+    text += "center_of_gravity: [0.5, 0.2, -0.7]}}"
+    own = Document.parse(f"{{dimensions: 3, {text}}}").validate(HydrodynamicsConfig)
+    (hull,) = make_hulls(own, tmp_path, progress=lambda _: None)
+    omega, point = np.linspace(0.4, 2.0, 8), (1.5, -0.6, 0.4)
+    ours = solve_hulls([hull], water=own.water, omega=omega, progress=lambda _: None)
+    mesh = Mesh(hull.panels.vertices, hull.panels.faces, auto_check=False)
+    lid = hull.lid and Mesh(hull.lid.vertices, hull.lid.faces, auto_check=False)
+    body = FloatingBody(
+        mesh=mesh, lid_mesh=lid, center_of_mass=hull.center, name="box",
+        dofs=rigid_body_dofs(rotation_center=point),
+    )  # fmt: skip
+    beta = np.linspace(0.0, 2 * np.pi, 9, endpoint=False)
+    tests = Dataset(coords={
+        "omega": [*omega, np.inf], "wave_direction": beta, "radiating_dof": list(body.dofs),
+        "water_depth": [np.inf], "rho": [1025.0],
+    })  # fmt: skip
+    dataset = BEMSolver(method="direct").fill_dataset(tests, body)
+    export_dataset(tmp_path / "box.nc", dataset)
+    export_dataset(str(tmp_path / "box"), dataset.sel(omega=omega), format="wamit")
+    # of Capytaine about the centre of gravity: its integrals over coarse panels are not exact
+    at_center = FloatingBody(
+        mesh=mesh, center_of_mass=hull.center, dofs=rigid_body_dofs(rotation_center=hull.center)
+    )
+    about_center = at_center.compute_hydrostatic_stiffness(rho=1025.0, g=9.81).values
+    given = f"center_of_gravity: [0.5, 0.2, -0.7], reference_point: {list(point)}, volume: 80"
+    of_nc, told = of("{dimensions: 3, coefficients: box.nc, bodies: {box: {}}}", tmp_path)
+    of_wamit, _ = of(
+        f"{{dimensions: 3, coefficients: box.1, bodies: {{box: {{{given}}}}}}}", tmp_path
+    )
+    assert any("about (1.5, -0.6, 0.4) m (file) moved to the centre" in line for line in told)
+    assert any("9 wave directions go all around" in line for line in told)
+    size = np.abs(ours.added_mass).max(axis=0)
+    for found, error in ((of_nc, 1e-6), (of_wamit, 1e-5)):
+        for name in ("added_mass", "radiation_damping"):
+            one, other = getattr(found, name), getattr(ours, name)
+            if found is of_wamit:  # Capytaine 3.0 writes the transposed matrices
+                one, other = (0.5 * (x + x.swapaxes(1, 2)) for x in (one, other))
+            assert one == pytest.approx(other, abs=error * np.abs(other).max())
+        assert found.hydrostatic_stiffness == pytest.approx(
+            about_center, abs=error * about_center.max()
+        )
+        assert found.buoyancy == pytest.approx(ours.buoyancy, abs=error * ours.buoyancy.max())
+        assert found.excitation == pytest.approx(
+            ours.excitation, abs=10 * error * np.abs(ours.excitation).max()
+        )
+    assert of_nc.added_mass_inf == pytest.approx(ours.added_mass_inf, abs=1e-6 * size.max())
