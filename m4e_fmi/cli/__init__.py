@@ -22,6 +22,7 @@ from m4e_fmi.cli import (
     draw,
     equations,
     equilibrium,
+    hydro,
     info,
     linearize,
     rao,
@@ -39,7 +40,8 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
-    equations, draw, simulate, equilibrium, linearize, rao, build, info, validate, run, doctor,
+    equations, draw, simulate, equilibrium, linearize, rao, hydro, build, info, validate, run,
+    doctor,
 )  # fmt: skip
 
 
