@@ -5,7 +5,7 @@ from __future__ import annotations
 from inspect import cleandoc
 from typing import Any
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from m4e_fmi.files.document import Section
@@ -85,10 +85,19 @@ def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "**required**"
     value = field.get_default(call_default_factory=True)
-    if isinstance(value, Section):
+    if isinstance(value, Section) and _is_whole(value):
         return "its own"
-    if value in (None, {}, ()):
+    if value is None or value in ({}, ()) or isinstance(value, Section):
         return "–"
     if isinstance(value, float):
         return "`deep`" if value == float("inf") else f"{value:g}"
     return f"`{value}`"
+
+
+def _is_whole(value: Section) -> bool:
+    """True for a section that could be written as it is."""
+    try:
+        type(value).model_validate(value.model_dump(exclude_none=True))
+    except ValidationError:
+        return False
+    return True

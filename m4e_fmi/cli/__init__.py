@@ -23,6 +23,7 @@ from m4e_fmi.cli import (
     draw,
     equations,
     equilibrium,
+    hydro,
     info,
     linearize,
     rao,
@@ -30,8 +31,8 @@ from m4e_fmi.cli import (
     simulate,
     validate,
 )
-from m4e_fmi.cli.options import EXIT_FAILED
-from m4e_fmi.cli.output import clean_output
+from m4e_fmi.cli.shared.options import EXIT_FAILED
+from m4e_fmi.cli.shared.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
 from m4e_fmi.signals import Terminated, ending_cleanly
 
@@ -40,8 +41,8 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
-    equations, draw, simulate, equilibrium, linearize, rao, decay, build, info, validate, run,
-    doctor,
+    equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
+    run, doctor,
 )  # fmt: skip
 
 
@@ -80,7 +81,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print("failed: there is not enough memory", file=sys.stderr)
         return EXIT_FAILED
     except Exception as error:  # noqa: BLE001  the last resort
-        from m4e_fmi.cli.defect import defect_line, given
+        from m4e_fmi.cli.shared.defect import defect_line, given
 
         print(defect_line(error, given(arguments)), file=sys.stderr)
         return EXIT_FAILED

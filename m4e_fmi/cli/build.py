@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
     add_build_folder,
     add_native,

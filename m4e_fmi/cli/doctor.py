@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from m4e_fmi.cli.options import EXIT_FAILED
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 
 def add(commands: argparse._SubParsersAction) -> None:

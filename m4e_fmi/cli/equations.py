@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import MODEL_OR_SYSTEM, add_open, load_equations
+from m4e_fmi.cli.shared.options import MODEL_OR_SYSTEM, add_open, load_equations
 from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_open,
     add_start_values,

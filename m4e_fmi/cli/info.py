@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     add_build_folder,
     is_system,
     load_model,

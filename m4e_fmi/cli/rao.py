@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_open,
     add_start_values,

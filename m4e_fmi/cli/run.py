@@ -10,7 +10,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     Gathered,
     add_build_folder,
     add_native,

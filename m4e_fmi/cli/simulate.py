@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.options import (
+from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_open,
     add_output_file,

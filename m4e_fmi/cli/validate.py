@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from m4e_fmi.cli.options import EXIT_FAILED
+from m4e_fmi.cli.shared.options import EXIT_FAILED
 
 EPILOG = (
     "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "

@@ -33,6 +33,7 @@ LARGEST_TABLE = 20 * MB
 LARGEST_LINE_FILE = 10 * MB
 LARGEST_MESH = 300 * MB
 LARGEST_QTF = 200 * MB
+LARGEST_COEFFICIENTS = 500 * MB
 LARGEST_PROGRAM = 1_000 * MB
 LARGEST_CHECKPOINT = 4_000 * MB
 LARGEST_CHECKPOINT_TEXT = 250 * MB
@@ -84,6 +85,8 @@ LIMITS = (
     Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
     Limit("WAMIT drift forces", "size", LARGEST_QTF, "bytes",
           "six QTFs of 40 frequencies in 36 directions have 18 MB"),
+    Limit("hydrodynamic coefficients", "size", LARGEST_COEFFICIENTS, "bytes",
+          "two bodies at 260 frequencies have 2 MB, 36 directions at 500 frequencies 30 MB"),
     Limit("program", "size", LARGEST_PROGRAM, "bytes",
           "the C library of an FMU reads 1,073 MB"),
     Limit("checkpoint", "size", LARGEST_CHECKPOINT, "bytes",

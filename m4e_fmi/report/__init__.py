@@ -8,17 +8,20 @@ give its outlines, `style` the colours.
 from m4e_fmi.report.drawing.animation import animate, check_animation_path
 from m4e_fmi.report.drawing.decay_figure import plot_decay
 from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
+from m4e_fmi.report.drawing.hydro_figure import plot_hydro
 from m4e_fmi.report.drawing.motion import plot_modes, plot_phase
 from m4e_fmi.report.drawing.pictures import check_picture_path
 from m4e_fmi.report.drawing.schematic import draw_model, model_figure
 from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
 from m4e_fmi.report.drawing.wave_figure import plot_waves
 from m4e_fmi.report.files import write_simulation
+from m4e_fmi.report.hydro_file import write_hydro
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
 from m4e_fmi.report.text.decay_text import decay_json, decay_text
 from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
 from m4e_fmi.report.text.fmu_text import fmu_text
+from m4e_fmi.report.text.hydro_text import hydro_json, hydro_text
 from m4e_fmi.report.text.linear_text import linear_json, linear_text
 from m4e_fmi.report.text.summaries import run_summary, simulation_summary
 from m4e_fmi.report.text.tables import model_tables
@@ -47,11 +50,14 @@ __all__ = [
     "equilibrium_values",
     "fmu_documentation",
     "fmu_text",
+    "hydro_json",
+    "hydro_text",
     "linear_json",
     "linear_text",
     "model_figure",
     "model_tables",
     "plot_decay",
+    "plot_hydro",
     "plot_modes",
     "plot_phase",
     "plot_run",
@@ -68,6 +74,7 @@ __all__ = [
     "wave_json",
     "wave_text",
     "whole_documentation",
+    "write_hydro",
     "write_sea",
     "write_simulation",
     "write_waves",

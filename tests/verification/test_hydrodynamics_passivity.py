@@ -20,6 +20,7 @@ from support.published_coefficients import (
 )
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.memory import group_fit, soundness
 from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
@@ -360,8 +361,10 @@ def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
 
 
 def fits_in_turn(monkeypatch: pytest.MonkeyPatch, *fits: RadiationGroup) -> None:
-    """Let the fits of a group to its data, to resolved ones, to smooth ones be these."""
+    """Let the fits of a group to its data, to resolved ones, to smooth ones be these; keep none."""
     rest = iter(fits)
+    monkeypatch.setattr(cache, "found", lambda *_: None)
+    monkeypatch.setattr(cache, "keep", lambda *_: None)
     monkeypatch.setattr(group_fit, "_fitted", lambda *_: next(rest))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.coefficient_files.from_file import coefficients_from_file
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
@@ -17,6 +18,7 @@ from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, witho
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
@@ -37,11 +39,26 @@ def coefficients_from_config(
     highest: float = 0.0,
     progress: Callable[[str], object] = print,
 ) -> Coefficients:
-    """Coefficients of the configured bodies; from the cache if they were computed before.
+    """Coefficients of the configured bodies: of a file, or computed, once.
 
-    The frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
-    Raises InputError for meshes that do not bound a volume in the water.
+    Computed frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
+    Raises InputError for meshes that do not bound a volume in the water, and for files of
+    coefficients that are wrong or of other bodies or water.
     """
+    if config.coefficients is not None:
+        found = coefficients_from_file(config, folder=folder, progress=progress)
+    else:
+        found = _computed(config, folder=folder, highest=highest, progress=progress)
+    return found if config.body_to_body else found.without_interaction()
+
+
+def _computed(
+    config: HydrodynamicsConfig,
+    *,
+    folder: Path,
+    highest: float,
+    progress: Callable[[str], object],
+) -> Coefficients:
     waves = _systems(config, folder)
     hulls = make_hulls(config, folder, progress=progress)
     for text in (
@@ -102,7 +119,7 @@ def program_from_config(
 ) -> Program:
     """The configured load as a Program (see `load`)."""
     coefficients = coefficients_from_config(config, folder=folder, progress=progress)
-    return _program(config, coefficients, name=name, folder=folder, progress=progress)
+    return program_of(config, coefficients, name=name, folder=folder, progress=progress)
 
 
 def program_in_waves(
@@ -122,22 +139,28 @@ def program_in_waves(
     )
     with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
     forces = HullWaves(coefficients, drift=tuple(with_drift))
-    program = _program(
+    program = program_of(
         config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
     )
     return program, forces
 
 
-def _program(
+def program_of(
     config: HydrodynamicsConfig,
     coefficients: Coefficients,
     *,
     name: str,
     folder: Path,
     sea: RecordSea = record_sea,
+    memory: RadiationMemory | None = None,
     progress: Callable[[str], object],
 ) -> Program:
-    drift, problems = drifts_and_problems(config, folder)
+    """The load of a configuration with its `coefficients`, and a `memory` if it is known."""
+    water = config.water.model_copy(
+        update={key: getattr(coefficients, key) for key in ("density", "depth", "gravity")}
+    )
+    centers = dict(zip(coefficients.bodies, map(tuple, coefficients.centers.tolist()), strict=True))
+    drift, problems = drifts_and_problems(config, folder, centers=centers, water=water)
     if problems:
         raise InputError(problems)
     return hydrodynamics_program(
@@ -151,6 +174,7 @@ def _program(
         drift=drift,
         sea=sea,
         folder=folder,
+        memory=memory,
         progress=progress,
     )
 
@@ -176,18 +200,23 @@ def frequency_table(
 
 
 def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
-    """InputError with all problems of a configuration and its meshes; computes no flow.
+    """InputError with all problems of a configuration and its files; computes no flow.
 
     Returns a program with the variables of that of the configuration, but for the states of the
     memory; there is no flow in it.
     """
+    if config.coefficients is not None:
+        found = coefficients_from_file(config, folder=folder, progress=_silent)
+        found = found.without_flow()
+        return program_of(config, found, name="hydrodynamics", folder=folder, progress=_silent)
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
     omega, waves = np.empty(0), tuple[WaveSystem, ...]()
     try:
         waves = _systems(config, folder)
     except InputError as error:
         problems += error.problems
-    problems += drifts_and_problems(config, folder)[1]
+    centers = {name: b.center_of_gravity for name, b in config.bodies.items() if not b.fixed}
+    problems += drifts_and_problems(config, folder, centers=centers, water=config.water)[1]
     if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong
@@ -195,7 +224,7 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
         raise InputError(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
     still = replace(still, excited_by=config.loads.excitation)
-    return _program(config, still, name="hydrodynamics", folder=folder, progress=_silent)
+    return program_of(config, still, name="hydrodynamics", folder=folder, progress=_silent)
 
 
 def table_and_problems(

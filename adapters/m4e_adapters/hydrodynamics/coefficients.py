@@ -11,17 +11,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, MOTIONS, Motion, point_in_space
+from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 MEMORY_REACH = 4.5  # wavenumber times size up to which radiation matters
+SAME_DIRECTION = 1e-3  # deg
 NO_WATERPLANE = 1e-6  # waterplane, relative to volume^(2/3), that is rounding of a closed mesh
 
 
@@ -60,8 +62,11 @@ class Coefficients:
         empty: not known.
     harmonics : (nω, 2M + 1, n) complex excitation as a function of the direction β, for waves
         whose elevation is Re[a e^{−iωt}] at each body's centre: Σ harmonics[:, M + j] e^{ijβ},
-        j = −M … M. No rows: `wave_direction` is the only one.
+        j = −M … M. No rows: `wave_direction` is the only one, or one of `directions`.
     excited_by : the parts that the excitation consists of, of "froude_krylov" and "diffraction".
+    directions : (nβ,) [deg], those that the excitation is known for if it is not for all; empty:
+        `wave_direction` alone, or all if there are harmonics.
+    by_direction : (nω, nβ, n) complex excitation for these.
     """
 
     bodies: tuple[str, ...]
@@ -81,6 +86,8 @@ class Coefficients:
     heights: Sequence[tuple[float, float]] = ()
     harmonics: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=complex))
     excited_by: tuple[str, ...] = ("froude_krylov", "diffraction")
+    directions: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    by_direction: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=complex))
 
     def __post_init__(self) -> None:
         if np.ndim(self.centers) != 2 or self.dimensions not in MOTIONS:
@@ -103,6 +110,10 @@ class Coefficients:
                 raise ValueError(f"{name} has values that are not finite")
         if self.has_harmonics and self.harmonics.shape[::2] != (count, n):
             raise ValueError(f"harmonics has shape {self.harmonics.shape}, expected nω, 2M + 1, n")
+        if len(self.directions) and self.by_direction.shape != (count, len(self.directions), n):
+            raise ValueError(
+                f"by_direction has shape {self.by_direction.shape}, expected nω, nβ, n"
+            )
         if np.any(np.diff(self.omega, prepend=0.0) <= 0):
             raise ValueError("omega must be positive and increasing")
         if len(self.resolved) not in (0, len(self.bodies)):
@@ -136,8 +147,70 @@ class Coefficients:
 
     @property
     def has_harmonics(self) -> bool:
-        """True if the excitation is known for all directions."""
+        """True if the excitation is a function of the direction; after `towards` of one only."""
         return self.harmonics.size > 0
+
+    @property
+    def of_single_directions(self) -> bool:
+        """True in space if the excitation is known for single directions only."""
+        return self.dimensions == 3 and not self.has_harmonics
+
+    def towards(self, direction: float) -> Coefficients:
+        """The coefficients with the excitation for waves that travel to `direction` [deg].
+
+        InputError for a direction that it is not known for.
+        """
+        if self.has_harmonics:
+            return self
+        known, table = self.directions, self.by_direction
+        if not len(known):
+            known, table = np.array([self.wave_direction]), self.excitation[:, None]
+        apart = np.abs(np.mod(known - direction + 180.0, 360.0) - 180.0)
+        if apart.min() > SAME_DIRECTION:
+            raise self._unknown_direction(direction)
+        excitation = table[:, int(apart.argmin())]
+        found = replace(self, excitation=excitation, wave_direction=direction)
+        if self.dimensions == 2:
+            return found
+        relative = excitation * self.way(self.omega, direction).conj()
+        return replace(found, harmonics=relative[:, None, :])
+
+    def without_interaction(self) -> Coefficients:
+        """The coefficients without forces of one body's motion on another."""
+        n = self.added_mass_inf.shape[0]
+        own = np.equal.outer(np.arange(n) // self.per_body, np.arange(n) // self.per_body)
+        names = ("added_mass", "radiation_damping", "added_mass_inf")
+        return replace(self, **{name: getattr(self, name) * own for name in names})
+
+    def without_flow(self) -> Coefficients:
+        """The coefficients with the hydrostatics alone; those of the flow are 0."""
+        names = (
+            "added_mass", "radiation_damping", "added_mass_inf",
+            "excitation", "harmonics", "by_direction",
+        )  # fmt: skip
+        return self._with_zeros(names)
+
+    def without_excitation(self) -> Coefficients:
+        """The coefficients with no part of the excitation."""
+        found = self._with_zeros(("excitation", "harmonics", "by_direction"))
+        return replace(found, excited_by=())
+
+    def _with_zeros(self, names: Sequence[str]) -> Coefficients:
+        return replace(self, **{name: 0 * getattr(self, name) for name in names})
+
+    def _unknown_direction(self, direction: float) -> InputError:
+        if not len(self.directions):
+            return InputError.single(
+                "the excitation was computed for waves that travel at "
+                f"{self.wave_direction:g} deg, not at {direction:g} deg",
+                "write that direction under 'waves' of the component, or 'dimensions: 3' for all",
+            )
+        shown = ", ".join(f"{known:g}" for known in self.directions)
+        return InputError.single(
+            f"the file has the excitation of waves that travel at {shown} deg from the hulls' x "
+            f"axis, not at {direction:g} deg",
+            "use one of these directions, or compute the file for directions all around",
+        )
 
     @property
     def places(self) -> np.ndarray:

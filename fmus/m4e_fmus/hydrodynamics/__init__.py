@@ -10,6 +10,7 @@ from m4e_adapters.hydrodynamics.build import (
     program_from_config,
     program_in_waves,
 )
+from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.stability_report import (
@@ -18,6 +19,16 @@ from m4e_adapters.hydrodynamics.stability_report import (
     stability_text,
 )
 from m4e_fmi.program import Program
+
+__all__ = [
+    "TAKES_LONG",
+    "Config",
+    "check",
+    "config_of_file",
+    "hydrodynamic_data",
+    "make",
+    "make_in_waves",
+]
 
 Config = HydrodynamicsConfig
 TAKES_LONG = True

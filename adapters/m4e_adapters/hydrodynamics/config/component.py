@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import Shape
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
 from m4e_fmi.files.document import Section, rejected
 
@@ -56,15 +56,20 @@ class Body(Section):
     `panels` is about how many panels the wetted surface of a built-in shape gets; `drag` is
     quadratic; `drift` is of second order. A body that is `fixed` does not move: it stands in the
     way of waves and has no variables, `center_of_gravity`, `drag` or `drift`. It may stand on the
-    sea bed.
+    sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
+    left out where the file has it. `reference_point` [m], the point that the motions in the file
+    are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
+    file lacks them.
     """
 
-    shape: Shape
+    shape: Shape = NO_SHAPE
     center_of_gravity: Place = ()
     panels: Annotated[int, Field(ge=48, le=20000)] = 600
     drag: Drag = Drag()
     drift: Drift | None = None
     fixed: bool = False
+    reference_point: Place | None = None
+    volume: Positive | None = None
 
 
 class Frequencies(Section):
@@ -128,13 +133,18 @@ class HydrodynamicsConfig(Section):
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
     of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
     through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
-    the yaw of the body (one only) with this time constant.
+    the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
+    (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
+    file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
+    body's motion on another.
     """
 
     dimensions: Literal[2, 3] = 2
     water: Water = Water()
     heading: Finite = 0.0
     heading_filter: Positive | None = None
+    coefficients: str | None = None
+    body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
@@ -144,10 +154,7 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
-        for name, body in self.bodies.items():
-            if not body.fixed and not body.center_of_gravity:
-                place = ("bodies", name, "center_of_gravity")
-                wrong.append(InitErrorDetails(type="missing", loc=place, input=None))
+        wrong += _of_its_source(self)
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -183,6 +190,7 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
         given: dict[tuple[str, ...], Place | None] = {
             ("shape", "mesh_origin"): body.shape.mesh_origin,
             ("drift", "reference_point"): drift.reference_point if drift else None,
+            ("reference_point",): body.reference_point if isinstance(body, Body) else None,
         }
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity
@@ -207,6 +215,41 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
 
 
+def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
+    if config.coefficients is not None:
+        yield from _of_a_file(config)
+        return
+    for name, body in config.bodies.items():
+        missing = [] if "shape" in body.model_fields_set else ["shape"]
+        if not body.fixed and not body.center_of_gravity:
+            missing.append("center_of_gravity")
+        for key in missing:
+            yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        for key in ("reference_point", "volume"):
+            if key in body.model_fields_set:
+                text = f"'{key}' has no effect on a shape"
+                remedy = "remove it, or name a file of 'coefficients'"
+                yield _wrong(("bodies", name, key), text, remedy)
+
+
+def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Keys that have no effect with a file of coefficients."""
+    if "frequencies" in config.model_fields_set:
+        text = "'frequencies' has no effect on coefficients of a file"
+        yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    for name, body in config.bodies.items():
+        for key in ("shape", "panels"):
+            if key in body.model_fields_set:
+                text = f"'{key}' has no effect with coefficients of a file"
+                remedy = "remove it, or the key 'coefficients' of the component"
+                yield _wrong(("bodies", name, key), text, remedy)
+        if body.fixed:
+            text = "'fixed' has no effect with coefficients of a file"
+            remedy = "leave the body out: bodies of the file that are not named are held in place"
+            yield _wrong(("bodies", name, "fixed"), text, remedy)
+
+
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
@@ -224,6 +267,6 @@ def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErr
         yield _wrong(("waves", *place), message, advice)
     for name, body in bodies.items():
         kind = body.shape.kind
-        if getattr(getattr(body.shape, kind), "center_y", 0.0):
+        if getattr(getattr(body.shape, kind, None), "center_y", 0.0):
             place = ("bodies", name, "shape", kind, "center_y")
             yield _wrong(place, "'center_y' leaves the X-Z plane", OF_SPACE)

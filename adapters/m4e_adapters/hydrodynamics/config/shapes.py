@@ -199,8 +199,8 @@ class Shape(Section):
 
     @property
     def kind(self) -> str:
-        """The key that says which shape it is."""
-        return next(name for name in SHAPES if getattr(self, name) is not None)
+        """The key that says which shape it is; "" of `NO_SHAPE`."""
+        return next((name for name in SHAPES if getattr(self, name) is not None), "")
 
     @property
     def axis(self) -> tuple[float, float] | None:
@@ -222,3 +222,7 @@ class Shape(Section):
             if key in self.model_fields_set and self.mesh is None:
                 raise rejected(f"'{key}' is for mesh files", f"remove it from the {given[0]}")
         return self
+
+
+NO_SHAPE = Shape.model_construct()
+"""Of a body whose coefficients are those of a file."""

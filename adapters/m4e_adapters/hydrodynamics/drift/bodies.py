@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.matching import Tell, matched
 from m4e_adapters.hydrodynamics.drift.recording import Drifting, drift_forces
@@ -27,16 +27,22 @@ DOUBTFUL = 20.0  # width of a body over the cube root of its displaced volume
 
 
 def drifts_and_problems(
-    config: HydrodynamicsConfig, folder: Path
+    config: HydrodynamicsConfig,
+    folder: Path,
+    *,
+    centers: Mapping[str, tuple[float, ...]],
+    water: Water,
 ) -> tuple[dict[str, BodyDrift], list[Problem]]:
-    """The drift of the bodies that have some, and the problems of all; files are in `folder`."""
+    """The drift of the bodies that have some, and the problems of all; files are in `folder`.
+
+    `centers` of gravity [m] are those of the bodies that move, in `water`.
+    """
     found, problems = dict[str, BodyDrift](), list[Problem]()
     for name, body in config.bodies.items():
-        if body.drift is None:
+        if body.drift is None or name not in centers:
             continue
-        center = body.center_of_gravity
         try:
-            found[name] = read_drift(body.drift, center=center, water=config.water, folder=folder)
+            found[name] = read_drift(body.drift, center=centers[name], water=water, folder=folder)
         except InputError as error:
             problems += _placed(error, name)
     return found, problems

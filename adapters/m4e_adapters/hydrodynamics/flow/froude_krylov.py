@@ -28,11 +28,10 @@ def excited_by(
     """`coefficients`, solved for `hulls`, with those `parts` of the excitation alone."""
     if parts == WHOLE:
         return coefficients
-    excitation = np.zeros_like(coefficients.excitation)
-    harmonics = np.zeros_like(coefficients.harmonics)
-    if parts:
-        undisturbed = _undisturbed(coefficients, hulls)
-        excitation, harmonics = undisturbed.excitation, undisturbed.harmonics
+    if not parts:
+        return coefficients.without_excitation()
+    undisturbed = _undisturbed(coefficients, hulls)
+    excitation, harmonics = undisturbed.excitation, undisturbed.harmonics
     if parts == ("diffraction",):
         excitation = coefficients.excitation - excitation
         harmonics = coefficients.harmonics - harmonics

@@ -43,7 +43,8 @@ from m4e_adapters.hydrodynamics.load.parts import (
     record_hydrostatics,
     record_memory,
 )
-from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
+from m4e_adapters.hydrodynamics.seas.excitation import towards_each
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
@@ -62,6 +63,7 @@ class RecordSea(Protocol):
         waves: Sequence[WaveSystem],
         coefficients: Coefficients,
         *,
+        directed: Sequence[Coefficients],
         heading: Number,
         places: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
@@ -84,6 +86,7 @@ def hydrodynamics_program(
     loads: Loads | None = None,
     drift: Mapping[str, BodyDrift] | None = None,
     sea: RecordSea = record_sea,
+    memory: RadiationMemory | None = None,
     folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
 ) -> Program:
@@ -91,7 +94,8 @@ def hydrodynamics_program(
 
     Parameters
     ----------
-    waves : None for still water; otherwise it must travel in `coefficients.wave_direction`.
+    waves : None for still water; otherwise they must travel in directions that `coefficients` are
+        for.
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
@@ -99,6 +103,7 @@ def hydrodynamics_program(
         `coefficients` have (`excited_by`).
     drift : second-order drift by body name.
     sea : records the waves and gives the excitation of each motion.
+    memory : of the radiation; None: it is fitted.
     folder : where files of the waves are.
     progress : is told the accuracy of the memory.
 
@@ -121,7 +126,11 @@ def hydrodynamics_program(
     )
     drifts = drift or {}
     drifting = matched_drifts(drifts, coefficients, systems, turning, progress)
-    if any(map(is_fixed, drifting.values())):
+    directed = towards_each(
+        coefficients, systems, heading=turning.angle, turns=turning.filter_time is not None
+    )
+    of_single = bool(systems) and coefficients.of_single_directions
+    if of_single or any(map(is_fixed, drifting.values())):
         turning = replace(turning, fixed=True)
         systems = tuple(replace(system, fixed=True) for system in systems)
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
@@ -131,10 +140,12 @@ def hydrodynamics_program(
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
-        fitted = fit_radiation(coefficients, order=order, progress=progress)
+        fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    waves_on = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
+    waves_on = sea(
+        recorder, systems, coefficients, directed=directed, heading=angle, places=moved.places
+    )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
     if acting.hydrostatics != "none":

@@ -73,7 +73,7 @@ def fit_radiation(
     reach = Reach.of(coefficients)
     below = coefficients.omega[:, None] <= reach.resolved
     check_counts(coefficients, reach)
-    sound = soundness.dissipative(coefficients, below, progress)
+    sound = soundness.dissipative(coefficients, below & _radiating(coefficients), progress)
     data = soundness.symmetric(coefficients, below, progress)
     added_mass_inf = data.added_mass_inf.copy()
     groups, coupled = [], _coupled(data, signal)
@@ -113,10 +113,8 @@ def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:
     damping = data.radiation_damping * both
     surplus = (data.added_mass - data.added_mass_inf) * both
     inertia = np.abs(data.added_mass_inf.diagonal())
-    diagonal = damping.diagonal(axis1=1, axis2=2)
-    own = diagonal.max(axis=0)
-    least = np.maximum(SILENT * inertia, FELT * soundness.displaced_inertia(data))
-    radiates = (diagonal / data.omega[:, None]).max(axis=0) > least
+    own = damping.diagonal(axis1=1, axis2=2).max(axis=0)
+    radiates = _radiating(data)
     linked = signal & np.outer(radiates, radiates)
     shares = [
         np.abs(values).max(axis=0) / np.sqrt(np.where(linked, np.outer(size, size), 1.0))
@@ -128,6 +126,15 @@ def _coupled(data: Coefficients, signal: np.ndarray) -> list[tuple[int, ...]]:
     for motion in np.flatnonzero(radiates):
         groups.setdefault(int(labels[motion]), []).append(int(motion))
     return [tuple(members) for members in groups.values()]
+
+
+def _radiating(data: Coefficients) -> np.ndarray:
+    """True for the motions (n,), booleans, that have a memory; the damping of others is noise."""
+    used = data.omega[:, None] <= data.memory_limits
+    diagonal = data.radiation_damping.diagonal(axis1=1, axis2=2) * used
+    inertia = np.abs(data.added_mass_inf.diagonal())
+    least = np.maximum(SILENT * inertia, FELT * soundness.displaced_inertia(data))
+    return (diagonal / data.omega[:, None]).max(axis=0) > least
 
 
 def _tell_of_early_ends(

@@ -10,13 +10,14 @@ interval adds what the spline gains in it, so that no branch is needed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves
-from m4e_fmi.errors import InputError
+from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves, WaveSystem
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Scalar, cos, maximum, minimum, sin
 
 Number = Scalar | float
@@ -59,13 +60,33 @@ def excitation_of(
     return rows
 
 
-def check_harmonics(coefficients: Coefficients) -> None:
-    """InputError if `coefficients` in space have the excitation for one direction only."""
-    if not coefficients.has_harmonics:
-        raise InputError.single(
-            "the coefficients have no harmonics of the excitation over the wave direction",
-            "compute the excitation for directions all around, or use still water",
-        )
+def towards_each(
+    coefficients: Coefficients, waves: Sequence[WaveSystem], *, heading: float, turns: bool
+) -> list[Coefficients]:
+    """The coefficients with the excitation for each of the systems of `waves`.
+
+    `heading` [deg] is that of the hulls; it `turns` if it follows the yaw. InputError with all that
+    the excitation is not known for.
+    """
+    found, problems = list[Coefficients](), list[Problem]()
+    for k, system in enumerate(waves):
+        place = ("waves", k) if len(waves) > 1 else ("waves",)
+        if system.offsets.any() and not coefficients.has_harmonics:
+            text = f"the waves of {system.name!r} travel in several directions, the coefficients "
+            text += "are not for all"
+            remedy = "let them travel in one, or compute the excitation for directions all around"
+            problems.append(Problem(text, remedy, keys=place))
+        try:
+            found.append(coefficients.towards(system.direction - heading))
+        except InputError as error:
+            problems += [replace(p, keys=(*place, "direction")) for p in error.problems]
+    if waves and turns and coefficients.of_single_directions:
+        text = "the heading follows the yaw, but the coefficients are for single wave directions"
+        remedy = "remove heading_filter, or compute the excitation for directions all around"
+        problems.append(Problem(text, remedy, keys=("heading_filter",)))
+    if problems:
+        raise InputError(problems)
+    return found
 
 
 def _changes(waves: RecordedWaves) -> bool:

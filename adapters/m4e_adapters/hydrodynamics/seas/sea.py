@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
+from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
@@ -67,22 +67,23 @@ def record_sea(
     waves: Sequence[WaveSystem],
     coefficients: Coefficients,
     *,
+    directed: Sequence[Coefficients],
     heading: Number = 0.0,
     places: Sequence[tuple[Number, Number]] = (),
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
-    In space these have the `heading` [rad], and the bodies' reference `places` are (x, y) [m].
+    `directed` are the coefficients for each system, of `towards_each`. In space the axes have the
+    `heading` [rad], and the bodies' reference `places` are (x, y) [m].
     """
-    check_directions(waves, coefficients)
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
     recorded = list[RecordedWaves]()
-    for system in waves:
+    for system, known in zip(waves, directed, strict=True):
         own = system.record(recorder, in_space=coefficients.dimensions == 3)
         recorded.append(own)
-        table = excitation_of(coefficients, own, heading=heading, places=places)
+        table = excitation_of(known, own, heading=heading, places=places)
         height: Number = 0.0
         pushes: list[Number] = [0.0] * len(forces)
         for k, row in enumerate(table):
@@ -110,18 +111,3 @@ def check_frequencies(waves: Sequence[WaveSystem], coefficients: Coefficients) -
     problem = waves_beyond(waves, known, coefficients.memory_limit)
     if problem:
         raise InputError.single(*problem)
-
-
-def check_directions(waves: Sequence[WaveSystem], coefficients: Coefficients) -> None:
-    """InputError if `waves` travel in a direction that the excitation was not computed for."""
-    if waves and coefficients.dimensions == 3:
-        check_harmonics(coefficients)
-        return
-    for system in waves:
-        if system.offsets.any() or system.direction != coefficients.wave_direction:
-            raise InputError.single(
-                f"the waves travel at {system.direction:g} deg"
-                + (", and others" if system.offsets.any() else "")
-                + f", the coefficients are for {coefficients.wave_direction:g} deg",
-                "compute the excitation for the direction of the waves",
-            )

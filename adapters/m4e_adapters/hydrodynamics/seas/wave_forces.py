@@ -8,21 +8,20 @@ parameters of the configured sea stay.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
-from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
+from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
 from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 from m4e_fmi.analysis.response import Sea
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable
 
 ELEVATION = "wave.elevation_input"
@@ -65,14 +64,16 @@ class HullWaves:
         waves: Sequence[WaveSystem],
         coefficients: Coefficients,
         *,
+        directed: Sequence[Coefficients],
         heading: Number,
         places: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
-        Other than of a sea, `heading` and `places` are asked for by `per_amplitude` only.
+        Other than of a sea, directions, `heading` and `places` are asked for by `per_amplitude`
+        only.
         """
-        del heading, places
+        del directed, heading, places
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -93,33 +94,22 @@ class HullWaves:
     ) -> np.ndarray:
         """Each input per amplitude, (k, m), for waves of `omega` (k,) [rad/s].
 
-        They travel to `directions` (k,) [rad]. In the plane InputError for another direction than
-        that of the coefficients.
+        They travel to `directions` (k,) [rad]. InputError for one that the coefficients are not
+        for.
         """
-        c = self.coefficients
-        if c.dimensions == 2:
-            self._check_directions(directions)
-            forces = c.excitation_at(omega)
-        else:
-            check_harmonics(c)
+        c, heading = self.coefficients, 0.0
+        places: Sequence[tuple[Number, Number]] = ()
+        if c.dimensions == 3:
             reference = values["heading"]
             places = reference_places(c.centers, Axes.at(reference))
             heading = reference + values.get("heading_change", 0.0)
-            waves = _of_numbers(c, omega, directions)
-            table = np.array(excitation_of(c, waves, heading=heading, places=places), dtype=float)
-            forces = table[..., 0] + 1j * table[..., 1]
+        forces = np.zeros((len(omega), len(c.motions)), dtype=complex)
+        for own, known in _directed(c, directions, heading):
+            waves = _of_numbers(c, omega[own], directions[own])
+            found = excitation_of(known, waves, heading=heading, places=places)
+            table = np.array(found, dtype=float)
+            forces[own] = table[..., 0] + 1j * table[..., 1]
         return np.concatenate([np.ones((len(omega), 1)), forces], axis=1)
-
-    def _check_directions(self, directions: np.ndarray) -> None:
-        known = self.coefficients.wave_direction
-        for direction in directions.tolist():
-            if abs(math.remainder(direction - math.radians(known), 2.0 * math.pi)) > 1e-9:
-                raise InputError.single(
-                    f"the excitation was computed for waves that travel at {known:g} deg, not at "
-                    f"{math.degrees(direction):g} deg",
-                    "write that direction under 'waves' of the component, or 'dimensions: 3' for "
-                    "all",
-                )
 
     def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
         """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
@@ -143,6 +133,18 @@ class HullWaves:
             significant_height, peak_period, enhancement, direction,
             depth=c.depth, gravity=c.gravity,
         )  # fmt: skip
+
+
+def _directed(
+    coefficients: Coefficients, directions: np.ndarray, heading: float
+) -> Iterator[tuple[np.ndarray, Coefficients]]:
+    """Which of the waves to `directions` (k,) [rad] the coefficients are for; in turn for all."""
+    if coefficients.has_harmonics:
+        yield np.full(len(directions), True), coefficients
+        return
+    for direction in np.unique(directions).tolist():
+        known = coefficients.towards(math.degrees(direction - heading))
+        yield directions == direction, known
 
 
 def _of_numbers(

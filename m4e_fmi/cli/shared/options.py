@@ -229,6 +229,13 @@ def tell_equations(line: str) -> None:
         print(one_line(line), file=sys.stderr)
 
 
+def tell(line: str) -> None:
+    """Print progress that counts, to stderr on a terminal; all else is part of what is shown."""
+    if sys.stderr.isatty() and re.search(r"\d+ of \d+$", line):
+        last = len(set(line.split()[-3::2])) == 1
+        print(f"\r\033[K{one_line(line)}", end="\n" if last else "", file=sys.stderr, flush=True)
+
+
 def load_system(path: Path) -> System:
     """The system in a file, after telling what reading it has changed or left out."""
     from m4e_fmi import cosim

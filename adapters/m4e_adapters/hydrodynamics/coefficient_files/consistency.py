@@ -1,0 +1,186 @@
+"""Relations that coefficients of potential flow obey, as far as their data allow to check them.
+
+- Reciprocity: A, B and A∞ are symmetric.
+- Causality (Kramers and Kronig): A(ω) − A∞ follows from B: `infinite_frequency.ogilvie`.
+- Energy: B has no negative eigenvalue.
+- Haskind, energy of radiated waves: B = k/(8πρg c_g) ∮ Re X X* dβ, c_g the group velocity
+  (J. N. Newman, "Marine Hydrodynamics", 1977, chapter 6), where the directions go all around.
+- Long waves: the heave excitation is the hydrostatic stiffness, and that in surge the inertia of
+  the displaced water and the added mass in the acceleration of the wave, 90 deg before the crest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import ogilvie
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+
+ASYMMETRIC = 0.05  # of the motions' own, that is warned of
+NOT_CAUSAL = 0.05  # of A∞
+NEGATIVE = 0.02  # of the motions' largest B
+OFF_HASKIND = 0.05  # of the motions' largest B
+LONG = 0.1  # wavenumber times size below which a wave is long
+OFF_LONG = 0.5  # relative error of forces in long waves
+TRIFLE = 1e-3  # of the largest of its kind (translations, rotations), below which a value is noise
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A relation: `name`, what was found in one line, and True if it deserves a warning."""
+
+    name: str
+    text: str
+    warns: bool = False
+
+
+def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Finding]:
+    """All relations that can be checked.
+
+    `added_mass_inf_of_file` is False where A∞ itself comes from causality.
+    """
+    found = [_symmetry(c), _causality(c, added_mass_inf_of_file), _energy(c)]
+    return [*found, *_haskind(c), *_long_waves(c)]
+
+
+def _symmetry(c: Coefficients) -> Finding:
+    worst, place = 0.0, ("added_mass", 0, 0)
+    for name in ("added_mass", "radiation_damping", "added_mass_inf"):
+        values = getattr(c, name)
+        size = _sizes(c, values)
+        apart = np.abs(values - values.swapaxes(-1, -2)) / np.outer(size, size)
+        apart = apart.reshape(-1, *apart.shape[-2:]).max(axis=0)
+        if apart.max() > worst:
+            i, j = np.unravel_index(int(apart.argmax()), apart.shape)
+            worst, place = float(apart.max()), (name, int(i), int(j))
+    name, i, j = place
+    text = f"halves of A, B and A∞ differ by up to {100 * worst:.2g} % of the motions' own"
+    if worst > 0:
+        text += f" ({name}, {c.motions[i]} and {c.motions[j]})"
+    return Finding("symmetry", text, worst > ASYMMETRIC)
+
+
+def _causality(c: Coefficients, of_file: bool) -> Finding:
+    """A∞ against Ogilvie's relation, of each motion with a noteworthy A∞."""
+    own = c.added_mass_inf.diagonal()
+    masses, damping = (
+        values.diagonal(axis1=1, axis2=2) for values in (c.added_mass, c.radiation_damping)
+    )
+    middle, spread = ogilvie(c.omega, masses, damping)
+    relevant = np.abs(own) > TRIFLE * _largest_of_kind(c, np.abs(own))
+    if not relevant.any():
+        return Finding("causality", "no motion has added mass")
+    size = np.where(relevant, np.abs(own), 1.0)
+    error = np.where(relevant, np.abs(middle - own), 0.0) / size
+    if not of_file:
+        spreads = np.where(relevant, spread, 0.0) / size
+        k = int(spreads.argmax())
+        text = f"A∞ from A(ω) and B(ω) scatters by up to {100 * spreads[k]:.2g} % ({c.motions[k]})"
+        return Finding("causality", text, bool(spreads[k] > NOT_CAUSAL))
+    k = int(error.argmax())
+    text = (
+        f"A∞ differs by up to {100 * error[k]:.2g} % from what A(ω) and B(ω) say ({c.motions[k]}: "
+        f"{own[k]:.5g} given, {middle[k]:.5g} ± {spread[k]:.2g} by Ogilvie's relation)"
+    )
+    return Finding("causality", text, bool(error[k] > NOT_CAUSAL + spread[k] / size[k]))
+
+
+def _energy(c: Coefficients) -> Finding:
+    damping = 0.5 * (c.radiation_damping + c.radiation_damping.swapaxes(1, 2))
+    size = _sizes(c, damping)
+    values = np.linalg.eigvalsh(damping / np.outer(size, size))[:, 0]
+    k = int(values.argmin())
+    if values[k] >= -1e-6:
+        return Finding("energy", "B has no negative eigenvalue")
+    text = (
+        f"B has a negative eigenvalue, {-100 * values[k]:.2g} % of the motions' largest, at "
+        f"{c.omega[k]:.4g} rad/s; below -{100 * NEGATIVE:g} % at {(values < -NEGATIVE).sum()} of "
+        f"{len(values)} frequencies"
+    )
+    return Finding("energy", text, bool(values[k] < -NEGATIVE))
+
+
+def _haskind(c: Coefficients) -> Iterator[Finding]:
+    if not c.has_harmonics:
+        return
+    k = wavenumber(c.omega, depth=c.depth, gravity=c.gravity)
+    kh = np.minimum(k * c.depth, 300.0) if math.isfinite(c.depth) else np.full_like(k, 300.0)
+    group = c.omega / k * (0.5 + kh / np.sinh(2 * kh))
+    around = 2 * np.pi * (np.abs(c.harmonics) ** 2).sum(axis=1)  # ∮ |X|² dβ
+    theory = (k / (8 * np.pi * c.density * c.gravity * group))[:, None] * around
+    own = c.radiation_damping.diagonal(axis1=1, axis2=2)
+    largest = np.abs(own).max(axis=0)
+    relevant = largest > TRIFLE * _largest_of_kind(c, largest)
+    error = np.abs(own - theory) / np.where(relevant, largest, np.inf)
+    at, motion = np.unravel_index(int(error.argmax()), error.shape)
+    text = (
+        f"B and the excitation differ by up to {100 * error.max():.2g} % of the largest B "
+        f"({c.motions[motion]} at {c.omega[at]:.3g} rad/s)"
+    )
+    yield Finding("Haskind", text, bool(error.max() > OFF_HASKIND))
+
+
+def _sizes(c: Coefficients, values: np.ndarray) -> np.ndarray:
+    """Roots (n,) of the motions' largest own values in (…, n, n), those of trifles raised."""
+    own = np.abs(values.diagonal(axis1=-2, axis2=-1)).reshape(-1, values.shape[-1]).max(axis=0)
+    found = np.sqrt(np.maximum(own, TRIFLE * _largest_of_kind(c, own)))
+    return np.where(found > 0, found, 1.0)
+
+
+def _largest_of_kind(c: Coefficients, values: np.ndarray) -> np.ndarray:
+    """Of each motion (n,) the largest of the `values` (n,) of all translations, or rotations."""
+    kinds = np.array([m.is_rotation for m in c.body_motions * len(c.bodies)])
+    return np.array([values[kinds == kind].max() for kind in kinds])
+
+
+def _long_waves(c: Coefficients) -> Iterator[Finding]:
+    """Forces of the longest wave in heave, and in the direction of the wave."""
+    k = float(wavenumber(c.omega[:1], depth=c.depth, gravity=c.gravity)[0])
+    volumes = c.buoyancy[c.heave :: c.per_body] / (c.density * c.gravity)
+    if k * float(np.cbrt(max(volumes.max(), 0.0))) > LONG:
+        return
+    direction = float(c.directions[0]) if len(c.directions) else c.wave_direction
+    table = c.by_direction[0, 0] if len(c.directions) else c.excitation[0]
+    if not len(c.directions) and c.has_harmonics:
+        turns = np.arange(c.harmonics.shape[1]) - c.harmonics.shape[1] // 2
+        relative = np.exp(1j * math.radians(direction) * turns) @ c.harmonics[0]
+    else:
+        relative = table * c.way(c.omega[:1], direction)[0].conj()
+    for number, body in enumerate(c.bodies):
+        own = relative[c.own(number)]
+        place = c.own(number).start + c.heave
+        stiffness = float(c.hydrostatic_stiffness[place, place])
+        heave = float(own[c.heave].real)
+        least = 0.1 * c.density * c.gravity * float(np.cbrt(volumes[number])) ** 2
+        if stiffness > least:
+            off = abs(heave / stiffness - 1.0)
+            text = (
+                f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, the "
+                f"hydrostatic stiffness {stiffness:.4g} N/m"
+            )
+            yield Finding("long waves", text, bool(off > OFF_LONG))
+
+
+def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:
+    """Mean sine of the phase of the forces along waves that are long, −1 in these conventions.
+
+    `relative` (nω, n) is the excitation for waves to `direction` [deg] at the bodies' centres. NaN
+    if no wave is long, or no force is there.
+    """
+    k = wavenumber(c.omega, depth=c.depth, gravity=c.gravity)
+    volumes = np.abs(c.buoyancy[c.heave :: c.per_body]) / (c.density * c.gravity)
+    long = k * np.cbrt(volumes.max()) < 0.5
+    if not long.any():
+        return math.nan
+    cosine, sine = math.cos(math.radians(direction)), math.sin(math.radians(direction))
+    along = cosine * relative[long, 0 :: c.per_body]
+    if c.dimensions == 3:
+        along = along + sine * relative[long, 1 :: c.per_body]
+    total = np.abs(along).sum()
+    least = 1e-6 * np.abs(relative[long, c.heave :: c.per_body]).sum()
+    return float(along.imag.sum() / total) if total > least else math.nan

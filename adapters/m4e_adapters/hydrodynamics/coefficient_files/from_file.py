@@ -1,0 +1,292 @@
+"""Coefficients of a configuration from its file: bodies, water, centres, A∞, directions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.coefficient_files.consistency import (
+    Finding,
+    findings,
+    surge_share,
+)
+from m4e_adapters.hydrodynamics.coefficient_files.directions import with_directions
+from m4e_adapters.hydrodynamics.coefficient_files.file_data import KEYS, SIX, FileData, refused
+from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import ogilvie
+from m4e_adapters.hydrodynamics.coefficient_files.matching import (
+    MatchedBody,
+    lever_arms,
+    matched_bodies,
+    matched_water,
+    places_in_file,
+    raise_all,
+    told_bodies,
+)
+from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
+from m4e_adapters.hydrodynamics.coefficient_files.symmetry import Symmetry, symmetry_of
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
+from m4e_adapters.hydrodynamics.geometry.motions import places_in_space
+from m4e_adapters.hydrodynamics.memory.soundness import check_added_mass_inf
+from m4e_adapters.hydrodynamics.seas.excitation import towards_each
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.sea import waves_beyond
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_fmi.errors import InputError, Problem
+
+WRONG_PHASE = 0.5  # of `surge_share`, from which the sign of the phases is certain
+
+
+@dataclass(frozen=True)
+class FromFile:
+    """`coefficients` of a file, the `findings` on them, and lines on where they come from."""
+
+    coefficients: Coefficients
+    findings: tuple[Finding, ...]
+    notes: tuple[str, ...]
+
+
+def coefficients_from_file(
+    config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object]
+) -> Coefficients:
+    """Coefficients of the configured bodies from the file that `coefficients` names.
+
+    `progress` is told where all comes from, and the consistency of the data. InputError with all
+    problems of the file and of what does not go with it.
+    """
+    found = read_for(config, folder=folder)
+    for text in found.notes:
+        progress(text)
+    for finding in found.findings:
+        start = "warning: " if finding.warns else ""
+        progress(f"{start}consistency, {finding.name}: {finding.text}")
+    for system in checked_waves(config, found.coefficients, folder=folder):
+        for text in system.doubts({}):
+            progress(f"warning: {text}")
+    return found.coefficients
+
+
+def read_for(config: HydrodynamicsConfig, *, folder: Path) -> FromFile:
+    """The coefficients for all directions that the file has; InputError as of the above."""
+    assert config.coefficients is not None
+    data = read_coefficient_file(folder / config.coefficients)
+    problems: list[Problem] = []
+    bodies = matched_bodies(config, data, problems)
+    water = matched_water(config, data, problems)
+    raise_all(problems)
+    moved = _about_centers(data, bodies)
+    centers = np.array([body.center for body in bodies])
+    symmetry = symmetry_of((moved.added_mass, moved.damping), centers)
+    moved = _without(moved, symmetry)
+    made, table, source = _assembled(moved, bodies, water, config.dimensions)
+    _check_phases(made, data.directions, table)
+    _check_added_mass_inf(made)
+    made, notes = with_directions(made, data.directions, table, symmetry)
+    said = (_summary(data), *data.notes, *told_bodies(bodies, config, data))
+    said += (
+        _phases(data, made, table),
+        *_missing_water(data, water),
+        source,
+        symmetry.text,
+        *notes,
+    )
+    kept = findings(made, added_mass_inf_of_file=data.added_mass_inf is not None)
+    if not config.loads.excitation:
+        made = made.without_excitation()
+    return FromFile(made, tuple(kept), tuple(filter(None, said)))
+
+
+def checked_waves(
+    config: HydrodynamicsConfig, coefficients: Coefficients, *, folder: Path
+) -> tuple[WaveSystem, ...]:
+    """The configured waves, whose files are in `folder`, in the water of the coefficients.
+
+    InputError with all problems of the waves, and if the coefficients are not for these.
+    """
+    depth, gravity = coefficients.depth, coefficients.gravity
+    waves = wave_systems(config.waves, depth=depth, gravity=gravity, folder=folder)
+    problems = []
+    beyond = waves_beyond(waves, float(coefficients.omega[-1]), coefficients.memory_limit)
+    if beyond:
+        remedy = "use longer waves, or compute the file up to there"
+        problems.append(Problem(beyond[0], remedy, keys=("waves",)))
+    turns = config.heading_filter is not None
+    try:
+        towards_each(coefficients, waves, heading=config.heading, turns=turns)
+    except InputError as error:
+        problems += error.problems
+    raise_all(problems)
+    return waves
+
+
+def _about_centers(data: FileData, bodies: Sequence[MatchedBody]) -> FileData:
+    """The data of the `bodies`, in their order, for motions about their centres of gravity."""
+    places, arms = places_in_file(bodies), lever_arms(bodies)
+
+    def moved(values: np.ndarray) -> np.ndarray:
+        return arms.T @ values[..., places[:, None], places] @ arms
+
+    own = [arms[SIX * k : SIX * k + SIX, SIX * k : SIX * k + SIX] for k in range(len(bodies))]
+    infinite = data.added_mass_inf
+    return replace(
+        data,
+        bodies=tuple(
+            replace(body.of_file, stiffness=arm.T @ body.of_file.stiffness @ arm)
+            for body, arm in zip(bodies, own, strict=True)
+        ),
+        added_mass=moved(data.added_mass),
+        damping=moved(data.damping),
+        added_mass_inf=None if infinite is None else moved(infinite),
+        excitation=data.excitation[..., places] @ arms,
+    )
+
+
+def _without(data: FileData, symmetry: Symmetry) -> FileData:
+    """The data without what their symmetry forbids."""
+    kept = ~symmetry.forbidden
+    infinite = data.added_mass_inf
+    return replace(
+        data,
+        bodies=tuple(
+            replace(body, stiffness=body.stiffness * kept[:SIX, :SIX]) for body in data.bodies
+        ),
+        added_mass=data.added_mass * kept,
+        damping=data.damping * kept,
+        added_mass_inf=None if infinite is None else infinite * kept,
+    )
+
+
+def _assembled(
+    data: FileData, bodies: Sequence[MatchedBody], water: Water, dimensions: int
+) -> tuple[Coefficients, np.ndarray, str]:
+    """The coefficients, the excitation (nω, nβ, n) [N/m, N.m/m], and where A∞ comes from."""
+    motions = np.array(places_in_space(dimensions))
+    kept = np.concatenate([SIX * k + motions for k in range(len(bodies))])
+    pairs, weight = np.ix_(kept, kept), water.density * water.gravity
+    stiffness = np.zeros((SIX * len(bodies),) * 2)
+    for k, body in enumerate(data.bodies):
+        own = slice(SIX * k, SIX * k + SIX)
+        stiffness[own, own] = weight * body.stiffness
+    mass = water.density * data.added_mass[:, *pairs]
+    damping = water.density * data.damping[:, *pairs]
+    if data.added_mass_inf is not None:
+        infinite = water.density * data.added_mass_inf[pairs]
+        source = "A∞ is that of the file"
+    else:
+        infinite, _ = ogilvie(data.omega, mass, damping)
+        source = "the file has no A∞: it follows from A(ω) and B(ω) by Ogilvie's relation"
+    table = weight * data.excitation[..., kept]
+    made = Coefficients(
+        bodies=tuple(body.name for body in bodies),
+        centers=np.array([_point(body.center, dimensions) for body in bodies]),
+        omega=data.omega,
+        added_mass=mass,
+        radiation_damping=damping,
+        added_mass_inf=infinite,
+        excitation=table[:, 0],
+        hydrostatic_stiffness=stiffness[pairs],
+        buoyancy=_buoyancy(bodies, stiffness, weight)[kept],
+        wave_direction=float(data.directions[0]),
+        density=water.density,
+        depth=water.depth,
+        gravity=water.gravity,
+    )
+    return made, table, source
+
+
+def _point(center: Sequence[float], dimensions: int) -> tuple[float, ...]:
+    x, y, z = center
+    return (x, z) if dimensions == 2 else (x, y, z)
+
+
+def _buoyancy(bodies: Sequence[MatchedBody], stiffness: np.ndarray, weight: float) -> np.ndarray:
+    """Force and moment (6N,) [N, N.m] of the still water about the centres of gravity.
+
+    Where the file has no centre of buoyancy, the moments are those that K46 and K56 say.
+    """
+    found = np.zeros(SIX * len(bodies))
+    for k, body in enumerate(bodies):
+        force = weight * body.volume
+        own = slice(SIX * k, SIX * k + SIX)
+        roll, pitch = stiffness[own, own][[4, 3], 5] * (-1, 1)
+        if body.of_file.center_of_buoyancy is not None:
+            x, y, _ = np.subtract(body.of_file.center_of_buoyancy, body.center)
+            roll, pitch = y * force, -x * force
+        found[own] = 0.0, 0.0, force, roll, pitch, 0.0
+    return found
+
+
+def _check_phases(made: Coefficients, directions: np.ndarray, table: np.ndarray) -> None:
+    """InputError if the phases in long waves are those of other conventions than the format's."""
+    share = _mean_share(made, directions, table)
+    if share > WRONG_PHASE:
+        raise refused(
+            "the excitation along long waves has the opposite sign: the phases are e^{+iωt} for "
+            "e^{−iωt} (or the reverse), or the directions are those that waves come from",
+            "write the file in the conventions of its format: waves travel to their direction",
+        )
+
+
+def _mean_share(made: Coefficients, directions: np.ndarray, table: np.ndarray) -> float:
+    """Mean of `surge_share` over the directions; NaN if it is not known."""
+    shares = []
+    for k, beta in enumerate(directions.tolist()):
+        if made.dimensions == 2 and abs(np.cos(np.radians(beta))) < 0.1:
+            continue
+        relative = table[:, k] * made.way(made.omega, beta).conj()
+        shares.append(surge_share(made, relative, beta))
+    known = [s for s in shares if np.isfinite(s)]
+    return float(np.mean(known)) if known else float("nan")
+
+
+def _phases(data: FileData, made: Coefficients, table: np.ndarray) -> str:
+    of = "e^{−iωt}, as here" if data.format == "Capytaine" else "e^{+iωt}, turned to e^{−iωt}"
+    share = _mean_share(made, data.directions, table)
+    checked = "confirmed by the force along long waves"
+    if not share < -WRONG_PHASE:
+        checked = "not checked: the force along long waves is too small"
+    return f"phases of {data.format} are {of}: {checked}"
+
+
+def _check_added_mass_inf(made: Coefficients) -> None:
+    try:
+        check_added_mass_inf(made, 0.5 * (made.added_mass_inf + made.added_mass_inf.T))
+    except InputError as error:
+        raise InputError([replace(p, keys=KEYS) for p in error.problems]) from None
+
+
+def _summary(data: FileData) -> str:
+    count = len(data.bodies)
+    shown = ", ".join(f"{beta:g}" for beta in data.directions)
+    return (
+        f"coefficients of {data.path.name} ({data.format}): {count} "
+        f"{'body' if count == 1 else 'bodies'}, {len(data.omega)} frequencies from "
+        f"{data.omega[0]:.4g} to {data.omega[-1]:.4g} rad/s, waves that travel at {shown} deg"
+    )
+
+
+def _missing_water(data: FileData, water: Water) -> list[str]:
+    """A line on the water where the file says nothing: the system file's or default values."""
+    depth = f"depth {water.depth:g} m" if np.isfinite(water.depth) else "deep water"
+    texts = {
+        "density": f"density {water.density:g} kg/m3",
+        "depth": depth,
+        "gravity": f"gravity {water.gravity:g} m/s2",
+    }
+    sources = {True: "of the system file", False: "by default"}
+    told = [
+        f"{text} {sources[key in water.model_fields_set]}"
+        for key, text in texts.items()
+        if getattr(data, key) is None
+    ]
+    return (
+        [
+            f"the file has no {', '.join(k for k in texts if getattr(data, k) is None)}: "
+            f"{', '.join(told)}"
+        ]
+        if told
+        else []
+    )

@@ -1,0 +1,283 @@
+"""Files of WAMIT: FILE.1 (added mass, damping), FILE.3 (excitation), FILE.hst (hydrostatics).
+
+Rows of the .1 file are PER I J A [B], PER the period, −1 at ω = 0 and 0 at ω = ∞, where there is no
+B; of the .3 file PER BETA I MOD PHA RE IM; of the .hst file I J C. Modes 1 … 6N are those of N
+bodies. Values are A/(ρ Lᵏ), B/(ρ ω Lᵏ), X/(ρ g Lᵐ), C/(ρ g Lᵏ) with the length L = 1, and waves
+e^{+iωt}. Pairs of modes without rows are 0. (WAMIT User Manual, "Output files in numeric form".)
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.coefficient_files.file_data import SIX, FileBody, FileData, refused
+from m4e_fmi.errors import InputError, Problem, is_file
+from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.limits import LARGEST_COEFFICIENTS
+
+SUFFIXES = (".1", ".3", ".hst")
+CONTENTS = {
+    ".1": "added mass and damping",
+    ".3": "excitation",
+    ".hst": "hydrostatic stiffness",
+}
+MOST_TOLD = 5  # wrong lines of a file
+SAME = 1e-5  # relative difference of periods in two files that are the same
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Numbers of a text file, row by row, and the `lines` (from 1) that they stand in."""
+
+    path: Path
+    values: list[list[float]]
+    lines: list[int]
+    texts: list[str]
+
+    def problem(self, row: int, message: str, remedy: str = "") -> Problem:
+        """A problem with a row; −1 is the last."""
+        line = self.lines[row] if self.lines else 1
+        text = self.texts[line - 1] if line <= len(self.texts) else ""
+        column = len(text) - len(text.lstrip()) + 1
+        width = len(text.strip())
+        return Problem(message, remedy, str(self.path), line, column, text, width)
+
+
+def read_wamit(path: Path) -> FileData:
+    """The data of the three files of which `path` is one; InputError with all their problems."""
+    problems: list[Problem] = []
+    found = {suffix: _rows(path.with_suffix(suffix), suffix, problems) for suffix in SUFFIXES}
+    if problems:
+        raise InputError(problems)
+    radiation = _radiation(found[".1"], problems)
+    excitation = _excitation(found[".3"], problems)
+    restoring = _restoring(found[".hst"], problems)
+    if problems:
+        raise InputError(problems)
+    return _assembled(path, found, radiation, excitation, restoring)
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """Values [1] by period (s, −1, 0), n modes: (n, n), or (n,) by period and direction."""
+
+    modes: int
+    values: Mapping[tuple[float, ...], np.ndarray]
+
+
+def _rows(path: Path, suffix: str, problems: list[Problem]) -> Rows:
+    """The numbers of a file; what is no number joins the `problems`."""
+    counts = {".1": (4, 5), ".3": (7,), ".hst": (3,)}[suffix]
+    empty = Rows(path, [], [], [])
+    if not is_file(path):
+        text = f"no such file: {path}"
+        remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
+        if suffix == ".3":
+            remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
+        problems.append(refused(text, remedy).problems[0])
+        return empty
+    try:
+        texts = read_text(path, largest=LARGEST_COEFFICIENTS).splitlines()
+    except (TooLongError, UnicodeDecodeError, OSError) as error:
+        what = "is not text" if isinstance(error, UnicodeDecodeError) else str(error)
+        problems.append(refused(f"{path} cannot be read: {what}").problems[0])
+        return empty
+    rows, wrong = Rows(path, [], [], texts), 0
+    for number, text in enumerate(texts, start=1):
+        words = text.split()
+        if not words or (number == 1 and not all(map(_NUMBER.fullmatch, words))):
+            continue  # WAMIT's first line is a title
+        found = _numbers(path, number, text, words, counts)
+        if isinstance(found, Problem):
+            wrong += 1
+            if wrong <= MOST_TOLD:
+                problems.append(found)
+            continue
+        rows.values.append(found)
+        rows.lines.append(number)
+    if not rows.values and not wrong:
+        remedy = f"a {suffix} file of WAMIT has the {CONTENTS[suffix]}"
+        problems.append(Problem("there are no numbers", remedy, str(path), 1))
+    return rows
+
+
+def _numbers(
+    path: Path, number: int, text: str, words: Sequence[str], counts: tuple[int, ...]
+) -> list[float] | Problem:
+    """The numbers of a line, or its problem."""
+    found: list[float] = []
+    for word in words:
+        if not _NUMBER.fullmatch(word):
+            column = text.index(word) + 1
+            message = f"{word[:30]!r} is not a number"
+            return Problem(message, "", str(path), number, column, text, len(word))
+        found.append(float(word.replace("D", "E").replace("d", "e")))
+    if len(words) not in counts:
+        column, width = len(text) - len(text.lstrip()) + 1, len(text.strip())
+        expected = " or ".join(map(str, counts))
+        message = f"a row has {expected} numbers, this one {len(words)}"
+        remedy = "if it is the last one, the file was cut off: copy it again"
+        return Problem(message, remedy, str(path), number, column, text, width)
+    return found
+
+
+def _modes(rows: Rows, columns: tuple[int, ...], problems: list[Problem]) -> int:
+    """The number of modes, a multiple of six; 0 with a problem if some are no mode."""
+    for k, row in enumerate(rows.values):
+        for column in columns:
+            if row[column] != int(max(row[column], 1)):
+                text = f"mode {row[column]:g} is not a whole number from 1 on"
+                problems.append(rows.problem(k, text, "modes are 1 … 6 of each body"))
+                return 0
+    most = int(max(row[column] for row in rows.values for column in columns))
+    return SIX * math.ceil(most / SIX)
+
+
+def _radiation(rows: Rows, problems: list[Problem]) -> _Blocks:
+    """A + iB of each period."""
+    modes = _modes(rows, (1, 2), problems)
+    blocks: dict[tuple[float, ...], np.ndarray] = {}
+    seen: dict[tuple[float, ...], set[tuple[int, ...]]] = {}
+    for k, row in enumerate(rows.values if modes else ()):
+        period, place = row[0], (int(row[1]) - 1, int(row[2]) - 1)
+        key = (period if period > 0 else float(math.copysign(1, period) if period else 0),)
+        if period > 0 and len(row) < 5:
+            text = f"there is no damping at the period {period:g} s"
+            problems.append(rows.problem(k, text, "a row of a period is PER I J A B"))
+            return _Blocks(modes, {})
+        if not _is_new(rows, k, key, place, seen, problems):
+            return _Blocks(modes, {})
+        block = blocks.setdefault(key, np.zeros((modes, modes), dtype=complex))
+        block[place] = complex(row[3], row[4] if period > 0 else 0.0)
+    _check_complete(rows, seen, problems)
+    return _Blocks(modes, blocks)
+
+
+def _excitation(rows: Rows, problems: list[Problem]) -> _Blocks:
+    """X of each period and direction [deg], e^{+iωt}."""
+    modes = _modes(rows, (2,), problems)
+    blocks: dict[tuple[float, ...], np.ndarray] = {}
+    seen: dict[tuple[float, ...], set[tuple[int, ...]]] = {}
+    for k, row in enumerate(rows.values if modes else ()):
+        key, place = (row[0], row[1]), (int(row[2]) - 1,)
+        if not _is_new(rows, k, key, place, seen, problems):
+            return _Blocks(modes, {})
+        block = blocks.setdefault(key, np.zeros(modes, dtype=complex))
+        block[place] = complex(row[5], row[6])
+    _check_complete(rows, seen, problems)
+    return _Blocks(modes, blocks)
+
+
+def _restoring(rows: Rows, problems: list[Problem]) -> _Blocks:
+    modes = _modes(rows, (0, 1), problems)
+    block = np.zeros((modes, modes))
+    seen: dict[tuple[float, ...], set[tuple[int, ...]]] = {}
+    for k, row in enumerate(rows.values if modes else ()):
+        place = (int(row[0]) - 1, int(row[1]) - 1)
+        if not _is_new(rows, k, (), place, seen, problems):
+            break
+        block[place] = row[2]
+    count = len(rows.values)
+    if modes and count not in (modes**2, SIX * modes):
+        text = f"the file ends early: of {modes} x {modes} coefficients {count} are there"
+        problems.append(rows.problem(-1, text, "copy it again"))
+    return _Blocks(modes, {(): block})
+
+
+def _is_new(
+    rows: Rows,
+    k: int,
+    key: tuple[float, ...],
+    place: tuple[int, ...],
+    seen: dict[tuple[float, ...], set[tuple[int, ...]]],
+    problems: list[Problem],
+) -> bool:
+    """True for the first row of its period and modes; a second one is a problem."""
+    places = seen.setdefault(key, set())
+    if place in places:
+        modes = ", ".join(str(p + 1) for p in place)
+        text = f"a second row of the modes {modes}" + (f" at PER = {key[0]:g}" if key else "")
+        problems.append(rows.problem(k, text, "remove one of them"))
+        return False
+    places.add(place)
+    return True
+
+
+def _check_complete(
+    rows: Rows,
+    seen: Mapping[tuple[float, ...], set[tuple[int, ...]]],
+    problems: list[Problem],
+) -> None:
+    """A problem if some period lacks rows that others have."""
+    every: set[tuple[int, ...]] = set().union(*seen.values())
+    for key, places in seen.items():
+        if len(places) == len(every):
+            continue
+        last = list(seen)[-1] == key
+        text = f"PER = {key[0]:g} has {len(places)} rows, others have {len(every)}"
+        remedy = "the file was cut off: copy it again" if last else "each period has all modes"
+        row = max(k for k, values in enumerate(rows.values) if values[0] == key[0] or key[0] < 0)
+        problems.append(rows.problem(-1 if last else row, text, remedy))
+        return
+
+
+def _assembled(
+    path: Path,
+    rows: Mapping[str, Rows],
+    radiation: _Blocks,
+    excitation: _Blocks,
+    restoring: _Blocks,
+) -> FileData:
+    """One FileData of all; InputError where the files do not go together."""
+    modes = {radiation.modes, excitation.modes, restoring.modes}
+    if len(modes) > 1:
+        shown = ", ".join(
+            f"{rows[s].path.name} of {b.modes // SIX}"
+            for s, b in zip(SUFFIXES, (radiation, excitation, restoring), strict=True)
+        )
+        raise refused(f"the files are of different numbers of bodies: {shown}")
+    (n,) = modes
+    periods = np.array([key[0] for key in radiation.values if key[0] > 0])
+    if not len(periods):
+        raise InputError([rows[".1"].problem(0, "there are no periods above 0")])
+    directions = np.array(sorted({key[1] for key in excitation.values}))
+    table = np.full((len(periods), len(directions), n), np.nan, dtype=complex)
+    unknown = []
+    for (period, beta), values in excitation.values.items():
+        near = np.flatnonzero(np.abs(periods / period - 1.0) < SAME) if period > 0 else []
+        if not len(near):
+            unknown.append(period)
+            continue
+        table[near[0], int(np.searchsorted(directions, beta))] = values.conj()
+    notes = []
+    if unknown:
+        shown = ", ".join(f"{p:g}" for p in dict.fromkeys(unknown))
+        notes.append(
+            f"{rows['.3'].path.name} has periods that the .1 file lacks, left out: {shown}"
+        )
+    omega = 2.0 * math.pi / periods
+    blocks = np.array([radiation.values[(p,)] for p in periods.tolist()])
+    infinite = radiation.values.get((0.0,))
+    stiffness = restoring.values[()]
+    return FileData(
+        path=path,
+        format="WAMIT",
+        bodies=tuple(
+            FileBody(f"body{k + 1}", stiffness[6 * k : 6 * k + 6, 6 * k : 6 * k + 6])
+            for k in range(n // SIX)
+        ),
+        omega=omega,
+        added_mass=np.real(blocks),
+        damping=np.imag(blocks) * omega[:, None, None],
+        added_mass_inf=None if infinite is None else np.real(infinite),
+        directions=directions,
+        excitation=table,
+        notes=(*notes, "values of WAMIT are taken as those of the length scale ULEN = 1"),
+    )

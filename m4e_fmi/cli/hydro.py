@@ -1,0 +1,126 @@
+"""`m4e-fmi hydro` shows hydrodynamic coefficients, the memory fitted to them, and their faults."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, is_system, load_system, print_files, tell
+from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
+
+if TYPE_CHECKING:
+    from m4e_fmi.analysis.hydrodynamic_data import HydrodynamicData
+    from m4e_fmi.cosim import System
+    from m4e_fmi.files.document import Section
+
+DATA, CONFIG = "hydrodynamic_data", "config_of_file"
+"""Functions of a kind with coefficients: docs/adapters.md."""
+SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    """Add `hydro` to the command line."""
+    command = commands.add_parser(
+        "hydro",
+        help="hydrodynamic coefficients of a file or a system: tables, pictures, consistency, fit",
+    )
+    command.add_argument(
+        "source",
+        type=Path,
+        metavar="FILE",
+        help="coefficients (WAMIT .1 with .3 and .hst, BEMIO .h5, Capytaine .nc), or a system file",
+    )
+    command.add_argument(
+        "--component", metavar="NAME", help="of a system with several in water: which one"
+    )
+    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_hydro.nc"
+    )
+    command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> None:
+    import json
+
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.files.writing import check_suffix
+    from m4e_fmi.report import hydro_json, hydro_text, plot_hydro, write_hydro
+
+    if options.output_file:
+        check_suffix(options.output_file, (".nc",), "a report of coefficients")
+    of_system = options.source.suffix.lower() in SYSTEMS
+    data = _of_system(options) if of_system else _of_file(options)
+    output = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(data.title)}_hydro.nc"
+    print(json.dumps(hydro_json(data), indent=2) if options.json else hydro_text(data))
+    files = [write_hydro(data, output)]
+    if not options.no_plot:
+        files.append(plot_hydro(data, output.with_suffix(".png")))
+    if not options.json:
+        print_files(files)
+
+
+def _of_file(options: argparse.Namespace) -> HydrodynamicData:
+    """The data of all bodies of a file."""
+    if options.component:
+        raise InputError.single("--component is of a system, not of a file of coefficients")
+    notes: list[str] = []
+    module = _kinds()[0]
+    config = module.config_of_file(options.source, progress=notes.append)
+    folder, name = options.source.parent, options.source.stem
+    data = module.hydrodynamic_data(config, name=name, folder=folder, progress=tell)
+    return replace(data, notes=(*notes, *data.notes))
+
+
+def _kinds() -> list[ModuleType]:
+    """The kinds that read files of coefficients."""
+    from m4e_fmi.cosim.system.component import kind_module, kinds
+
+    modules = [kind_module(name) for name in sorted(kinds())]
+    found = [module for module in modules if hasattr(module, CONFIG)]
+    if not found:
+        raise InputError.single("no kind of FMU that is installed reads coefficients")
+    return found
+
+
+def _of_system(options: argparse.Namespace) -> HydrodynamicData:
+    """The data of a component in water."""
+    if not is_system(options.source):
+        message = f"{options.source}: a model alone is in no water"
+        raise InputError.single(message, "give a system with a component in water, or a file")
+    system = load_system(options.source)
+    there = _in_water(system)
+    names = ", ".join(there)
+    if options.component:
+        if options.component not in there:
+            message = f"{system.name}: no component in water {options.component!r}"
+            raise InputError.single(message, suggestion(options.component, there))
+        chosen = options.component
+    elif len(there) == 1:
+        (chosen,) = there
+    else:
+        message = f"{system.name}: {len(there) or 'no'} components are in water"
+        remedy = f"choose one with --component: {names}" if there else "give a file of coefficients"
+        raise InputError.single(f"{message}: {names}" if there else message, remedy)
+    module, config = there[chosen]
+    title = system.name if len(there) == 1 else f"{system.name}_{chosen}"
+    try:
+        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=tell)
+    except InputError as error:
+        raise InputError([system.located(chosen, p) for p in error.problems]) from None
+
+
+def _in_water(system: System) -> dict[str, tuple[ModuleType, Section]]:
+    """Components with coefficients, each with the module of its kind and its configuration."""
+    from m4e_fmi.cosim.system.component import Kind, kind_module
+
+    found = {}
+    for component in system.components:
+        source = component.source
+        if isinstance(source, Kind) and hasattr(kind_module(source.name), DATA):
+            found[component.name] = kind_module(source.name), source.config
+    return found

@@ -1,0 +1,122 @@
+"""Hydrodynamic coefficients and their fit as a picture: a row for each motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID, INK
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from m4e_fmi.analysis.hydrodynamic_data import HydrodynamicData
+
+MOST_ROWS = 24
+TRIFLE = 1e-6  # of the largest of its kind, below which a motion has no row
+FAINT = 3e-3  # of the largest excitation, below which its phase is not drawn
+HEADS = (
+    "added mass A",
+    "radiation damping B",
+    "memory K(t)",
+    "excitation |X|",
+    "phase of X",
+)
+
+
+def plot_hydro(data: HydrodynamicData, picture: Path) -> Path:
+    """Draw A, B, K(t), |X| and its phase of each motion, data as dots and their fit as a line.
+
+    Motions without coefficients have no row. InputError if no picture has such a suffix.
+    """
+    from matplotlib.figure import Figure
+
+    shown = _shown(data)
+    rows = shown[:MOST_ROWS]
+    figure = Figure(figsize=(15, 1.3 + 1.9 * max(1, len(rows))), layout="constrained")
+    axes = figure.subplots(max(1, len(rows)), len(HEADS), squeeze=False)
+    for k, row in zip(rows, axes, strict=False):
+        _draw_motion(data, k, row)
+    for axis in axes.flat:
+        axis.grid(color=GRID, lw=0.6)
+        axis.tick_params(labelsize=8, colors=GREY)
+        axis.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+        axis.yaxis.get_offset_text().set(size=8, color=GREY)
+        for side in ("top", "right"):
+            axis.spines[side].set_visible(False)
+    for head, axis in zip(HEADS, axes[0], strict=True):
+        axis.set_title(head, fontsize=10, color=INK, pad=14)
+    for column, axis in enumerate(axes[-1]):
+        axis.set_xlabel("time [s]" if column == 2 else "angular frequency [rad/s]", fontsize=9)
+    axes[0, 0].legend(fontsize=8, frameon=False)
+    if len(data.directions) > 1:
+        axes[0, 3].legend(fontsize=7, frameon=False, title="waves to", title_fontsize=7)
+    title = f"{data.title}: hydrodynamic coefficients, {data.states} states"
+    if len(shown) > len(rows):
+        title += f" (the first {len(rows)} of {len(shown)} motions)"
+    figure.suptitle(title, fontsize=12)
+    return save(figure, picture)
+
+
+def _shown(data: HydrodynamicData) -> list[int]:
+    """Motions that have coefficients."""
+    kinds = np.array([m.force_unit for m in data.motions])
+    mass = np.abs(data.added_mass.diagonal(axis1=1, axis2=2)).max(axis=0)
+    force = np.abs(data.excitation).max(axis=(0, 1))
+    found = []
+    for k, kind in enumerate(kinds):
+        same = kinds == kind
+        largest = mass[same].max(), force[same].max()
+        if mass[k] > TRIFLE * largest[0] or force[k] > TRIFLE * largest[1]:
+            found.append(k)
+    return found
+
+
+def _draw_motion(data: HydrodynamicData, k: int, row: np.ndarray) -> None:
+    motion, (mass, damping, memory, size, phase) = data.motions[k], row
+    fitted = any(k in group.motions for group in data.memories)
+    unit = "kg" if motion.unit == "m" else "kg·m²"
+    mass.set_ylabel(f"{motion.name}\n[{unit}]", fontsize=9, color=INK)
+    force = motion.force_unit.replace(".", "·")
+    damping.set_ylabel(f"[{force}·s/{motion.unit}]", fontsize=8)
+    memory.set_ylabel(f"[{force}/{motion.unit}]", fontsize=8)
+    size.set_ylabel(f"[{force}/m]", fontsize=8)
+    phase.set_ylabel("[deg]", fontsize=8)
+    blue, red = COLOURS[0], COLOURS[1]
+    dots = {"color": blue, "ls": "", "marker": ".", "ms": 4, "label": "data"}
+    line = {"color": red, "lw": 1.2, "label": "fit"}
+    for axis, values, fit in (
+        (mass, data.added_mass, data.fit_added_mass),
+        (damping, data.damping, data.fit_damping),
+    ):
+        axis.plot(data.omega, values[:, k, k], **dots)
+        if fitted:
+            axis.plot(data.fit_omega, fit[:, k, k], **line)
+        axis.set_xlim(0.0, data.omega[-1])
+    infinite = float(data.added_mass_inf[k, k])
+    mass.axhline(infinite, color=GREY, lw=0.9, ls="--", label="A∞")
+    memory.plot(data.time, data.memory[:, k, k], color=blue, lw=2.4, alpha=0.45)
+    if fitted:
+        memory.plot(data.time, data.fit_memory[:, k, k], color=red, lw=1.2)
+    memory.set_xlim(0.0, data.time[-1])
+    _draw_excitation(data, k, size, phase)
+
+
+def _draw_excitation(data: HydrodynamicData, k: int, size: Axes, phase: Axes) -> None:
+    largest = np.abs(data.excitation[:, :, k]).max(initial=0.0)
+    for d, beta in enumerate(data.directions.tolist()):
+        values, colour = data.excitation[:, d, k], COLOURS[d % len(COLOURS)]
+        size.plot(data.omega, np.abs(values), color=colour, lw=1.2, label=f"{beta:g}°")
+        angles = np.degrees(np.angle(values))
+        jumps = np.abs(np.diff(angles, prepend=angles[:1])) > 180.0
+        small = np.abs(values) <= FAINT * largest
+        width = 1.0 + 0.7 * (len(data.directions) - 1 - d)  # that lines which coincide are seen
+        phase.plot(data.omega, np.where(jumps | small, np.nan, angles), color=colour, lw=width)
+    size.set_ylim(bottom=0.0)
+    phase.set_yticks(range(-180, 181, 90))
+    phase.set_ylim(-190, 190)
+    for axis in (size, phase):
+        axis.set_xlim(0.0, data.omega[-1])

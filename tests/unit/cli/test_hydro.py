@@ -1,0 +1,68 @@
+"""`m4e-fmi hydro`: tables, files, pictures, and its refusals."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from support.coefficient_files import RM3_SYSTEM, SPHERE, rm3_system
+from support.command_line import PENDULUM, copied, refused
+
+from m4e_fmi.cli import main
+
+
+def test_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "sphere.nc"
+    assert main(["hydro", str(SPHERE), "--output-file", str(output)]) == 0
+    printed = capsys.readouterr().out
+    assert "oes10_sphere: 6 motions, 240 frequencies from 0.05 to 12 rad/s" in printed
+    assert "A∞ is that of the file" in printed
+    assert "cost: 26 states," in printed
+    assert "energy: B has a negative eigenvalue, 0.4" in printed
+    assert f"wrote {output}" in printed
+    assert output.with_suffix(".png").stat().st_size > 50_000
+    with xarray.open_dataset(output) as found:
+        heave = found.sel(force="sphere heave", motion="sphere heave")
+        assert float(heave["added_mass_inf"]) == pytest.approx(130876.8, rel=1e-6)
+        # the fit, and the cosine transform of the data, which end at 12 rad/s
+        memory, fit = heave["radiation_irf"].values, heave["fit_radiation_irf"].values
+        assert np.abs(memory - fit).max() < 3e-3 * np.abs(fit).max()
+
+
+def test_a_system_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, output = rm3_system(tmp_path, modes=(3, 9)), tmp_path / "rm3.nc"
+    given = [str(path), "--json", "--no-plot", "--output-file", str(output)]
+    assert main(["hydro", *given]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert not output.with_suffix(".png").exists()
+    assert found["motions"][2] == "float heave"
+    assert found["added_mass_inf"][2][2] == pytest.approx(1_232_838, rel=1e-6)
+    assert found["memories"][0]["motions"] == ["float heave", "spar heave"]
+    assert found["states"] == found["memories"][0]["states"]
+    assert {f["name"] for f in found["findings"]} >= {"symmetry", "causality", "energy"}
+
+
+def test_refusals(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "no such file of coefficients" in refused(capsys, "hydro", here / "none.h5")
+    (here / "table.csv").write_text("1, 2\n")
+    assert "suffix '.csv' is not one of coefficients" in refused(
+        capsys, "hydro", here / "table.csv"
+    )
+    model = copied(here, PENDULUM)
+    assert "a model alone is in no water" in refused(capsys, "hydro", model)
+    path = rm3_system(here, modes=(3, 9))
+    text = refused(capsys, "hydro", path, "--component", "hydra")
+    assert "did you mean 'hydro'?" in text
+    path.write_text(RM3_SYSTEM.replace("volume: 725.834", "volume: -1"), "utf-8")
+    assert "system.yaml:10:" in refused(capsys, "hydro", path)
+    path.write_text(RM3_SYSTEM.replace(", volume: 725.834", ""), "utf-8")
+    text = refused(capsys, "hydro", path)
+    assert "system.yaml:10:" in text
+    assert "does not have the displaced volume" in text
+    shutil.copy(SPHERE, here / "cut.h5")
+    (here / "cut.h5").write_bytes((here / "cut.h5").read_bytes()[:9000])
+    assert "cut.h5 is damaged or cut off" in refused(capsys, "hydro", here / "cut.h5")
