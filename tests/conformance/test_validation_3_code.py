@@ -29,9 +29,9 @@ FAULTS: dict[str, Fault] = {
     ),
     "saving disturbs": (
         "state.c",
-        "memcpy(k->values, c->values, c->count * sizeof *c->values);\n    *state = k;\n",
-        "memcpy(k->values, c->values, c->count * sizeof *c->values);\n    *state = k;\n"
-        "    c->x[0] += 1e-6;\n",
+        "m4e_keep(c->integrator, k->values + c->count);\n    *state = k;\n",
+        "m4e_keep(c->integrator, k->values + c->count);\n    *state = k;\n"
+        "    c->x[0] += 1e-6;\n    c->now.ahead = 0;\n",
         "state",
         {"state.disturbs", "state.rollback", "state.serialised", "state.transfer"},
     ),
@@ -109,7 +109,8 @@ FAULTS: dict[str, Fault] = {
     "co-simulation differs from model exchange": (
         "step.c",
         "    c->now.t = done ? end : report->time;",
-        "    c->x[0] += 1e-4 * (end - c->now.t);\n    c->now.t = done ? end : report->time;",
+        "    c->x[0] += 1e-4 * (end - c->now.t);\n    c->now.ahead = 0;\n"
+        "    c->now.t = done ? end : report->time;",
         "solution",
         {"solution.exchange"},
     ),

@@ -1,1 +1,1 @@
-"""What commands share: options and their values, printing, and the report of a defect."""
+"""Options and their values, printing, and the report of a defect: shared by the commands."""

@@ -57,7 +57,7 @@ def test_what_is_settled_is_told_to_have_no_dynamics(
     told = capsys.readouterr()
     assert "note: line (settled): linear about the rest in still water, and without" in told.out
     assert "note: line.end.force_x: quasi-static, without dynamics" in told.out
-    assert "note: line: the same law at rest in this simulation, which checks nothing" in told.err
+    assert "note: line: the same law at rest in this simulation, which checks nothing" in told.out
 
 
 def test_the_sea_of_the_file_and_another(

@@ -21,9 +21,9 @@ from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, 
 from m4e_adapters.hydrodynamics.geometry.clearance import ROOM, narrowest_gap, overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
-from m4e_adapters.hydrodynamics.geometry.mesh_files import FORMATS, read_mesh
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
+from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import FORMATS, read_mesh
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,

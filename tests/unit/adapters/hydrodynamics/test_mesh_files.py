@@ -11,8 +11,8 @@ from support import mesh_writers
 from m4e_adapters.hydrodynamics.config import Body, Cylinder
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
-from m4e_adapters.hydrodynamics.geometry.mesh_files import read_mesh
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import read_mesh
 from m4e_adapters.hydrodynamics.geometry.shapes import cylinder_panels
 from m4e_fmi.errors import InputError
 

@@ -141,16 +141,14 @@ def test_a_tolerance_that_is_missed_ends_the_run(c_fmu: Fmus, tmp_path: Path) ->
 
 
 def test_a_loop_without_solution_ends_the_run(c_fmu: Fmus, tmp_path: Path) -> None:
-    """a.y = a.u + t, b.y = b.u + t in a ring: 0 = 2 t, which holds at the start only."""
+    """a.y = a.u + t, b.y = b.u + t in a ring: 0 = 2 t, and any input solves it at the start."""
     names = {"a": "stage+state", "b": "stage+state"}
     settings = Simulation(1, 0.1, "implicit")
     loop = system(c_fmu, names, "a.y -> b.u", "b.y -> a.u", simulation=settings)
     with pytest.raises(RunError) as caught:
         run(loop, results=tmp_path / "r.nc")
     assert re.search(r"[ab]\.u", caught.value.message)
-    assert "t = 0 s" in caught.value.message or "t = 0.1 s" in caught.value.message
-    assert "results until t = 0 s" in caught.value.remedy
-    assert load(tmp_path / "r.nc").time.tolist() == [0.0]
+    assert "is singular at t = 0 s" in caught.value.message
 
 
 def test_fmus_are_unpacked_below_a_plain_path(

@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
-from m4e_adapters.hydrodynamics.geometry.gmsh_files import gmsh_panels
-from m4e_adapters.hydrodynamics.geometry.mesh_formats import gdf_panels, obj_panels, stl_panels
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.readers.gmsh_files import gmsh_panels
+from m4e_adapters.hydrodynamics.geometry.readers.mesh_formats import (
+    gdf_panels,
+    obj_panels,
+    stl_panels,
+)
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_MESH
 from m4e_fmi.model.shapes.mesh_files import MeshFileError
