@@ -49,16 +49,20 @@ def double_load_problems(
             moved.setdefault(link.source, []).append(link)
     for source, takers in moved.items():
         for link, other in permutations(takers, 2):
-            doubled = _doubled(variables, link.target, other.target)
-            if not doubled:
-                continue
             body, one, two = (
                 str(p).removesuffix(".z") for p in (source, link.target, other.target)
             )
-            message = f"{' and '.join(doubled)} of {body} count twice, in {one} and {two}"
-            switches = ", ".join(f"{name}: none" for name in doubled)
-            remedy = f"write 'loads: {{{switches}}}' at {other.target.component}"
-            yield system.problem(("connections", other.connection), message, remedy)
+            place = ("connections", other.connection)
+            if doubled := _doubled(variables, link.target, other.target):
+                message = f"{' and '.join(doubled)} of {body} count twice, in {one} and {two}"
+                switches = ", ".join(f"{name}: none" for name in doubled)
+                remedy = f"write 'loads: {{{switches}}}' at {other.target.component}"
+                yield system.problem(place, message, remedy)
+            if _drifts_twice(variables, link.target, other.target):
+                message = f"second-order drift of {body} counts twice: waves on the wetted hull "
+                message += f"in {one} make some of that in {two}"
+                remedy = f"remove 'drift' of the body at {other.target.component}, or the waves of "
+                yield system.problem(place, message, f"{remedy}{link.target.component}")
 
 
 def _doubled(variables: Variables, exact: Port, linear: Port) -> list[str]:
@@ -69,10 +73,20 @@ def _doubled(variables: Variables, exact: Port, linear: Port) -> list[str]:
     if f"{hull}wetted_volume" in known and f"{body}buoyancy_force_z" in others:
         found.append("hydrostatics")
     parts = (f"{body}excitation_force_z", f"{body}froude_krylov_force_z")
-    in_waves = "wave.phase[1]" in others and any(name in others for name in parts)
-    if in_waves and f"{hull}wetted_volume" in known and f"{hull}froude_krylov_force_z" in known:
+    exact_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"} <= known.keys()
+    if exact_waves and any(name in others for name in parts):
         found.append("froude_krylov")
     return found
+
+
+def _drifts_twice(variables: Variables, exact: Port, slow: Port) -> bool:
+    """True if the hull at `exact` is in waves and the body at `slow` has drift, both `….z`."""
+    hull, body = (port.variable.removesuffix("z") for port in (exact, slow))
+    drifts = (f"{body}drift_force_", f"{body}drift_moment_")
+    in_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"}
+    return in_waves <= variables[exact.component].keys() and any(
+        name.startswith(drifts) for name in variables[slow.component]
+    )
 
 
 def delay_problems(
