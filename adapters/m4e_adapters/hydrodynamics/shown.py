@@ -1,4 +1,4 @@
-"""What an animation shows of bodies in water: their hulls, and the sea."""
+"""Bodies in water as animations show them: their hulls, and the sea."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def thinned(
 
 
 def scene_of(prepared: Prepared) -> Scene | None:
-    """What an animation of the results shows; None if there is nothing."""
+    """The scene of the results, for animations; None if there is nothing to show."""
     return system_scene(prepared.system, prepared.descriptions, prepared.wiring)
 
 

@@ -1,4 +1,4 @@
-"""The scene of a system: what its models and kinds show, followed along its connections."""
+"""The scene of a system: parts of its models and kinds, followed along its connections."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class _Built:
         self.shaped: set[int] = set()  # bodies that have a shape of their own
 
     def add(self, component: Component) -> None:
-        """What one component shows."""
+        """Add all that one component shows."""
         name, source = component.name, component.source
         self.starts[name] = values = _starts(component, self.descriptions[name])
         try:
@@ -146,7 +146,7 @@ class _Built:
         bodies.append(Body(name, motion, (hull.surface,)))
 
     def _value(self, component: str, variable: str) -> Value:
-        """What an input follows; its start value if it is not connected, 0 if it is not there."""
+        """The variable that an input follows; of one without a link the start value, else 0."""
         link = self.sources.get(Port(component, variable))
         if link is not None:
             return Followed(str(link.source), link.factor, link.offset)
@@ -198,11 +198,8 @@ def _moving(body: Body) -> set[str]:
 
 
 def _starts(component: Component, description: Description) -> dict[str, float]:
-    """Numbers that variables of a component have at the start, by name."""
-    starts = {name: v.start for name, v in description.variables.items()}
-    given = starts | start_values(component, description)
-    return {
-        name: float(value)
-        for name, value in given.items()
-        if isinstance(value, float | int) and not isinstance(value, bool)
-    }
+    """Values of the Reals of a component at the start, by name, in their units."""
+    real = {name: v for name, v in description.variables.items() if v.type == "Real"}
+    starts = {name: float(v.start) for name, v in real.items() if v.start is not None}
+    given = start_values(component, description)
+    return starts | {name: float(value) for name, value in given.items() if name in real}

@@ -33,7 +33,7 @@ class Frames:
     exact: tuple[bool, ...] = field(default=())
 
     def columns(self) -> Floats:
-        """All numbers of each frame (T, N): of bodies, of cables, whether these are whole."""
+        """All numbers of each frame (T, N) [m, 1]: of bodies, cables, and if these are whole."""
         count = len(self.times)
         turns = quaternions(self.poses.attitudes)
         parts = [np.concatenate([self.poses.places, turns], axis=2).reshape(count, -1)]
@@ -137,7 +137,7 @@ def _followed(body: Body) -> Iterator[Followed]:
 
 
 def packed(columns: Floats) -> dict[str, object]:
-    """Columns (T, N) for player.js: those that vary as 16-bit integers, frame by frame.
+    """Data for player.js of `columns` (T, N) [m, 1]: those that vary as 16-bit integers by frames.
 
     The value of one is offset + scale·n; the others keep their `constants`.
     """

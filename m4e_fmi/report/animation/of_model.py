@@ -1,4 +1,4 @@
-"""What a scene shows of one model: its bodies, joints and loads between points."""
+"""Scenes of models: bodies, joints and loads between points."""
 
 from __future__ import annotations
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.report.animation.frames import PER_BODY, Frames, packed
-from m4e_fmi.report.animation.scene import Rope, Scene, Spot, Water, plain_hull, short
+from m4e_fmi.report.animation.scene import Rope, Scene, Water
+from m4e_fmi.report.animation.scene_text import plain_hull, plain_spot, short
 from m4e_fmi.report.drawing.space.pictures import RISE, TURN, colour
 
 Floats = NDArray[np.float64]
@@ -34,7 +35,7 @@ WAVE_SHARE = 1e-5
 
 @dataclass(frozen=True)
 class Part:
-    """What a page needs for an animation: put `style` into a style element, `markup` into the body.
+    """An animation for any page: put `style` into a style element, `markup` into the body.
 
     The `script` defines ``animation(root, data, keys)``, to be called with the element, `data` and
     what hears the keys. See player.js for what it returns.
@@ -98,8 +99,8 @@ def scene_part(scene: Scene, shown: Frames) -> Part:
         "ground": _ground(scene, near, far),
         "bodies": _bodies(scene),
         "ropes": [_rope(rope) for rope in scene.ropes],
-        "hinges": [[*_spot(spot), weld] for spot, weld in scene.hinges],
-        "lines": [[_spot(first), _spot(second), turns] for first, second, turns in scene.axes],
+        "hinges": [[*plain_spot(spot), weld] for spot, weld in scene.hinges],
+        "lines": [[plain_spot(a), plain_spot(b), turns] for a, b, turns in scene.axes],
         "cables": _cables(scene, shown),
         "water": scene.water and _water(scene.water, near, far, scene.planar),
     }  # fmt: skip
@@ -119,12 +120,8 @@ def _bodies(scene: Scene) -> list[dict[str, object]]:
     ]
 
 
-def _spot(spot: Spot) -> list[float]:
-    return [spot.body, *short(spot.at)]
-
-
 def _rope(rope: Rope) -> dict[str, object]:
-    return {"kind": rope.kind, "ends": [_spot(end) for end in rope.ends], "rank": rope.rank}
+    return {"kind": rope.kind, "ends": [plain_spot(end) for end in rope.ends], "rank": rope.rank}
 
 
 def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:

@@ -13,7 +13,8 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.animation.frames import Frames, frames_of
 from m4e_fmi.report.animation.page import Part, page, scene_part
-from m4e_fmi.report.animation.scene import ATTRIBUTE, Scene, Water
+from m4e_fmi.report.animation.scene import Scene, Water
+from m4e_fmi.report.animation.scene_text import ATTRIBUTE, scene_of_text
 from m4e_fmi.results.results_file import Results, load
 
 Floats = NDArray[np.float64]
@@ -59,7 +60,7 @@ def _read(results: Results) -> tuple[Scene, Frames, list[str]]:
         message = "has no scene: it was written by an earlier m4e_fmi, or shows no bodies"
         raise InputError.single(message, "run it again", name)
     try:
-        scene = Scene.from_text(text)
+        scene = scene_of_text(text)
         if not (scene.bodies or scene.cables):
             raise InputError.single("its scene has no bodies and no lines", "")
         numbers = len(scene.variables) + len(scene.bodies)  # a quaternion has one more than angles

@@ -1,31 +1,20 @@
 """A scene: what an animation of results shows, with names of variables where something moves.
 
-Results carry it as the attribute `scene`, so that they can be animated without models, meshes or
-FMUs: JSON, compressed. Lengths in m, angles in rad, world frame; places of bodies in their axes.
+Lengths in m, angles in rad, world frame; places of bodies in their axes. `scene_text` has its text.
 """
 
 from __future__ import annotations
 
-import base64
-import json
-import zlib
-from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
-from typing import Any
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.report.drawing.space.hinges import Spot, Triple
 from m4e_fmi.report.drawing.space.hulls import Hull
 
-ATTRIBUTE = "scene"
-FORMAT = 1
 COORDINATES = ("x", "y", "z", "phi", "theta", "psi")
 """Of a body: place [m], and R = R_z(psi) R_y(theta) R_x(phi) [rad] from body to world axes."""
-DIGITS = 6
-"""Significant digits of places."""
 
 
 @dataclass(frozen=True)
@@ -154,152 +143,3 @@ class Scene:
         names = [value.variable for value in values if isinstance(value, Followed)]
         names += [name for cable in self.cables for name in cable.tensions]
         return tuple(dict.fromkeys(names))
-
-    def to_text(self) -> str:
-        """The text of the attribute."""
-        return _packed({"format": FORMAT, **_plain_scene(self)})
-
-    @classmethod
-    def from_text(cls, text: str) -> Scene:
-        """The scene of an attribute; InputError if it is damaged or of a newer format."""
-        try:
-            data = json.loads(zlib.decompress(base64.b64decode(text, validate=True)))
-            if data["format"] > FORMAT:
-                message = f"the scene is of format {data['format']}, known are those up to {FORMAT}"
-                raise InputError.single(message, "update m4e_fmi")
-            return _scene(data)
-        except (ValueError, LookupError, TypeError, zlib.error) as error:
-            raise InputError.single("the scene in it is damaged", "run again") from error
-
-
-def carried(scene: Scene | None) -> dict[str, str]:
-    """The attributes by which results carry a scene."""
-    return {ATTRIBUTE: scene.to_text()} if scene else {}
-
-
-def _packed(data: Mapping[str, object]) -> str:
-    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
-    return base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")
-
-
-def short(numbers: Iterable[float], digits: int = DIGITS) -> list[float]:
-    """Numbers with so many significant digits."""
-    return [float(f"{number:.{digits}g}") for number in numbers]
-
-
-def _plain_scene(scene: Scene) -> dict[str, Any]:
-    return {
-        "title": scene.title,
-        "description": scene.description,
-        "planar": scene.planar,
-        "bodies": [
-            {
-                "name": body.name,
-                "motion": _plain(body.motion),
-                "surfaces": [plain_hull(hull) for hull in body.surfaces],
-                "sticks": [short(end) for end in body.sticks],
-            }
-            for body in scene.bodies
-        ],
-        "hinges": [[*_spot(spot), weld] for spot, weld in scene.hinges],
-        "axes": [[_spot(first), _spot(second), turns] for first, second, turns in scene.axes],
-        "ropes": [[rope.kind, *map(_spot, rope.ends), rope.rank] for rope in scene.ropes],
-        "cables": [
-            {
-                "name": cable.name,
-                "ends": [_plain(end) for end in cable.ends],
-                "nodes": [_plain(node) for node in cable.nodes],
-                "tensions": list(cable.tensions),
-            }
-            for cable in scene.cables
-        ],
-        "water": scene.water and {
-            "depth": None if np.isinf(scene.water.depth) else scene.water.depth,
-            "trains": [
-                {"ramp": train.ramp, "waves": [short(column, 10) for column in train.columns]}
-                for train in scene.water.trains
-            ],
-            "gauge": scene.water.gauge,
-        },
-        "floor": scene.floor,
-        "notes": list(scene.notes),
-    }  # fmt: skip
-
-
-def plain_hull(hull: Hull) -> dict[str, Any]:
-    """A surface as JSON values."""
-    return {
-        "vertices": [short(corner, 5) for corner in hull.vertices],
-        "faces": [list(face) for face in hull.faces],
-        "edged": hull.edged,
-    }
-
-
-def _plain(values: Iterable[Value]) -> list[object]:
-    return [
-        value if not isinstance(value, Followed)
-        else value.variable if (value.factor, value.offset) == (1.0, 0.0)
-        else [value.variable, value.factor, value.offset]
-        for value in values
-    ]  # fmt: skip
-
-
-def _spot(spot: Spot) -> list[float]:
-    return [spot.body, *short(spot.at)]
-
-
-def _scene(data: Mapping[str, Any]) -> Scene:
-    return Scene(
-        title=data["title"],
-        description=data["description"],
-        planar=data["planar"],
-        bodies=tuple(map(_body, data["bodies"])),
-        hinges=tuple((_read_spot(spot), weld) for *spot, weld in data["hinges"]),
-        axes=tuple((_read_spot(a), _read_spot(b), turns) for a, b, turns in data["axes"]),
-        ropes=tuple(
-            Rope(kind, (_read_spot(a), _read_spot(b)), rank) for kind, a, b, rank in data["ropes"]
-        ),
-        cables=tuple(map(_cable, data["cables"])),
-        water=data["water"] and _water(data["water"]),
-        floor=data["floor"],
-        notes=tuple(data["notes"]),
-    )
-
-
-def _body(data: Mapping[str, Any]) -> Body:
-    surfaces = (
-        Hull(np.array(one["vertices"]), tuple(map(tuple, one["faces"])), one["edged"])
-        for one in data["surfaces"]
-    )
-    sticks = (tuple(end) for end in data["sticks"])
-    return Body(data["name"], tuple(_values(data["motion"])), tuple(surfaces), tuple(sticks))
-
-
-def _cable(data: Mapping[str, Any]) -> Cable:
-    start, end = map(_place, data["ends"])
-    nodes = tuple(map(_place, data["nodes"]))
-    return Cable(data["name"], (start, end), nodes, tuple(data["tensions"]))
-
-
-def _water(data: Mapping[str, Any]) -> Water:
-    trains = (Train(*map(np.array, one["waves"]), ramp=one["ramp"]) for one in data["trains"])
-    depth = np.inf if data["depth"] is None else data["depth"]
-    return Water(depth, tuple(trains), data["gauge"])
-
-
-def _values(data: Iterable[Any]) -> Iterator[Value]:
-    for one in data:
-        if isinstance(one, str):
-            yield Followed(one)
-        else:
-            yield Followed(*one) if isinstance(one, list) else one
-
-
-def _place(data: Iterable[Any]) -> Place:
-    x, y, z = _values(data)
-    return x, y, z
-
-
-def _read_spot(data: list[float]) -> Spot:
-    body, x, y, z = data
-    return Spot(int(body), (x, y, z))

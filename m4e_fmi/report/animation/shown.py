@@ -1,4 +1,4 @@
-"""What one component shows in an animation, as its kind tells it: in names of its own variables.
+"""All that one component shows in an animation, in names of its own variables.
 
 A kind may offer ``scene(config, *, folder, values) -> Shown`` beside `make`; `values` are those of
 its parameters at the start, by name. See docs/adapters.md.

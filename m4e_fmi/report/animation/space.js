@@ -1,10 +1,16 @@
 // Bodies in space: x, y, z, and the quaternion of each. The mouse turns the view.
-const first = { turn: data.turn, rise: data.rise, zoom: 1.15 };
-let eye = { ...first }, middle, radius, size = 1;
+const first = { turn: data.turn, rise: data.rise, zoom: 1 };
+let eye = { ...first }, middle, corners, size = 1;
 
 function focus([low, high]) {
   middle = [0, 1, 2].map(c => (low[c] + high[c]) / 2);
-  radius = Math.hypot(...[0, 1, 2].map(c => high[c] - low[c])) / 2 || 1;
+  corners = [0, 1, 2, 3, 4, 5, 6, 7].map(n => [0, 1, 2].map(c => (n >> c & 1 ? high : low)[c]));
+}
+
+// pixels for a metre with which all corners are seen at first
+function fitting() {
+  const seen = corners.map(corner => flat(corner, first)), most = c => Math.max(...seen.map(place => Math.abs(place[c]))) || 1e-9;
+  return 0.46 * Math.min(view.width / most(0), view.height / most(1));
 }
 focus(data.near);
 
@@ -21,9 +27,9 @@ function place([body, ...point], at) {
 }
 
 // x and y on the paper, and the distance into it
-function flat(point) {
+function flat(point, from = eye) {
   const [x, y, z] = point.map((part, c) => part - middle[c]);
-  const [ct, st, cr, sr] = [Math.cos(eye.turn), Math.sin(eye.turn), Math.cos(eye.rise), Math.sin(eye.rise)];
+  const [ct, st, cr, sr] = [Math.cos(from.turn), Math.sin(from.turn), Math.cos(from.rise), Math.sin(from.rise)];
   const out = ct * x + st * y;
   return [-st * x + ct * y, cr * z - sr * out, -(cr * out + sr * z)];
 }
@@ -56,8 +62,8 @@ function drawGround() {
   const colour = data.water ? hues.bed : hues.line;
   for (let k = 0; k <= count; k++) {
     const [x, y] = [0, 1].map(c => low[c] + (high[c] - low[c]) * k / count);
-    lines([[x, low[1], z], [x, high[1], z]].map(flat), colour, 1);
-    lines([[low[0], y, z], [high[0], y, z]].map(flat), colour, 1);
+    lines([[x, low[1], z], [x, high[1], z]].map(point => flat(point)), colour, 1);
+    lines([[low[0], y, z], [high[0], y, z]].map(point => flat(point)), colour, 1);
   }
 }
 
@@ -184,7 +190,7 @@ function above([x, y, z]) {
 
 // a polygon, or a line, in its parts below and above the surface
 function cut(points, part) {
-  if (!data.water) return [{ ...part, points: points.map(flat), level: ABOVE }];
+  if (!data.water) return [{ ...part, points: points.map(point => flat(point)), level: ABOVE }];
   const over = points.map(above), closed = part.closed || points.length > 2;
   const side = sign => {
     const found = [];
@@ -196,9 +202,9 @@ function cut(points, part) {
     return found;
   };
   const least = part.closed ? 3 : 2;
-  if (over.every(one => one <= 0)) return [{ ...part, points: points.map(flat), level: BELOW }];
-  if (over.every(one => one >= 0)) return [{ ...part, points: points.map(flat), level: ABOVE }];
-  return [[-1, BELOW], [1, ABOVE]].map(([sign, level]) => ({ ...part, points: side(sign).map(flat), level })).filter(one => one.points.length >= least);
+  if (over.every(one => one <= 0)) return [{ ...part, points: points.map(point => flat(point)), level: BELOW }];
+  if (over.every(one => one >= 0)) return [{ ...part, points: points.map(point => flat(point)), level: ABOVE }];
+  return [[-1, BELOW], [1, ABOVE]].map(([sign, level]) => ({ ...part, points: side(sign).map(point => flat(point)), level })).filter(one => one.points.length >= least);
 }
 
 // a spring, a damper or a line between two places of the paper, `aside` of the straight line
@@ -228,7 +234,7 @@ function cables(row) {
 }
 
 function paint(at) {
-  size = eye.zoom * Math.min(view.width, view.height) / (2.2 * radius);
+  size = eye.zoom * fitting();
   pen.setTransform(size, 0, 0, -size, view.width / 2, view.height / 2);
   scale = size / (window.devicePixelRatio || 1);
   pen.lineJoin = pen.lineCap = "round";
@@ -245,7 +251,7 @@ function paint(at) {
   });
   for (const rope of data.ropes) {
     const points = rope.ends.map(end => place(end, at)), deep = data.water && points.some(point => above(point) < 0);
-    parts.push({ points: points.map(flat), rope, level: deep ? BELOW : ABOVE });
+    parts.push({ points: points.map(point => flat(point)), rope, level: deep ? BELOW : ABOVE });
   }
   for (const { points, whole, exact } of cables(row)) {
     for (let n = 1; whole && n < points.length; n++) parts.push(...cut([points[n - 1], points[n]], { cable: true, exact }));

@@ -13,7 +13,7 @@ from m4e_fmi.model import Model
 from m4e_fmi.report.animation.frames import frames_of, packed
 from m4e_fmi.report.animation.of_model import scene_of_model
 from m4e_fmi.report.animation.page import LONGEST, page, part, scene_part, times_of
-from m4e_fmi.report.animation.scene import short
+from m4e_fmi.report.animation.scene_text import short
 from m4e_fmi.report.drawing.film import Film, film
 from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.parts import (
