@@ -196,12 +196,10 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
 
 
 def _given_sea(waves: InWaves, point: OperatingPoint, options: argparse.Namespace) -> Sea:
-    from dataclasses import replace
-
     directions = _directions(options)
     if not options.sea:
         own = waves.own_sea(point)
-        return replace(own, direction=directions[0]) if directions else own
+        return own.turned_to(directions[0]) if directions else own
     height, period, *enhancement = options.sea
     angle = directions[0] if directions else waves.own_direction(point)
     return waves.jonswap(height, period, enhancement[0] if enhancement else ENHANCEMENT, angle)

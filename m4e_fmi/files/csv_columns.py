@@ -90,10 +90,10 @@ def read_columns(
     return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
 
 
-def column_names(path: Path) -> list[str]:
+def column_names(path: Path) -> tuple[str, ...]:
     """Names of the columns of a CSV file, its first row; errors as `read_columns` without names."""
     _, rows = _rows(path)
-    header = [entry.strip() for entry in rows[0][1]]
+    header = tuple(entry.strip() for entry in rows[0][1])
     if unclear := _header_problems(header, [], {}):
         raise InputError.single(*unclear[0], str(path))
     return header

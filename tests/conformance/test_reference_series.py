@@ -27,6 +27,7 @@ REST = {
     "joint_pid": (0.0, 0.0),
     "mooring": (-4.0, -2.0),
     "hydrodynamics": (0.0, -1.2),
+    "sea": (0.0, -1.0),
     "sum": (1.0, 2.0),
     "table": (0.0, 0.0),
 }
@@ -39,6 +40,7 @@ CONNECTORS = {
     "joint_pid": ["elbow"],
     "mooring": ["fairlead"],
     "hydrodynamics": ["float"],
+    "sea": ["fairlead"],
     "sum": ["float", "barge"],
     "table": [],
 }

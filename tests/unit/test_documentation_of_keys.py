@@ -1,4 +1,4 @@
-"""docs/fmus/keys.md: every key of hydrodynamics and mooring, as the schema has it.
+"""docs/fmus/keys.md: every key of hydrodynamics, mooring and sea, as the schema has it.
 
 `pytest --update` writes the page anew.
 """
@@ -13,9 +13,10 @@ from doc_tools.schema_page import models, schema_text
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig
 from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.sea import SeaConfig
 
 PAGE = Path(__file__).parents[2] / "docs" / "fmus" / "keys.md"
-KINDS = {"hydrodynamics": HydrodynamicsConfig, "mooring": MooringConfig}
+KINDS = {"hydrodynamics": HydrodynamicsConfig, "mooring": MooringConfig, "sea": SeaConfig}
 
 
 def test_the_page_is_what_the_schema_says(request: pytest.FixtureRequest) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.seas import moments, scatter, seas
 
-from m4e_adapters.hydrodynamics.seas.sea import PERIODS
+from m4e_adapters.hydrodynamics.seas.systems import PERIODS
 
 PEAK = 7.5  # s
 

@@ -140,10 +140,13 @@ class _Push:
     highest = 100.0
 
     def per_amplitude(
-        self, omega: Floats, direction: float, values: Mapping[str, float]
+        self, omega: Floats, directions: Floats, values: Mapping[str, float]
     ) -> Complex:
-        del direction, values
+        del directions, values
         return np.ones((len(omega), 2), dtype=complex)
+
+    def breaking_heights(self, omega: Floats) -> Floats:
+        return np.full(len(omega), np.inf)
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
         del values
@@ -209,7 +212,7 @@ def test_drag_in_a_sea_has_the_damping_of_gauss() -> None:
     program, c = oscillator(drag=0.5), 0.5
     waves = InWaves(program, {"": _Push()})
     omega = np.linspace(0.5, 1.5, 401)
-    sea = Sea(omega, np.full(401, 0.05), 0.0)
+    sea = Sea(omega, np.full(401, 0.05), np.zeros(401))
     response = sea_response(waves, equilibrium(program), sea, outputs=["v", "x", "power"])
 
     def deviation(damping: float) -> float:
@@ -257,7 +260,7 @@ def test_drag_that_limits_a_resonance_settles(omega: np.ndarray) -> None:
     """Of seas so narrow that more motion makes less in the next step of the iteration."""
     program = oscillator(drag=0.5)
     amplitude = np.full(len(omega), 1.0 / np.sqrt(len(omega)))
-    sea = Sea(omega, amplitude, 0.0)
+    sea = Sea(omega, amplitude, np.zeros(len(omega)))
     waves = InWaves(program, {"": _Push()})
     found = sea_response(waves, equilibrium(program), sea, outputs=["v"]).deviation("v")
     damping = 0.02 + np.sqrt(8.0 / np.pi) * 0.5 * found
@@ -280,7 +283,7 @@ def test_large_numbers_beside_it_change_nothing() -> None:
         r.rate("v", push - x - 0.02 * v - 0.5 * abs(v) * v)
         r.rate("f", size * push - f)
         program = r.program()
-        sea = Sea(np.linspace(0.5, 1.5, 101), np.full(101, 0.1), 0.0)
+        sea = Sea(np.linspace(0.5, 1.5, 101), np.full(101, 0.1), np.zeros(101))
         waves = InWaves(program, {"": _Push()})
         response = sea_response(waves, equilibrium(program), sea, outputs=["x", "f"])
         found.append(response.deviation("x"))

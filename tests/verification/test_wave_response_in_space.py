@@ -55,21 +55,24 @@ def barge(folder: Path, heading: float, waves: str) -> Path:
     return path
 
 
-def in_waves(folder: Path, heading: float) -> tuple[InWaves, OperatingPoint]:
-    waves = system_in_waves(load_system(barge(folder, heading, SEA)), highest=1.5)
+def in_waves(folder: Path, heading: float, sea: str = SEA) -> tuple[InWaves, OperatingPoint]:
+    waves = system_in_waves(load_system(barge(folder, heading, sea)), highest=1.5)
     return waves, equilibrium(waves.program)
 
 
-def test_forces_are_those_of_the_programs_own_sea(tmp_path: Path) -> None:
-    waves, point = in_waves(tmp_path, HEADING)
+@pytest.mark.parametrize("spreading", ["", ", spreading: {exponent: 4}"])
+def test_forces_are_those_of_the_programs_own_sea(tmp_path: Path, spreading: str) -> None:
+    """Long-crested, and with components in directions of their own."""
+    waves, point = in_waves(tmp_path, HEADING, SEA.replace("}", f"{spreading}}}"))
     sea = waves.own_sea(point)
-    assert sea.direction == pytest.approx(np.radians(DIRECTION))
+    assert sea.direction == pytest.approx(np.radians(DIRECTION), abs=0.1 if spreading else 1e-12)
+    assert len(np.unique(sea.directions)) == (40 if spreading else 1)
     assert sea.significant_height == pytest.approx(1.0, rel=1e-9)
     program = system_program(load_system(tmp_path / "system.yaml"))
     own = operating_point(program, time=4.0)
     phases = np.array([own[f"water.wave.phase[{k + 1}]"] for k in range(40)])
     turn = sea.amplitudes * np.exp(-1j * (4.0 * sea.omega + phases))
-    expected = np.real(turn @ waves.per_amplitude(sea.omega, sea.direction, point))
+    expected = np.real(turn @ waves.per_amplitude(sea.omega, sea.directions, point))
     found = dict(zip([v.name for v in program.outputs], Evaluation(program).at(own), strict=True))
     assert found["water.wave.elevation"] == pytest.approx(expected[0], rel=1e-12)
     c, s = np.cos(np.radians(HEADING)), np.sin(np.radians(HEADING))

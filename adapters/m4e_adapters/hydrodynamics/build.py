@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still, Water
-from m4e_adapters.hydrodynamics.doubts import sea_doubts, size_doubts, stability_doubts
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
+from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
@@ -38,10 +40,11 @@ def coefficients_from_config(
     The frequencies reach `highest` [rad/s] too, unless the configuration has their `maximum`.
     Raises InputError for meshes that do not bound a volume in the water.
     """
+    waves = _systems(config, folder)
     hulls = make_hulls(config, folder, progress=progress)
     for text in (
-        *sea_doubts(config.waves, config.water),
-        *size_doubts(hulls, config),
+        *(text for system in waves for text in system.doubts({})),
+        *size_doubts(hulls, config, waves),
         *stability_doubts(hulls, config.water),
     ):
         progress(f"warning: {text}")
@@ -51,16 +54,22 @@ def coefficients_from_config(
     return solve_hulls(
         hulls,
         water=config.water,
-        omega=frequency_table(config, hulls, highest=highest),
+        omega=frequency_table(config, hulls, folder=folder, highest=highest),
         wave_direction=_direction(config),
-        needed=max(needed_frequency(config.waves), highest),
+        needed=max(needed_frequency(waves), highest),
         progress=progress,
     )
 
 
 def _direction(config: HydrodynamicsConfig) -> float:
-    """Direction [deg] of the waves from the hulls' x axis."""
-    return 0.0 if isinstance(config.waves, Still) else config.waves.direction - config.heading
+    """Direction [deg] of the (first) waves from the hulls' x axis."""
+    sections = wave_sections(config.waves)
+    return sections[0].direction - config.heading if sections else 0.0
+
+
+def _systems(config: HydrodynamicsConfig, folder: Path) -> tuple[WaveSystem, ...]:
+    water = config.water
+    return wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
 
 
 def program_from_config(
@@ -72,7 +81,7 @@ def program_from_config(
 ) -> Program:
     """The configured load as a Program (see `load`)."""
     coefficients = coefficients_from_config(config, folder=folder, progress=progress)
-    return _program(config, coefficients, name=name, progress=progress)
+    return _program(config, coefficients, name=name, folder=folder, progress=progress)
 
 
 def program_in_waves(
@@ -90,8 +99,10 @@ def program_in_waves(
     coefficients = coefficients_from_config(
         config, folder=folder, highest=highest, progress=progress
     )
-    forces = HullWaves(coefficients, config.waves)
-    program = _program(config, coefficients, name=name, sea=forces.record, progress=progress)
+    forces = HullWaves(coefficients)
+    program = _program(
+        config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
+    )
     return program, forces
 
 
@@ -100,6 +111,7 @@ def _program(
     coefficients: Coefficients,
     *,
     name: str,
+    folder: Path,
     sea: RecordSea = record_sea,
     progress: Callable[[str], object],
 ) -> Program:
@@ -111,20 +123,26 @@ def _program(
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
         sea=sea,
+        folder=folder,
         progress=progress,
     )
 
 
 def frequency_table(
-    config: HydrodynamicsConfig, hulls: Sequence[Hull], *, highest: float = 0.0
+    config: HydrodynamicsConfig,
+    hulls: Sequence[Hull],
+    *,
+    folder: Path = Path(),
+    highest: float = 0.0,
 ) -> np.ndarray:
     """Angular frequencies (nω,) [rad/s] for the potential flow, as `Frequencies` says.
 
     It reaches `highest` [rad/s] too, unless a `maximum` is given. Another sea changes at most how
     far the table goes, and no frequency in it: cached solutions of one sea serve the next.
-    InputError with all problems of the table.
+    Files of the waves are in `folder`. InputError with all problems of the table.
     """
-    table, problems = table_and_problems(config, hulls, highest=highest)
+    waves = _systems(config, folder)
+    table, problems = table_and_problems(config, hulls, waves=waves, highest=highest)
     if problems:
         raise InputError(problems)
     return table
@@ -137,18 +155,26 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
     memory; there is no flow in it.
     """
     hulls, problems = hulls_and_problems(config, folder, progress=_silent)
-    omega = np.empty(0)
+    omega, waves = np.empty(0), tuple[WaveSystem, ...]()
+    try:
+        waves = _systems(config, folder)
+    except InputError as error:
+        problems += error.problems
     if hulls:
-        omega, wrong = table_and_problems(config, hulls)
+        omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong
     if problems:
         raise InputError(problems)
     still = without_flow(hulls, water=config.water, omega=omega, wave_direction=_direction(config))
-    return _program(config, still, name="hydrodynamics", progress=_silent)
+    return _program(config, still, name="hydrodynamics", folder=folder, progress=_silent)
 
 
 def table_and_problems(
-    config: HydrodynamicsConfig, hulls: Sequence[Hull], *, highest: float = 0.0
+    config: HydrodynamicsConfig,
+    hulls: Sequence[Hull],
+    *,
+    waves: Sequence[WaveSystem],
+    highest: float = 0.0,
 ) -> tuple[np.ndarray, list[Problem]]:
     """The frequency table (nω,) [rad/s] of `frequency_table`, and all its problems."""
     wanted, water = config.frequencies, config.water
@@ -167,14 +193,14 @@ def table_and_problems(
         text = f"the frequencies from {minimum:.4g} to {maximum:.4g} rad/s are not a range"
         remedy = "give frequencies.maximum above frequencies.minimum"
         problems.append(Problem(text, remedy, keys=("frequencies",)))
-    beyond = waves_beyond(config.waves, maximum, limit)
+    beyond = waves_beyond(waves, maximum, limit)
     if beyond and wanted.maximum is not None:
         problems.append(Problem(*beyond, keys=("frequencies", "maximum")))
     table = np.linspace(minimum, maximum, wanted.count)
     if wanted.maximum is not None or problems:
         return table, problems
     step = EXTENSION_STEP * (table[1] - table[0])
-    needed = max(needed_frequency(config.waves), min(highest, MOST_BEYOND * limit))
+    needed = max(needed_frequency(waves), min(highest, MOST_BEYOND * limit))
     more = math.ceil((needed - maximum) / step - 1e-9)
     return np.concatenate([table, maximum + step * np.arange(1, more + 1)]), []
 

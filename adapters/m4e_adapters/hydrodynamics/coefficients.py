@@ -12,10 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, MOTIONS, Motion, point_in_space
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 MEMORY_REACH = 4.5  # wavenumber times size up to which radiation matters
 NO_WATERPLANE = 1e-6  # waterplane, relative to volume^(2/3), that is rounding of a closed mesh
@@ -200,16 +204,33 @@ class Coefficients:
 
     def _between(self, table: np.ndarray, omega: np.ndarray) -> np.ndarray:
         """A `table` (nω, 2M + 1, n) of excitation by the wave at each body's centre, at `omega`."""
+        knots, spline = self._spline(table)
+        values = spline(np.minimum(omega, knots[-1]))
+        fallen = (knots[-1] / np.maximum(omega, knots[-1])) ** 3
+        return fallen[:, None, None] * values
+
+    def excitation_knots(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Knots (k,) [rad/s] of the splines of `harmonics_at`, values and slopes (k, 2M + 1, n).
+
+        Values in N/m and N.m/m, slopes these per rad/s; between the knots the splines are cubic.
+        Without harmonics those of `excitation_at`, M = 0, for waves at each body's centre.
+        """
+        table = self.harmonics
+        if not self.has_harmonics:
+            way = self.way(self.omega, self.wave_direction)
+            table = (self.excitation * way.conj())[:, None, :]
+        knots, spline = self._spline(table)
+        return knots, spline(knots), spline(knots, 1)
+
+    def _spline(self, table: np.ndarray) -> tuple[np.ndarray, CubicSpline]:
+        """Knots, and the spline of `table` (nω, 2M + 1, n) with its value at ω = 0."""
         from scipy.interpolate import CubicSpline
 
         knots = np.concatenate([[0.0], self.omega])
         stiffness = self.hydrostatic_stiffness.reshape(-1, len(self.bodies), self.per_body)
         first = np.zeros((1, *table.shape[1:]), dtype=complex)
         first[0, table.shape[1] // 2] = stiffness[:, :, self.heave].sum(axis=1)
-        spline = CubicSpline(knots, np.concatenate([first, table]), axis=0)
-        values = spline(np.minimum(omega, knots[-1]))
-        fallen = (knots[-1] / np.maximum(omega, knots[-1])) ** 3
-        return fallen[:, None, None] * values
+        return knots, CubicSpline(knots, np.concatenate([first, table]), axis=0)
 
     def way(self, omega: np.ndarray, direction: float) -> np.ndarray:
         """e^{i k (x_G cos β + y_G sin β)} of each motion's body, (k, n) [1].

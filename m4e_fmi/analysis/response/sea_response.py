@@ -96,12 +96,12 @@ def sea_response(
     """
     names = usual_outputs(waves.program) if outputs is None else outputs
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
-    forces = waves.per_amplitude(sea.omega, sea.direction, point)
+    forces = waves.per_amplitude(sea.omega, sea.directions, point)
     motion = _Motion(local, sea, forces)
     linear, mean = motion.settled()
     states, values = linear.harmonics(sea.omega, forces)
     means, deviations = motion.statistics(linear, mean)
-    notes = [*doubts(waves, local, _needed(sea), small=False)]
+    notes = [*sea.doubts, *doubts(waves, local, _needed(sea), small=False)]
     limits = Limits(waves, point)
     if limits.outputs:
         sizes = np.abs(limits.harmonics(states, forces)) * sea.amplitudes[:, None]

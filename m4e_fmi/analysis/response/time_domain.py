@@ -92,7 +92,7 @@ def _in_a_sea(waves: InWaves, response: SeaResponse) -> list[Comparison]:
     local = _local(waves, response)
     turns = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, len(sea.omega))
     waves_now = (sea.amplitudes * np.exp(-1j * turns))[:, None]
-    forces = waves_now * waves.per_amplitude(sea.omega, sea.direction, response.point)
+    forces = waves_now * waves.per_amplitude(sea.omega, sea.directions, response.point)
     states = waves_now * response.states
     times, found = _simulated(
         waves, local, sea.omega, forces, response.mean_step + np.real(states.sum(axis=0)),

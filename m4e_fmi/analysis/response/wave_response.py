@@ -108,6 +108,7 @@ def wave_response(
     found = _Found.of(local, forces, omega, height / 2.0)
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *found.notes]
     if height:
+        notes += _breaking(waves, omega, height)
         notes += _beyond(Limits(waves, point), forces, found.states, height / 2.0)
     third = np.where(_counts(local, found.values), found.third, 0.0)
     notes += _third_harmonics(local, omega, third)
@@ -199,6 +200,20 @@ def doubts(waves: InWaves, local: LocalEquations, highest: float, *, small: bool
         yield "components that are settled stay linear about the rest in still water"
     if small and local.curved:
         yield "small waves: drag and all that is not linear count as at rest"
+
+
+def _breaking(waves: InWaves, omega: Floats, height: float) -> Iterator[str]:
+    """A line on the waves of that height [m] that would break."""
+    most = waves.breaking_heights(omega)
+    broken = np.flatnonzero(height > most)
+    if broken.size:
+        periods = ", ".join(f"{2.0 * np.pi / w:.4g}" for w in omega[broken])
+        lowest = broken[np.argmin(most[broken])]
+        yield (
+            f"waves of {height:.4g} m break at periods of {periods} s (at "
+            f"{2.0 * np.pi / omega[lowest]:.4g} s above {most[lowest]:.3g} m): there are no such "
+            "waves: take lower or longer ones"
+        )
 
 
 def _beyond(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -27,12 +27,27 @@ MOST = 10.0
 class Sea:
     """An irregular sea: the sum of waves of `omega` (k,) [rad/s] and `amplitudes` (k,) [m].
 
-    Their phases are random. `direction` [rad] is the one that they travel to, from +X towards +Y.
+    Their phases are random. `directions` (k,) [rad] are those that they travel to, from +X towards
+    +Y. `doubts` say why there is no such sea, if there is none.
     """
 
     omega: Floats = field(repr=False)
     amplitudes: Floats = field(repr=False)
-    direction: float
+    directions: Floats = field(repr=False)
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def direction(self) -> float:
+        """The mean direction [rad]: that of the sum of arrows as long as the waves have energy."""
+        if np.all(self.directions == self.directions[0]):
+            return float(self.directions[0])
+        energy = self.amplitudes**2
+        return float(np.arctan2(energy @ np.sin(self.directions), energy @ np.cos(self.directions)))
+
+    def turned_to(self, direction: float) -> Sea:
+        """The same sea, turned so that `direction` [rad] is the mean one."""
+        turn = direction - self.direction
+        return replace(self, directions=self.directions + turn)
 
     @property
     def significant_height(self) -> float:
@@ -58,13 +73,17 @@ class WaveForces(Protocol):
         ...
 
     def per_amplitude(
-        self, omega: Floats, direction: float, values: Mapping[str, float]
+        self, omega: Floats, directions: Floats, values: Mapping[str, float]
     ) -> Complex:
         """Each input per amplitude of the wave, (k, m) [unit of the input / m].
 
-        For waves of `omega` (k,) [rad/s] that travel to `direction` [rad]. InputError for a
+        For waves of `omega` (k,) [rad/s] that travel to `directions` (k,) [rad]. InputError for a
         direction that is not known.
         """
+        ...
+
+    def breaking_heights(self, omega: Floats) -> Floats:
+        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
         ...
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
@@ -104,16 +123,23 @@ class InWaves:
         """The angular frequency [rad/s] up to which the forces of all parts were computed."""
         return min(forces.highest for forces in self.forces.values())
 
-    def per_amplitude(self, omega: Floats, direction: float, point: OperatingPoint) -> Complex:
+    def per_amplitude(
+        self, omega: Floats, directions: Floats | float, point: OperatingPoint
+    ) -> Complex:
         """All `inputs` per amplitude of the wave, (k, m), for `omega` (k,) [rad/s].
 
-        `direction` [rad] is the one that the waves travel to.
+        `directions` (k,) or scalar [rad] are those that the waves travel to.
         """
+        angles = np.broadcast_to(np.asarray(directions, dtype=float), np.shape(omega))
         parts = [
-            forces.per_amplitude(omega, direction, self._values(part, point))
+            forces.per_amplitude(omega, angles, self._values(part, point))
             for part, forces in self.forces.items()
         ]
         return np.concatenate(parts, axis=1)
+
+    def breaking_heights(self, omega: Floats) -> Floats:
+        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break, in any part."""
+        return np.min([forces.breaking_heights(omega) for forces in self.forces.values()], axis=0)
 
     def own_direction(self, point: OperatingPoint) -> float:
         """The direction [rad] of the parts' waves; 0 in still water. InputError if they differ."""
@@ -182,7 +208,7 @@ def _joined(part: str, name: str) -> str:
 
 def _same(one: Sea, other: Sea) -> bool:
     return (
-        one.direction == other.direction
+        np.array_equal(one.directions, other.directions)
         and np.array_equal(one.omega, other.omega)
         and np.array_equal(one.amplitudes, other.amplitudes)
     )

@@ -1,12 +1,13 @@
-"""Water and gravity that differ between components which belong to one place.
+"""Water, waves and gravity that differ between components which belong to one place.
 
-A kind whose configuration has a section `water` is in water of that density, depth and gravity. A
-model that such a component acts on has a gravity, too.
+A kind whose configuration has a section `water` is in water of that density, depth and gravity, and
+one with `waves` in that sea. A model that such a component acts on has a gravity, too.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import Any
@@ -19,6 +20,8 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import Description
 
 UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
+WAVES = "wave"
+"""Beginning of the names of parameters of waves."""
 SAME = 1e-3
 """Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
 
@@ -26,7 +29,7 @@ Descriptions = Mapping[str, Description]
 
 
 def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
-    """Water and gravity that differ between two components; a line each, with values and places."""
+    """Water, waves and gravity that differ between two components; a line each, with places."""
     waters = {c.name: water for c in system.components if (water := _water(c)) is not None}
     found = []
     for (first, one), (second, other) in combinations(waters.items(), 2):
@@ -37,7 +40,38 @@ def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> lis
                     f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
                     "components in one water need the same"
                 )
-    return found + list(_weights(system, descriptions, wiring, waters))
+    return [*found, *_seas(system), *_weights(system, descriptions, wiring, waters)]
+
+
+def _seas(system: System) -> Iterator[str]:
+    """Waves that are not those of another component, by their section or by start values."""
+    seas = {
+        c.name: (c.source.config.waves, _start_of_waves(c))
+        for c in system.components
+        if isinstance(c.source, Kind) and hasattr(c.source.config, "waves")
+    }
+    for (first, one), (second, other) in combinations(seas.items(), 2):
+        if one == other:
+            continue
+        if one[0] == other[0]:
+            how, remedy = "start values of waves", "set them in all of them"
+        else:
+            how = "waves"
+            remedy = "write the section once, `waves: &sea {…}`, and `waves: *sea` elsewhere"
+        yield (
+            f"the {how} of {first}{_line(system, first, 'waves')} and of "
+            f"{second}{_line(system, second, 'waves')} differ: components in one sea need the "
+            f"same: {remedy}"
+        )
+
+
+def _start_of_waves(component: Component) -> dict[str, object]:
+    """Start values of parameters of the waves."""
+    return {
+        name: value
+        for name, value in component.start.items()
+        if re.split(r"[.[]", name)[0] == WAVES
+    }
 
 
 def _weights(
@@ -89,5 +123,10 @@ def _same(a: float | None, b: float | None) -> bool:
 def _told(system: System, component: str, key: str, value: float) -> str:
     """A value and its place."""
     text = "deep" if math.isinf(value) else f"{value:g}"
-    line = system.problem(("components", component, "water", key), "").line
-    return f"{component}.water.{key} is {text}" + (f" (line {line})" if line else "")
+    return f"{component}.water.{key} is {text}{_line(system, component, 'water', key)}"
+
+
+def _line(system: System, component: str, *keys: str) -> str:
+    """The line of a key of a component, in brackets; "" if that is not known."""
+    line = system.problem(("components", component, *keys), "").line
+    return f" (line {line})" if line else ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import xarray
 from support.floating_buoy import held_buoy
 
 from m4e_fmi.cli import main
+from m4e_fmi.fmu import read_description
 
 SEA = "{spectrum: jonswap, significant_height: 1.5, peak_period: 8, components: 60}"
 
@@ -87,3 +89,87 @@ def test_a_model_alone_is_in_no_waves(buoy: Path, capsys: pytest.CaptureFixture[
 def test_still_water_has_no_sea(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rao", str(held_buoy(tmp_path)), "--sea"]) == 2
     assert "configured with no irregular sea" in capsys.readouterr().err
+
+
+def test_waves_that_break_and_seas_that_are_too_steep_are_told(
+    buoy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Which periods, in the table and in the JSON."""
+    file = ["--no-plot", "--output-file", str(tmp_path / "r.nc")]
+    heights = ["--periods", "3", "4", "8", "--height", "2.5", "--outputs", "buoy.body.float.z"]
+    assert main(["rao", str(buoy), *heights, *file]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if " break " in line]
+    assert told == [
+        "note: waves of 2.5 m break at periods of 3 s (at 3 s above 2 m): there are no such waves: "
+        "take lower or longer ones"
+    ]
+    assert main(["rao", str(buoy), "--sea", "5", "8", "--json", *file]) == 0
+    assert not any("steep" in note for note in json.loads(capsys.readouterr().out)["notes"])
+    assert main(["rao", str(buoy), "--sea", "7", "8", "--json", *file]) == 0
+    notes = json.loads(capsys.readouterr().out)["notes"]
+    assert any("the sea is too steep: 2 pi Hs/(g Tp^2) is 0.0701" in note for note in notes)
+    assert main(["rao", str(buoy), "--sea", "--start-value", "hydro.wave.significant_height", "7",
+                 "--json", *file]) == 0  # fmt: skip
+    notes = json.loads(capsys.readouterr().out)["notes"]
+    assert any("Hs 7 m, Tp 8 s" in note for note in notes)
+
+
+SEVERAL = """&sea
+      - {spectrum: jonswap, significant_height: 0.9, peak_period: 8, components: 60}
+      - {spectrum: regular, height: 0.4, period: 12}
+      - {spectrum: record, file: r.csv, place: [-40]}"""
+GAUGE = """\
+  gauge:
+    kind: sea
+    water: {density: 1025, depth: 50, gravity: 9.81}
+    waves: *sea
+    points: {a: [0, 0]}
+    moving_points: {b: [0, -1.2]}
+  generator:
+"""
+
+
+@pytest.fixture(scope="module")
+def several(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The buoy in three systems of waves, with the sea at two points beside it."""
+    folder = tmp_path_factory.mktemp("several")
+    rows = "".join(
+        f"{0.5 * k},{0.2 * math.sin(0.45 * k) + 0.1 * math.sin(0.3 * k + 1)!r}\n"
+        for k in range(400)
+    )
+    (folder / "r.csv").write_text(f"time,elevation\n{rows}")
+    path = held_buoy(folder, SEVERAL)
+    text = path.read_text(encoding="utf-8").replace("  generator:\n", GAUGE)
+    links = "  - buoy.body.float.x -> gauge.b.x\n  - buoy.body.float.z -> gauge.b.z\n"
+    path.write_text(text.replace("connections:\n", f"connections:\n{links}"), encoding="utf-8")
+    return path
+
+
+def test_several_systems_of_waves_are_one_sea(
+    several: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The sum of the spectra; the sea's component takes part, as linear waves."""
+    given = ["--json", "--output-file", str(tmp_path / "sea.nc"), "--outputs",
+             "hydro.wave.elevation", "gauge.a.elevation", "gauge.b.velocity_x"]  # fmt: skip
+    assert main(["rao", str(several), "--sea", *given]) == 0
+    found = json.loads(capsys.readouterr().out)
+    # of the record the tapered ends are missing: two times 5/8 of a twentieth
+    record = 0.5 * (0.2**2 + 0.1**2) * (1 - 2 * 0.05 * 5 / 8)
+    variance = 0.9**2 / 16 + 0.2**2 / 2 + record
+    assert found["significant_height"] == pytest.approx(4 * math.sqrt(variance), rel=0.01)
+    outputs = found["outputs"]
+    deviation = outputs["hydro.wave.elevation"]["standard_deviation"]
+    assert deviation == pytest.approx(found["significant_height"] / 4, rel=1e-9)
+    assert outputs["gauge.a.elevation"]["standard_deviation"] == pytest.approx(deviation, rel=1e-9)
+    assert 0.3 < outputs["gauge.b.velocity_x"]["standard_deviation"] / deviation < 1.5
+
+
+def test_other_commands_take_several_systems(
+    several: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["equilibrium", str(several)]) == 0
+    assert "gauge.b.dynamic_pressure" in capsys.readouterr().out
+    given = ["--single", "--build-folder", str(tmp_path), "--no-native", "--no-documentation"]
+    assert main(["build", str(several), *given]) == 0
+    names = {v.name for v in read_description(tmp_path / "held_buoy.fmu").variables.values()}
+    assert {"hydro.wave[2].period", "gauge.wave[2].period", "gauge.b.velocity_x"} <= names

@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Positive,
 )
 from m4e_adapters.hydrodynamics.config.shapes import Shape
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves
+from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
 from m4e_fmi.files.document import Section, rejected
 
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
@@ -136,7 +136,7 @@ class HydrodynamicsConfig(Section):
         return self
 
 
-def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
+def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
     return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
@@ -161,13 +161,8 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     remedy = "remove it, or write 'dimensions: 3' on top of the component"
-    waves = config.waves
-    if not isinstance(waves, Still) and waves.direction not in (0.0, 180.0):
-        yield _wrong(
-            ("waves", waves.spectrum, "direction"),
-            f"wave direction {waves.direction:g} deg leaves the X-Z plane",
-            "write 0 (waves travel towards +X), 180 (towards -X), or 'dimensions: 3' on top",
-        )
+    for place, message, advice in waves_beyond_the_plane(config.waves):
+        yield _wrong(("waves", *place), message, advice)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", remedy)
     for name, body in config.bodies.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from m4e_adapters.hydrodynamics.heading import (
 )
 from m4e_adapters.hydrodynamics.load.parts import SMALL
 from m4e_adapters.hydrodynamics.load.small_motions import motion_ranges
-from m4e_adapters.hydrodynamics.seas.sea import AnyWaves
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 Vector = list[Scalar | float]
@@ -25,7 +25,7 @@ def record_displacement(
     coefficients: Coefficients,
     displacement: Vector,
     k: int,
-    waves: AnyWaves,
+    waves: Sequence[WaveSystem],
 ) -> None:
     """Outputs surge, heave, pitch, … from the reference pose, with the limits of small motions."""
     limits = motion_ranges(coefficients, k, waves)

@@ -15,10 +15,11 @@ terms of the third order (of the second about Z, which no force depends on).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import Drag, Radiation, Still
+from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Radiation, Still
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
@@ -34,7 +35,9 @@ from m4e_adapters.hydrodynamics.load.parts import (
     record_memory,
 )
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
-from m4e_adapters.hydrodynamics.seas.sea import AnyWaves, Number, record_sea
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.sea import record_sea
+from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
 Vector = list[Scalar | float]
@@ -46,7 +49,7 @@ class RecordSea(Protocol):
     def __call__(
         self,
         recorder: Recorder,
-        waves: AnyWaves,
+        waves: Sequence[WaveSystem],
         coefficients: Coefficients,
         *,
         heading: Number,
@@ -69,6 +72,7 @@ def hydrodynamics_program(
     radiation: Radiation | None = None,
     heading: Heading | None = None,
     sea: RecordSea = record_sea,
+    folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
 ) -> Program:
     """The load on all bodies of `coefficients`, from any source of these.
@@ -80,6 +84,7 @@ def hydrodynamics_program(
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
     sea : records the waves and gives the excitation of each motion.
+    folder : where files of the waves are.
     progress : is told the accuracy of the memory.
 
     Returns
@@ -90,7 +95,14 @@ def hydrodynamics_program(
         `<body>.excitation_…`, `<body>.radiation_…` of the force. In space also the inputs
         `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`, `moment_z`.
     """
-    waves, turning = waves or Still(spectrum="still"), heading or Heading()
+    turning = heading or Heading()
+    systems = wave_systems(
+        waves or Still(spectrum="still"),
+        depth=coefficients.depth,
+        gravity=coefficients.gravity,
+        folder=folder,
+        band=(float(coefficients.omega[0]), float(coefficients.omega[-1])),
+    )
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
     fitted = fit_radiation(
@@ -98,7 +110,7 @@ def hydrodynamics_program(
     )
     memory = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    excitation = sea(recorder, waves, coefficients, heading=angle, places=moved.places)
+    excitation = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
     restoring, carried = record_hydrostatics(recorder, coefficients, moved.displacement)
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
@@ -107,7 +119,7 @@ def hydrodynamics_program(
         )
         parts = (restoring[own], memory[own], excitation[own], resistance)
         record_outputs(recorder, body, coefficients, parts, moved.axes)
-        record_displacement(recorder, body, coefficients, moved.displacement[own], k, waves)
+        record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)

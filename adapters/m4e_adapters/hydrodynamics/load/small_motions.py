@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import NO_WATERPLANE, Coefficients
-from m4e_adapters.hydrodynamics.config import Still
-from m4e_adapters.hydrodynamics.seas.sea import AnyWaves, wavelength
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 
 HEAVE, TURN = 0.5, math.radians(15.0)  # limits: mean drafts, rad
 OF_WAVE = 0.1  # of the wave length (at the peak): 36 deg of the phase
@@ -30,7 +30,9 @@ class Range:
         return math.isinf(self.minimum) and math.isinf(self.maximum)
 
 
-def motion_ranges(coefficients: Coefficients, k: int, waves: AnyWaves) -> dict[str, Range]:
+def motion_ranges(
+    coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]
+) -> dict[str, Range]:
     """The ranges of body `k` by motion."""
     reason = f"the water is linear, for motions within {math.degrees(TURN):g} deg"
     turn, drift = Range(-TURN, TURN, reason), _drift(coefficients, k, waves)
@@ -38,14 +40,14 @@ def motion_ranges(coefficients: Coefficients, k: int, waves: AnyWaves) -> dict[s
     return {m.name: known.get(m.name, turn) for m in coefficients.body_motions}
 
 
-def _drift(coefficients: Coefficients, k: int, waves: AnyWaves) -> Range:
-    """The excitation is that at the reference place: a share of the wave length.
+def _drift(coefficients: Coefficients, k: int, waves: Sequence[WaveSystem]) -> Range:
+    """The excitation is that at the reference place: a share of the shortest system's length.
 
     In still water a share of the distance to the nearest of several bodies; one body may go
     anywhere.
     """
-    if not isinstance(waves, Still):
-        length = wavelength(waves, depth=coefficients.depth, gravity=coefficients.gravity)
+    if waves:
+        length = min(system.length for system in waves)
         limit = OF_WAVE * length
         reason = (
             f"the waves are those at the reference place, for motions within {OF_WAVE:g} of their "

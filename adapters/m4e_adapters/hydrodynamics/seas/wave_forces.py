@@ -2,7 +2,7 @@
 
 In place of a sea the program has the inputs `wave.elevation_input` and, in the axes of the heading,
 `<body>.wave_force_…`; `HullWaves` has what they are for waves of any frequency and direction. The
-parameters of the configured sea stay, and its amplitudes are calculated parameters.
+parameters of the configured sea stay.
 """
 
 from __future__ import annotations
@@ -14,36 +14,26 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import Regular, Still
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
-from m4e_adapters.hydrodynamics.seas.sea import (
-    AnyWaves,
-    Number,
-    check_harmonics,
-    excitation_in_space,
-    record_components,
-    record_direction,
-    record_ramp,
-)
-from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
+from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
+from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
+from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
+from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError
-from m4e_fmi.program import Recorder, Scalar, Variable
+from m4e_fmi.program import Recorder, Variable
 
 ELEVATION = "wave.elevation_input"
-COMPONENTS = 300  # of a sea that is asked for
 
 
 @dataclass
 class HullWaves:
-    """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
-
-    `waves` are the configured ones.
-    """
+    """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`."""
 
     coefficients: Coefficients
-    waves: AnyWaves
-    _own: np.ndarray = field(default_factory=lambda: np.zeros(0), repr=False)
+    _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
     def inputs(self) -> list[str]:
@@ -60,7 +50,7 @@ class HullWaves:
     def record(
         self,
         recorder: Recorder,
-        waves: AnyWaves,
+        waves: Sequence[WaveSystem],
         coefficients: Coefficients,
         *,
         heading: Number,
@@ -71,15 +61,12 @@ class HullWaves:
         Other than of a sea, `heading` and `places` are asked for by `per_amplitude` only.
         """
         del heading, places
-        if not isinstance(waves, Still):
-            omega, amplitudes, _ = record_components(recorder, waves)
-            if coefficients.dimensions == 3:
-                record_direction(recorder, waves)
-            record_ramp(recorder, waves)
-            self._record_amplitudes(recorder, omega, amplitudes)
+        self._waves = tuple(waves)
+        for system in waves:
+            system.record(recorder, in_space=coefficients.dimensions == 3)
         text = "elevation of the undisturbed water at x = y = 0"
         elevation = recorder.input(Variable(ELEVATION, "m", text))
-        recorder.output(Variable("wave.elevation", "m", text), elevation)
+        recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
         units = [motion.force_unit for motion in coefficients.body_motions]
         units *= len(coefficients.bodies)
         text = "force of waves, in the axes of the heading"
@@ -88,76 +75,76 @@ class HullWaves:
             for name, unit in zip(self.inputs[1:], units, strict=True)
         ]
 
-    def _record_amplitudes(
-        self, recorder: Recorder, omega: np.ndarray, amplitudes: Sequence[Scalar]
-    ) -> None:
-        self._own = omega
-        for k, amplitude in enumerate(amplitudes):
-            text = f"amplitude of the wave component of {omega[k]:.6g} rad/s"
-            recorder.calculate(Variable(_amplitude(k), "m", text), amplitude)
-
     def per_amplitude(
-        self, omega: np.ndarray, direction: float, values: Mapping[str, float]
+        self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
     ) -> np.ndarray:
-        """Each input per amplitude, (k, m), for waves of `omega` (k,) [rad/s] to `direction` [rad].
+        """Each input per amplitude, (k, m), for waves of `omega` (k,) [rad/s].
 
-        In the plane InputError for another direction than that of the coefficients.
+        They travel to `directions` (k,) [rad]. In the plane InputError for another direction than
+        that of the coefficients.
         """
         c = self.coefficients
         if c.dimensions == 2:
-            self._check_direction(direction)
+            self._check_directions(directions)
             forces = c.excitation_at(omega)
         else:
             check_harmonics(c)
             reference = values["heading"]
             places = reference_places(c.centers, Axes.at(reference))
             heading = reference + values.get("heading_change", 0.0)
-            table = np.array(excitation_in_space(c, omega, direction, heading, places), dtype=float)
+            waves = _of_numbers(c, omega, directions)
+            table = np.array(excitation_of(c, waves, heading=heading, places=places), dtype=float)
             forces = table[..., 0] + 1j * table[..., 1]
         return np.concatenate([np.ones((len(omega), 1)), forces], axis=1)
 
-    def _check_direction(self, direction: float) -> None:
+    def _check_directions(self, directions: np.ndarray) -> None:
         known = self.coefficients.wave_direction
-        if abs(math.remainder(direction - math.radians(known), 2.0 * math.pi)) > 1e-9:
-            raise InputError.single(
-                f"the excitation was computed for waves that travel at {known:g} deg, not at "
-                f"{math.degrees(direction):g} deg",
-                "write that direction under 'waves' of the component, or 'dimensions: 3' for all",
-            )
+        for direction in directions.tolist():
+            if abs(math.remainder(direction - math.radians(known), 2.0 * math.pi)) > 1e-9:
+                raise InputError.single(
+                    f"the excitation was computed for waves that travel at {known:g} deg, not at "
+                    f"{math.degrees(direction):g} deg",
+                    "write that direction under 'waves' of the component, or 'dimensions: 3' for "
+                    "all",
+                )
+
+    def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
+        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
+        c = self.coefficients
+        return breaking_heights(omega, depth=c.depth, gravity=c.gravity)
 
     def own_sea(self, values: Mapping[str, float]) -> Sea | None:
-        """The configured sea, if it is irregular."""
-        if isinstance(self.waves, Still | Regular):
-            return None
-        amplitudes = np.array([values[_amplitude(k)] for k in range(len(self._own))])
-        direction = self.own_direction(values)
-        assert direction is not None
-        return Sea(self._own, amplitudes, direction)
+        """The configured sea, the sum of all systems, if one of them is irregular."""
+        return own_sea(self._waves, values)
 
     def own_direction(self, values: Mapping[str, float]) -> float | None:
-        """The configured direction [rad]; None in still water."""
-        if isinstance(self.waves, Still):
-            return None
-        return values.get("wave.direction", math.radians(self.waves.direction))
+        """The configured direction [rad]; None in still water. InputError if there are several."""
+        return own_direction(self._waves, values)
 
     def jonswap(
         self, significant_height: float, peak_period: float, enhancement: float, direction: float
     ) -> Sea:
-        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad].
-
-        Frequencies are in the middle of the parts that a configured sea has one in, at random.
-        """
-        edges = part_edges(2.0 * math.pi / peak_period, COMPONENTS, enhancement=enhancement)
-        omega = 0.5 * (edges[:-1] + edges[1:])
-        amplitudes = component_amplitudes(
-            omega.tolist(),
-            np.diff(edges).tolist(),
-            significant_height=significant_height,
-            peak_period=peak_period,
-            enhancement=enhancement,
-        )
-        return Sea(omega, np.array(amplitudes, dtype=float), direction)
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        c = self.coefficients
+        return asked_sea(
+            significant_height, peak_period, enhancement, direction,
+            depth=c.depth, gravity=c.gravity,
+        )  # fmt: skip
 
 
-def _amplitude(k: int) -> str:
-    return f"wave.amplitude[{k + 1}]"
+def _of_numbers(
+    coefficients: Coefficients, omega: np.ndarray, directions: np.ndarray
+) -> RecordedWaves:
+    """Waves of amplitude 1 m."""
+    count = len(omega)
+    number = wavenumber(omega, depth=coefficients.depth, gravity=coefficients.gravity)
+    mean = float(directions[0]) if count else 0.0
+    return RecordedWaves(
+        omega=omega.tolist(),
+        number=number.tolist(),
+        amplitude=[1.0] * count,
+        phase=[0.0] * count,
+        direction=mean,
+        offsets=directions - mean,
+        ramp=1.0,
+    )

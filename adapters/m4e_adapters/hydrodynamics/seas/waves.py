@@ -15,16 +15,18 @@ of n/4 waves. In the tail, which decides the mean periods T01 and T02, parts gro
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, sign, sqrt
+from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, maximum, sign, sqrt, tanh
 
 BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02
 LOGARITHMIC = 0.2  # share of the parts that are equal steps of log ω; the others have equal energy
 _KNOTS = 4000  # of the spectrum's integral: energies of parts to 1e-5 of the whole
+_STEPS = 12  # of Newton's method, which ends at rounding for every depth
 
 
 def angular_frequency(wavenumber: ArrayLike, *, depth: float, gravity: float) -> np.ndarray:
@@ -45,20 +47,50 @@ def wavenumber(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray
         return deep
     target = deep * depth
     y = np.maximum(np.sqrt(target), target)
-    for _ in range(12):
+    for _ in range(_STEPS):
         slope = np.tanh(y) + y / np.cosh(np.minimum(y, 300.0)) ** 2
         y = y - np.where(target > 0, (y * np.tanh(y) - target) / np.where(slope > 0, slope, 1), 0)
     return y / depth
 
 
-def part_edges(peak_omega: float, count: int, *, enhancement: float = 1.0) -> np.ndarray:
-    """Edges [rad/s], (count + 1,), of the parts of BAND that have one component each."""
-    ratio = np.geomspace(*BAND, _KNOTS)
-    spectrum = np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
+def recorded_wavenumber(omega: ScalarLike, *, depth: float, gravity: float) -> AnyScalar:
+    """As `wavenumber` [rad/m], of one `omega` [rad/s] > 0 that is any scalar."""
+    deep = omega * omega * (1.0 / gravity)
+    if math.isinf(depth):
+        return deep
+    target = deep * depth
+    y = maximum(sqrt(target), target)
+    for _ in range(_STEPS):
+        t = tanh(y)
+        y = y - (y * t - target) / (t + y * (1.0 - t * t))
+    return y * (1.0 / depth)
+
+
+def part_edges(
+    peak_omega: float,
+    count: int,
+    *,
+    enhancement: float = 1.0,
+    factor: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> np.ndarray:
+    """Edges [rad/s], (count + 1,), of the parts of BAND that have one component each.
+
+    `factor` changes the spectrum: (n,) [1] at frequencies (n,) [rad/s].
+    """
+    ratio, spectrum = _form(enhancement)
+    if factor is not None:
+        spectrum = spectrum * factor(peak_omega * ratio)
     energy = np.cumsum(np.diff(ratio, prepend=ratio[0]) * spectrum)
     steps = np.linspace(0.0, 1.0, _KNOTS)
     share = (1.0 - LOGARITHMIC) * energy / energy[-1] + LOGARITHMIC * steps
     return peak_omega * np.interp(np.linspace(0.0, 1.0, count + 1), share, ratio)
+
+
+@lru_cache(maxsize=16)
+def _form(enhancement: float) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies of BAND in peak frequencies, and the spectrum there, (_KNOTS,)."""
+    ratio = np.geomspace(*BAND, _KNOTS)
+    return ratio, np.array([relative_spectrum(r, enhancement) for r in ratio.tolist()])
 
 
 def component_frequencies(edges: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Still
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -28,7 +28,7 @@ def test_defaults() -> None:
     config = validated("bodies: {b: {shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0]}}")
     assert config.water.density == 1025.0
     assert math.isinf(config.water.depth)
-    assert config.waves.spectrum == "still"
+    assert config.waves == Still(spectrum="still")
     assert config.radiation.order is None
 
 

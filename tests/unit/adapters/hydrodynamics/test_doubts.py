@@ -11,13 +11,11 @@ import pytest
 
 from m4e_adapters.hydrodynamics import build
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
-from m4e_adapters.hydrodynamics.doubts import (
-    breaking_height,
-    sea_doubts,
-    size_doubts,
-    stability_doubts,
-)
+from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.geometry.mesh import make_hulls
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.files.document import Document
 
 BODY = "float: {shape: {box: {length: 8, width: 6, draft: 3}}, center_of_gravity: [0, -1]}"
@@ -28,15 +26,25 @@ def config(waves: str, *, depth: str = "deep", bodies: str = BODY) -> Hydrodynam
     return Document.parse(text).validate(HydrodynamicsConfig)
 
 
+def systems(given: HydrodynamicsConfig) -> tuple[WaveSystem, ...]:
+    water = given.water
+    return wave_systems(given.waves, depth=water.depth, gravity=water.gravity)
+
+
 def sea(waves: str, depth: str = "deep") -> list[str]:
-    given = config(waves, depth=depth)
-    return list(sea_doubts(given.waves, given.water))
+    found = systems(config(waves, depth=depth))
+    return [text for system in found for text in system.doubts({})]
+
+
+def breaking_height(period: float, water: Water) -> float:
+    omega = np.array([2 * math.pi / period])
+    return float(breaking_heights(omega, depth=water.depth, gravity=water.gravity)[0])
 
 
 def sizes(waves: str, bodies: str) -> list[str]:
     given = config(waves, bodies=bodies)
     hulls = make_hulls(given, Path(), progress=lambda _: None)
-    return list(size_doubts(hulls, given))
+    return list(size_doubts(hulls, given, systems(given)))
 
 
 def test_breaking_heights_at_the_limits() -> None:
@@ -109,7 +117,7 @@ def test_a_mesh_in_millimetres_is_told(tmp_path: Path) -> None:
         bodies=BODY.replace("{box: {length: 8, width: 6, draft: 3}}", "{mesh: hull.gdf}"),
     )
     hulls = make_hulls(mesh, tmp_path, progress=lambda _: None)
-    (told,) = size_doubts(hulls, mesh)
+    (told,) = size_doubts(hulls, mesh, ())
     assert "measures 8000 m, hulls have 0.01 to 1000 m" in told
     assert "drawn in mm must be scaled by 0.001" in told
     assert np.isfinite(hulls[0].hydrostatics.volume)

@@ -1,4 +1,4 @@
-"""Water and gravity that differ between components are told, with values and lines."""
+"""Water, waves and gravity that differ between components are told, with values and lines."""
 
 from __future__ import annotations
 
@@ -82,3 +82,49 @@ def test_the_gravity_of_a_model_is_compared_with_that_of_its_water(tmp_path: Pat
     assert told(tmp_path, gravity="g") == []
     (line,) = told(tmp_path, gravity="g", start="g: 9.6")
     assert "gravity of buoy's model is 9.6" in line
+
+
+SEAS = """\
+name: seas
+components:
+  hydro:
+    kind: hydrodynamics
+    water: &water {{depth: 40}}
+    waves: &sea {{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3}}
+    bodies: {{float: {{shape: {{sphere: {{radius: 3}}}}, center_of_gravity: [0, -1]}}}}
+    start: {{{start}}}
+  gauge:
+    kind: sea
+    water: *water
+    waves: {waves}
+    points: {{p: [20, 0]}}
+connections: []
+simulation: {{stop_time: 1, step_size: 0.1}}
+"""
+
+
+def seas_told(folder: Path, waves: str, start: str = "") -> list[str]:
+    (folder / "seas.yaml").write_text(SEAS.format(waves=waves, start=start))
+    return differing(load_system(folder / "seas.yaml"), {}, Wiring((), (), (), ()))
+
+
+def test_one_sea_written_once_is_silent(tmp_path: Path) -> None:
+    """By an anchor, or the same words."""
+    assert seas_told(tmp_path, "*sea") == []
+    same = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3, direction: 0}"
+    assert seas_told(tmp_path, same) == []
+
+
+def test_seas_that_differ_are_told(tmp_path: Path) -> None:
+    """Another seed, one more system, none; one that a start value changes."""
+    seed = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 4}"
+    for other in (seed, "[*sea, {spectrum: regular, height: 1, period: 12}]", "{spectrum: still}"):
+        (line,) = seas_told(tmp_path, other)
+        assert line.startswith(
+            "the waves of hydro (line 6) and of gauge (line 12) differ: components in one sea need"
+        )
+    (line,) = seas_told(tmp_path, "*sea", start="wave.significant_height: 3")
+    assert line == (
+        "the start values of waves of hydro (line 6) and of gauge (line 12) differ: components in "
+        "one sea need the same: set them in all of them"
+    )

@@ -1,0 +1,150 @@
+"""Excitation of each wave component: from the coefficients' splines, for any direction.
+
+In space the direction β that a wave travels to is a parameter. With h the heading, X is the sum of
+harmonics e^{ij(β − h)} of the wave at the body's centre, times the phase of the wave's way from
+x = y = 0 to the reference place of that centre. For a frequency that is a parameter the splines are
+recorded, in Hermite's form: with s the place between two knots, 0 below and 1 above them, each
+interval adds what the spline gains in it, so that no branch is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Scalar, cos, maximum, minimum, sin
+
+Number = Scalar | float
+Pair = tuple[Number, Number]
+NEGLIGIBLE = 1e-7  # harmonic of the excitation over the largest of its motion
+
+
+def excitation_of(
+    coefficients: Coefficients,
+    waves: RecordedWaves,
+    *,
+    heading: Number,
+    places: Sequence[tuple[Number, Number]],
+) -> list[list[Pair]]:
+    """Real and imaginary parts of the excitation of each component [N/m, N.m/m], and motion.
+
+    In space for a `heading` [rad] and reference `places` (x, y) [m] of the bodies, in the axes of
+    the heading. With the phase of a crest at x = y = 0.
+    """
+    if coefficients.dimensions == 2 and not _changes(waves):
+        table = coefficients.excitation_at(np.array(waves.omega, dtype=float))
+        return [[(float(x.real), float(x.imag)) for x in row] for row in table]
+    if coefficients.dimensions == 2:
+        places = [(float(x), 0.0) for x, _ in coefficients.centers]
+        turns = [(1.0, 0.0)]
+    else:
+        most = coefficients.harmonics.shape[1] // 2
+        turns = _multiples(waves.direction - heading, most)
+    rows = []
+    for k, own in enumerate(_harmonics(coefficients, waves)):
+        c, s = waves.along(k)
+        ways = [waves.number[k] * (x * c + y * s) for x, y in places]
+        phases = [(cos(way), sin(way)) for way in ways]
+        row = []
+        for i, column in enumerate(own):
+            real, imaginary = _sum(column, turns)
+            c, s = phases[i // coefficients.per_body]
+            row.append((real * c - imaginary * s, real * s + imaginary * c))
+        rows.append(row)
+    return rows
+
+
+def check_harmonics(coefficients: Coefficients) -> None:
+    """InputError if `coefficients` in space have the excitation for one direction only."""
+    if not coefficients.has_harmonics:
+        raise InputError.single(
+            "the coefficients have no harmonics of the excitation over the wave direction",
+            "compute the excitation for directions all around, or use still water",
+        )
+
+
+def _changes(waves: RecordedWaves) -> bool:
+    return any(isinstance(omega, Scalar) for omega in waves.omega)
+
+
+def _harmonics(coefficients: Coefficients, waves: RecordedWaves) -> Iterator[list[list[Pair]]]:
+    """Of each component and motion the harmonics, real and imaginary, j = −M … M.
+
+    Those of a component that travels beside the mean direction are turned by that angle.
+    """
+    if _changes(waves):
+        yield from (_recorded(coefficients, omega) for omega in waves.omega)
+        return
+    table = _counted(coefficients.harmonics_at(np.array(waves.omega, dtype=float)))
+    order = np.arange(table.shape[1]) - table.shape[1] // 2
+    table = table * np.exp(1j * np.outer(waves.offsets, order))[:, :, None]
+    for own in table:
+        yield [[(float(x.real), float(x.imag)) for x in column] for column in own.T]
+
+
+def _counted(harmonics: np.ndarray) -> np.ndarray:
+    """`harmonics` (k, 2M + 1, n) without those that are negligible."""
+    negligible = NEGLIGIBLE * np.abs(harmonics).max(axis=(0, 1))
+    return np.where(np.abs(harmonics) > negligible, harmonics, 0.0)
+
+
+def _recorded(coefficients: Coefficients, omega: Number) -> list[list[Pair]]:
+    """Harmonics of each motion at a frequency that is a scalar, by recorded splines."""
+    knots, values, slopes = coefficients.excitation_knots()
+    kept = np.any(_counted(values) != 0.0, axis=0)
+    of_values, of_slopes = _hermite(omega, knots.tolist())
+    weights = [*of_values, *of_slopes]
+    table = np.concatenate([values, slopes])
+
+    def spline(column: np.ndarray) -> Pair:
+        real: Number = 0.0
+        imaginary: Number = 0.0
+        for weight, x in zip(weights, column.tolist(), strict=True):
+            real, imaginary = real + weight * x.real, imaginary + weight * x.imag
+        return real, imaginary
+
+    motions, orders = range(table.shape[2]), range(table.shape[1])
+    return [[spline(table[:, j, i]) if kept[j, i] else (0.0, 0.0) for j in orders] for i in motions]
+
+
+def _hermite(omega: Number, knots: Sequence[float]) -> tuple[list[Number], list[Number]]:
+    """Weights of the values and slopes at `knots` [rad/s] in the cubic spline at `omega`."""
+    values: list[Number] = [1.0, *[0.0] * (len(knots) - 1)]
+    slopes: list[Number] = [0.0] * len(knots)
+    for k, (low, high) in enumerate(pairwise(knots)):
+        width = high - low
+        s = minimum(maximum((omega - low) * (1.0 / width), 0.0), 1.0)
+        rest = 1.0 - s
+        gain = s * s * (3.0 - 2.0 * s)
+        values[k] = values[k] - gain
+        values[k + 1] = gain
+        slopes[k] = slopes[k] + width * (s * rest * rest)
+        slopes[k + 1] = -width * (s * s * rest)
+    return values, slopes
+
+
+def _multiples(angle: Number, most: int) -> list[Pair]:
+    """cos jb and sin jb of an angle b, j = 0 … `most`."""
+    first: Pair = (cos(angle), sin(angle))
+    found: list[Pair] = [(1.0, 0.0)]
+    for _ in range(most):
+        c, s = found[-1]
+        found.append((c * first[0] - s * first[1], s * first[0] + c * first[1]))
+    return found
+
+
+def _sum(harmonics: Sequence[Pair], turns: Sequence[Pair]) -> Pair:
+    """Real and imaginary part of Σ harmonics[M + j] e^{ijb}."""
+    middle = len(harmonics) // 2
+    real, imaginary = harmonics[middle]
+    for j in range(1, middle + 1):
+        after, before = harmonics[middle + j], harmonics[middle - j]
+        c, s = turns[j]
+        real = real + (after[0] + before[0]) * c - (after[1] - before[1]) * s
+        imaginary = imaginary + (after[1] + before[1]) * c + (after[0] - before[0]) * s
+    return real, imaginary

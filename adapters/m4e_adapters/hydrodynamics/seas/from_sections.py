@@ -1,0 +1,233 @@
+"""From the sections of a configuration, and their files, to systems of waves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TypedDict
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.config.waves import (
+    AnyWaves,
+    ComponentWaves,
+    Jonswap,
+    PiersonMoskowitz,
+    Record,
+    Regular,
+    SpectrumTable,
+    Tma,
+    WaveSection,
+    wave_sections,
+)
+from m4e_adapters.hydrodynamics.seas.spectra import (
+    depth_factor,
+    energy_below,
+    record_components,
+    record_doubts,
+    table_edges,
+)
+from m4e_adapters.hydrodynamics.seas.spreading import spread
+from m4e_adapters.hydrodynamics.seas.systems import (
+    FEWEST,
+    FixedSea,
+    RegularWave,
+    SpectralSea,
+    WaveSystem,
+)
+from m4e_adapters.hydrodynamics.seas.wave_files import read_components, read_density, read_record
+from m4e_adapters.hydrodynamics.seas.waves import (
+    component_frequencies,
+    component_phases,
+    part_edges,
+)
+from m4e_fmi.errors import InputError, Problem
+
+Band = tuple[float, float]
+ANY: Band = (0.0, math.inf)
+
+
+class _Common(TypedDict):
+    """Fields of every system."""
+
+    name: str
+    direction: float
+    ramp_time: float | None
+    depth: float
+    gravity: float
+
+
+def wave_systems(
+    waves: AnyWaves,
+    *,
+    depth: float,
+    gravity: float,
+    folder: Path = Path(),
+    band: Band = ANY,
+) -> tuple[WaveSystem, ...]:
+    """The systems of `waves` in water of `depth` [m], none if it is still; files are in `folder`.
+
+    `band` [rad/s] is where the period of a regular wave may be changed to. InputError with all
+    problems of the sections and their files.
+    """
+    sections = wave_sections(waves)
+    several = len(sections) > 1
+    found: list[WaveSystem] = []
+    problems: list[Problem] = []
+    for k, section in enumerate(sections):
+        common = _Common(
+            name=f"wave[{k + 1}]" if several else "wave",
+            direction=section.direction,
+            ramp_time=section.ramp_time,
+            depth=depth,
+            gravity=gravity,
+        )
+        try:
+            found.append(_system(section, common, folder, band))
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(problems)
+    return tuple(found)
+
+
+def _system(section: WaveSection, common: _Common, folder: Path, band: Band) -> WaveSystem:
+    match section:
+        case Jonswap() | PiersonMoskowitz():
+            return _spectral(section, common)
+        case Regular():
+            return _regular(section, common, band)
+        case SpectrumTable():
+            return _table(section, common, folder)
+        case ComponentWaves():
+            return _components(section, common, folder)
+        case Record():
+            return _record(section, common, folder)
+
+
+def _regular(section: Regular, common: _Common, band: Band) -> RegularWave:
+    low, high = band
+    longest = max(section.period, 2 * math.pi / low) if low else math.inf
+    return RegularWave(
+        **common,
+        omega=np.array([2 * math.pi / section.period]),
+        phases=np.array([section.phase]),
+        offsets=np.zeros(1),
+        height=section.height,
+        shortest=min(section.period, max(FEWEST, 2 * math.pi / high)),
+        longest=longest,
+    )
+
+
+def _spectral(section: Jonswap | PiersonMoskowitz, common: _Common) -> SpectralSea:
+    depth, gravity = common["depth"], common["gravity"]
+    factor: Callable[[np.ndarray], np.ndarray] | None = None
+    if isinstance(section, Tma):
+        if math.isinf(depth):
+            remedy = "give water.depth, or write spectrum: jonswap, which it is in deep water"
+            raise InputError.single("a TMA sea needs a depth", remedy, keys=("waves",))
+        factor = partial(depth_factor, depth=depth, gravity=gravity)
+    enhancement = section.peak_enhancement if isinstance(section, Jonswap) else None
+    edges = part_edges(
+        2 * math.pi / section.peak_period,
+        section.components,
+        enhancement=1.0 if enhancement is None else enhancement,
+        factor=factor,
+    )
+    rng = np.random.Generator(np.random.PCG64(section.seed))
+    omega = component_frequencies(edges, rng)
+    widths = np.diff(edges)
+    return SpectralSea(
+        **common,
+        omega=omega,
+        phases=component_phases(section.components, rng),
+        offsets=_offsets(section, rng),
+        luck=_luck(section, rng),
+        widths=widths if factor is None else widths * factor(omega),
+        significant_height=section.significant_height,
+        peak_period=section.peak_period,
+        enhancement=enhancement,
+    )
+
+
+def _offsets(
+    section: Jonswap | PiersonMoskowitz | SpectrumTable, rng: np.random.Generator
+) -> np.ndarray:
+    if section.spreading is None:
+        return np.zeros(section.components)
+    return spread(section.components, section.spreading.exponent, rng)
+
+
+def _luck(
+    section: Jonswap | PiersonMoskowitz | SpectrumTable, rng: np.random.Generator
+) -> np.ndarray:
+    """Amplitudes over those that are expected (components,): Rayleigh's, their squares' mean 1."""
+    if section.amplitudes == "fixed":
+        return np.ones(section.components)
+    return np.sqrt(rng.exponential(size=section.components))
+
+
+def _table(section: SpectrumTable, common: _Common, folder: Path) -> FixedSea:
+    density = read_density(section, folder)
+    rng = np.random.Generator(np.random.PCG64(section.seed))
+    edges = table_edges(density, section.components)
+    omega = component_frequencies(edges, rng)
+    amplitudes = np.sqrt(2.0 * np.diff(energy_below(density, edges)))
+    if section.significant_height is not None:
+        energy = section.significant_height**2 / 16.0
+        amplitudes *= math.sqrt(2.0 * energy / np.sum(amplitudes**2))
+    return FixedSea(
+        **common,
+        omega=omega,
+        phases=component_phases(section.components, rng),
+        offsets=_offsets(section, rng),
+        amplitudes=amplitudes * _luck(section, rng),
+        significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
+        peak=2 * math.pi / float(density.omega[density.density.argmax()] or edges[1]),
+        scaled=True,
+    )
+
+
+def _components(section: ComponentWaves, common: _Common, folder: Path) -> FixedSea:
+    given = read_components(section, folder)
+    rng = np.random.Generator(np.random.PCG64(section.seed))
+    drawn = component_phases(len(given), rng).tolist()
+    omega = np.array([one.omega or 2 * math.pi / (one.period or math.nan) for one in given])
+    amplitudes = np.array([one.amplitude for one in given])
+    mean = section.direction
+    turns = [0.0 if one.direction is None else one.direction - mean for one in given]
+    phases = [
+        random if one.phase is None else one.phase for one, random in zip(given, drawn, strict=True)
+    ]
+    return FixedSea(
+        **common,
+        omega=omega,
+        phases=np.array(phases),
+        offsets=np.radians(turns),
+        amplitudes=amplitudes,
+        significant_height=4.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))),
+        peak=2 * math.pi / float(omega[amplitudes.argmax()]),
+        apart=True,
+    )
+
+
+def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
+    record = read_record(section, folder)
+    omega, amplitudes, phases = record_components(record)
+    energy = np.cumsum(amplitudes**2)
+    middle = float(omega[np.searchsorted(energy, 0.5 * energy[-1])])
+    return FixedSea(
+        **common,
+        omega=omega,
+        phases=phases,
+        offsets=np.zeros(len(omega)),
+        amplitudes=amplitudes,
+        significant_height=4.0 * math.sqrt(0.5 * float(energy[-1])),
+        peak=2 * math.pi / middle,
+        tunable_phases=False,
+        at=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
+        ramp=0.0,
+        remarks=tuple(record_doubts(section.file, record)),
+    )

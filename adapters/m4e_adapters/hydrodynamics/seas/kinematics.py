@@ -1,0 +1,165 @@
+"""Linear (Airy) waves as a sum of components: elevation, velocity, acceleration, pressure.
+
+With θ_k = ω_k t − k_k (x cos β_k + y sin β_k) + φ_k and the still-water level z = 0, the sea bed
+z = −h:
+
+    η = Σ a cos θ                                 p = ρ g Σ a cosh k(z + h)/cosh kh cos θ
+    u = Σ a ω cosh k(z + h)/sinh kh cos θ         along β
+    w = −Σ a ω sinh k(z + h)/sinh kh sin θ        upwards
+
+p is the dynamic pressure, without −ρ g z. Accelerations are local: ∂/∂t at a fixed place.
+
+Linear theory ends at z = 0. "wheeler" (J. D. Wheeler, "Method for calculating forces produced by
+irregular waves", Journal of Petroleum Technology 22, 1970) evaluates the profiles at
+h (z − η)/(h + η), which is 0 at the surface and −h at the bed; so −ρ g z + p is 0 at the surface.
+"linear" leaves them as they are below z = 0, and above it continues those of velocity and
+acceleration along their tangents, that of the pressure constant. Above the surface there is no
+water: values there are those at the surface.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+
+Stretching = Literal["wheeler", "linear"]
+
+
+@dataclass(frozen=True)
+class Components:
+    """Regular waves that make a sea, n of them, in water of `depth` [m] (inf: deep).
+
+    `omega` [rad/s], `amplitude` [m], `phase` [rad] at x = y = 0 and t = 0, and `direction` [rad]
+    that each travels to, from +X towards +Y, are (n,). `gravity` in m/s2.
+    """
+
+    omega: np.ndarray = field(repr=False)
+    amplitude: np.ndarray = field(repr=False)
+    phase: np.ndarray = field(repr=False)
+    direction: np.ndarray = field(repr=False)
+    depth: float = math.inf
+    gravity: float = 9.81
+
+    def __post_init__(self) -> None:
+        shapes = {np.shape(x) for x in (self.omega, self.amplitude, self.phase, self.direction)}
+        if len(shapes) != 1 or len(shapes.pop()) != 1:
+            raise ValueError("omega, amplitude, phase and direction have one value per component")
+
+    @cached_property
+    def wavenumber(self) -> np.ndarray:
+        """k (n,) [rad/m]."""
+        return wavenumber(self.omega, depth=self.depth, gravity=self.gravity)
+
+    def angles(self, t: ArrayLike, x: ArrayLike, y: ArrayLike) -> np.ndarray:
+        """θ (..., n) [rad] at times `t` [s] and places `x`, `y` [m], each (...) or scalar."""
+        t, x, y = (np.asarray(value, dtype=float)[..., None] for value in (t, x, y))
+        way = x * np.cos(self.direction) + y * np.sin(self.direction)
+        return self.omega * t + self.phase - self.wavenumber * way
+
+
+def elevation(waves: Components, t: ArrayLike, x: ArrayLike, y: ArrayLike = 0.0) -> np.ndarray:
+    """η (...) [m] at times `t` (...) [s] and places `x`, `y` (...) [m], each of them or scalar."""
+    return np.cos(waves.angles(t, x, y)) @ waves.amplitude
+
+
+def velocity(
+    waves: Components,
+    t: ArrayLike,
+    place: ArrayLike,
+    *,
+    stretching: Stretching = "wheeler",
+) -> np.ndarray:
+    """Velocity of the water (..., 3) [m/s], (x, y, z), at times `t` (...) [s] or scalar.
+
+    `place` is (..., 3), (x, y, z) [m].
+    """
+    return _vectors(waves, t, place, stretching, order=1)
+
+
+def acceleration(
+    waves: Components,
+    t: ArrayLike,
+    place: ArrayLike,
+    *,
+    stretching: Stretching = "wheeler",
+) -> np.ndarray:
+    """Local acceleration of the water (..., 3) [m/s2], at times `t` (...) [s] or scalar.
+
+    `place` is (..., 3), (x, y, z) [m].
+    """
+    return _vectors(waves, t, place, stretching, order=2)
+
+
+def dynamic_pressure(
+    waves: Components,
+    t: ArrayLike,
+    place: ArrayLike,
+    *,
+    density: float,
+    stretching: Stretching = "wheeler",
+) -> np.ndarray:
+    """p (...) [Pa] without −ρ g z, for a `density` [kg/m3], at times `t` (...) [s] or scalar.
+
+    `place` is (..., 3), (x, y, z) [m].
+    """
+    x, y, z = np.moveaxis(np.asarray(place, dtype=float), -1, 0)
+    angle = waves.angles(t, x, y)
+    level, _ = _levels(waves, z, np.cos(angle) @ waves.amplitude, stretching)
+    _, _, pressing = depth_profiles(waves.wavenumber, level, waves.depth)
+    return density * waves.gravity * (pressing * np.cos(angle)) @ waves.amplitude
+
+
+def _vectors(
+    waves: Components, t: ArrayLike, place: ArrayLike, stretching: Stretching, *, order: int
+) -> np.ndarray:
+    """The `order`-th time derivative of the displacement of the water at a place, (..., 3)."""
+    x, y, z = np.moveaxis(np.asarray(place, dtype=float), -1, 0)
+    angle = waves.angles(t, x, y)
+    level, above = _levels(waves, z, np.cos(angle) @ waves.amplitude, stretching)
+    along, upwards, _ = depth_profiles(waves.wavenumber, level, waves.depth)
+    rise = waves.wavenumber * above[..., None]
+    along, upwards = along + rise * upwards, upwards + rise * along
+    rate = waves.amplitude * waves.omega**order
+    if order == 1:
+        horizontal, vertical = rate * along * np.cos(angle), -rate * upwards * np.sin(angle)
+    else:
+        horizontal, vertical = -rate * along * np.sin(angle), -rate * upwards * np.cos(angle)
+    beta = waves.direction
+    return np.stack(
+        [horizontal @ np.cos(beta), horizontal @ np.sin(beta), vertical.sum(axis=-1)], axis=-1
+    )
+
+
+def _levels(
+    waves: Components, z: np.ndarray, surface: np.ndarray, stretching: Stretching
+) -> tuple[np.ndarray, np.ndarray]:
+    """Level (...) [m] ≤ 0 at which profiles count, and how far their tangents reach above it."""
+    if stretching == "wheeler":
+        shrunk = 1.0 if math.isinf(waves.depth) else waves.depth / (waves.depth + surface)
+        level = np.minimum((z - surface) * shrunk, 0.0)
+        above = np.zeros_like(level)
+    else:
+        wet = np.minimum(z, np.maximum(surface, 0.0))
+        level = np.minimum(wet, 0.0)
+        above = wet - level
+    return np.maximum(level, -waves.depth), above
+
+
+def depth_profiles(
+    wavenumber: np.ndarray, level: np.ndarray | float, depth: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """cosh k(z + h)/sinh kh, sinh k(z + h)/sinh kh and cosh k(z + h)/cosh kh, (..., n) [1].
+
+    For `wavenumber` k (n,) [rad/m] at a `level` z ≤ 0 (...,) or scalar [m]; `depth` h [m].
+    """
+    bed = np.exp(-2.0 * wavenumber * depth)
+    up = np.exp(wavenumber * np.asarray(level)[..., None])
+    down = bed / up
+    return (up + down) / (1.0 - bed), (up - down) / (1.0 - bed), (up + down) / (1.0 + bed)

@@ -1,0 +1,81 @@
+"""Sums of systems of waves as numbers: with phases, or as the response to waves takes them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from m4e_adapters.hydrodynamics.seas.kinematics import Components
+from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
+from m4e_fmi.analysis.response import Sea
+from m4e_fmi.errors import InputError
+
+COMPONENTS = 300  # of a sea that is asked for
+
+
+def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:
+    """The sum of all systems, for `values` of their parameters; None if none is irregular."""
+    if all(system.regular for system in waves):
+        return None
+    parts = [system.known(values) for system in waves]
+    omega, amplitudes, directions = (np.concatenate(part) for part in zip(*parts, strict=True))
+    doubts = [text for system in waves for text in system.doubts(values)]
+    return Sea(omega, amplitudes, directions, tuple(doubts))
+
+
+def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Components:
+    """The components of all systems, for `values` of parameters by name, others as configured.
+
+    Without ramps. ValueError if there are no waves.
+    """
+    if not waves:
+        raise ValueError("still water has no components")
+    parts = [(*system.known(values), system.known_phases(values)) for system in waves]
+    omega, amplitude, direction, phase = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return Components(
+        omega, amplitude, phase, direction, depth=waves[0].depth, gravity=waves[0].gravity
+    )
+
+
+def own_direction(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> float | None:
+    """The mean direction [rad] of all systems; None in still water. InputError if they differ."""
+    found = list(dict.fromkeys(system.known_direction(values) for system in waves))
+    if len(found) > 1:
+        raise InputError.single(
+            "the systems of waves travel in different directions", "give one for all: --headings"
+        )
+    return found[0] if found else None
+
+
+def asked_sea(
+    significant_height: float,
+    peak_period: float,
+    enhancement: float,
+    direction: float,
+    *,
+    depth: float,
+    gravity: float,
+) -> Sea:
+    """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad].
+
+    Frequencies are in the middle of the parts that a configured sea has one in, at random. In water
+    of `depth` [m] and `gravity` [m/s2], which say whether there is such a sea.
+    """
+    edges = part_edges(2.0 * math.pi / peak_period, COMPONENTS, enhancement=enhancement)
+    omega = 0.5 * (edges[:-1] + edges[1:])
+    amplitudes = component_amplitudes(
+        omega.tolist(),
+        np.diff(edges).tolist(),
+        significant_height=significant_height,
+        peak_period=peak_period,
+        enhancement=enhancement,
+    )
+    doubts = wave_doubts(
+        significant_height, peak_period, depth=depth, gravity=gravity, regular=False
+    )
+    directions = np.full(COMPONENTS, direction)
+    return Sea(omega, np.array(amplitudes, dtype=float), directions, tuple(doubts))

@@ -1,0 +1,169 @@
+"""Excitation whose frequency or direction is a parameter, and of several systems at once."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
+from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Regular, WaveSection
+from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program, evaluated
+
+OMEGA = np.linspace(0.25, 2.5, 19)
+
+
+def coefficients(dimensions: int, depth: float) -> Coefficients:
+    """A body beside the origin with smooth excitation, in space of five harmonics."""
+    n = 3 if dimensions == 2 else 6
+    rng = np.random.default_rng(8)
+    scale = np.exp(-OMEGA)[:, None]
+    phase = np.exp(1j * np.outer(OMEGA, rng.uniform(0.2, 1.5, n)))
+    harmonics = np.zeros((0, 0, 0), dtype=complex)
+    if dimensions == 3:
+        weights = rng.uniform(0.1, 1.0, (1, 5, n)) * np.exp(1j * rng.uniform(0, 6, (1, 5, n)))
+        harmonics = 1e5 * weights * (scale * phase)[:, None, :]
+    heave = n // 3
+    stiffness = np.zeros((n, n))
+    stiffness[heave, heave] = 5e5
+    added = np.diag(np.full(n, 1e4))
+    return Coefficients(
+        bodies=("b",),
+        centers=np.array([[7.0, -1.0] if dimensions == 2 else [7.0, -3.0, -1.0]]),
+        omega=OMEGA,
+        added_mass=np.tile(added, (len(OMEGA), 1, 1)),
+        radiation_damping=np.zeros((len(OMEGA), n, n)),
+        added_mass_inf=added,
+        excitation=1e5 * scale * phase,
+        hydrostatic_stiffness=stiffness,
+        buoyancy=1e6 * np.eye(n)[heave],
+        depth=depth,
+        harmonics=harmonics,
+    )
+
+
+def forces(program: Program, time: float, **given: float) -> dict[str, float]:
+    """Excitation and elevation at a time, with parameters that are `given` (__ for a dot)."""
+    values = {v.name: v.start for v in (*program.parameters, *program.inputs, *program.states)}
+    values |= {key.replace("__", "."): value for key, value in given.items()}
+    kept = {
+        v.name: node
+        for v, node in zip(program.outputs, program.results, strict=True)
+        if "excitation" in v.name or v.name == "wave.elevation"
+    }
+    found = evaluated(program.tape, list(kept.values()), {**values, "time": time})
+    return {name: found[node] for name, node in kept.items()}
+
+
+def regular(period: float, **keys: float) -> Regular:
+    return Regular.model_validate(
+        {
+            "spectrum": "regular",
+            "height": 2.0,
+            "phase": 0.4,
+            "period": period,
+            "ramp_time": 0,
+            **keys,
+        }
+    )
+
+
+@pytest.mark.verifies(
+    "excitation of a regular wave whose period is a parameter",
+    analytic="spline of the same table, by SciPy",
+    tolerance="1e-10",
+)
+@pytest.mark.parametrize("dimensions", [2, 3])
+@pytest.mark.parametrize("depth", [15.0, math.inf])
+def test_a_period_that_is_a_parameter_gives_the_forces_of_one_that_is_configured(
+    dimensions: int, depth: float
+) -> None:
+    """At knots, between them, at both ends, and for waves longer than those of the table."""
+    c = coefficients(dimensions, depth)
+    program = hydrodynamics_program(c, waves=regular(9.0))
+    periods = [*(2 * math.pi / OMEGA[[0, 3, 18]]), 2.6, 3.7, 8.123, 24.9, 40.0]
+    for period in periods:
+        for time in (0.0, 31.7):
+            found = forces(program, time, wave__period=period)
+            fixed = hydrodynamics_program(c, waves=components(period))
+            expected = forces(fixed, time)
+            assert found.keys() == expected.keys()
+            largest = max(abs(value) for value in expected.values())
+            for name, value in expected.items():
+                scale = largest if name != "wave.elevation" else 1.0
+                assert found[name] == pytest.approx(value, abs=1e-10 * scale), (period, name)
+
+
+def components(period: float) -> WaveSection:
+    """The same wave as a component, whose frequency is a number."""
+    one = {"amplitude": 1.0, "period": period, "phase": 0.4}
+    return ComponentWaves.model_validate(
+        {"spectrum": "components", "components": [one], "ramp_time": 0}
+    )
+
+
+def test_the_period_has_the_limits_of_the_table() -> None:
+    program = hydrodynamics_program(coefficients(2, math.inf), waves=regular(9.0))
+    (period,) = (v for v in program.parameters if v.name == "wave.period")
+    assert (period.minimum, period.maximum) == pytest.approx((2 * math.pi / 2.5, 8 * math.pi))
+    longer = hydrodynamics_program(coefficients(2, math.inf), waves=regular(40.0))
+    (period,) = (v for v in longer.parameters if v.name == "wave.period")
+    assert period.maximum == 40.0
+
+
+def test_the_direction_of_a_short_crested_sea_turns_all_its_components() -> None:
+    """A sea configured at 50 deg, and one at 20 deg turned by 30 deg, by the parameter."""
+    c = coefficients(3, 15.0)
+    text = {
+        "spectrum": "jonswap", "significant_height": 2, "peak_period": 7, "components": 20,
+        "spreading": {"exponent": 6}, "ramp_time": 0,
+    }  # fmt: skip
+    there = hydrodynamics_program(c, waves=Jonswap.model_validate({**text, "direction": 50}))
+    here = hydrodynamics_program(c, waves=Jonswap.model_validate({**text, "direction": 20}))
+    expected, found = forces(there, 12.0), forces(here, 12.0, wave__direction=math.radians(50))
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=1e-9)
+    # beside a long-crested one of the same components
+    plain = Jonswap.model_validate({**text, "direction": 50, "spreading": None})
+    assert forces(hydrodynamics_program(c, waves=plain), 12.0) != pytest.approx(expected, rel=0.05)
+
+
+def test_each_component_of_a_short_crested_sea_pushes_as_alone() -> None:
+    """The sum over components in their own directions, each a program of its own."""
+    c = coefficients(3, math.inf)
+    each = [
+        {"amplitude": 1.0, "period": 9.0, "phase": 0.3, "direction": 12.0},
+        {"amplitude": 0.5, "period": 5.0, "phase": 2.0, "direction": -70.0},
+    ]
+
+    def program(given: list[dict[str, float]], direction: float) -> Program:
+        section = {"spectrum": "components", "components": given, "direction": direction}
+        return hydrodynamics_program(
+            c, waves=ComponentWaves.model_validate({**section, "ramp_time": 0})
+        )
+
+    both = forces(program(each, 30.0), 4.0)
+    apart = [forces(program([one], one["direction"]), 4.0) for one in each]
+    for name, value in both.items():
+        assert value == pytest.approx(sum(part[name] for part in apart), rel=1e-10)
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_forces_of_several_systems_add_up(dimensions: int) -> None:
+    c = coefficients(dimensions, 15.0)
+    swell = regular(12.0, direction=0.0)
+    wind = Jonswap(spectrum="jonswap", significant_height=1, peak_period=8, components=15, seed=3)
+    both = forces(hydrodynamics_program(c, waves=(swell, wind)), 7.0)
+    apart = [forces(hydrodynamics_program(c, waves=one), 7.0) for one in (swell, wind)]
+    for name, value in both.items():
+        assert value == pytest.approx(sum(part[name] for part in apart), rel=1e-12)
+
+
+def test_waves_that_the_coefficients_do_not_have_are_refused() -> None:
+    c = coefficients(2, math.inf)
+    with pytest.raises(InputError, match=r"the coefficients end at 2\.5 rad/s"):
+        hydrodynamics_program(c, waves=(regular(9.0), regular(2.0)))
+    with pytest.raises(InputError, match="travel at 180 deg, the coefficients are for 0 deg"):
+        hydrodynamics_program(c, waves=regular(9.0, direction=180))

@@ -1,0 +1,196 @@
+"""The sea at points: the equations of `kinematics`, the bits of the hydrodynamics, bad input."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.calm_water import calm
+
+from m4e_adapters.hydrodynamics import hydrodynamics_program
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.kinematics import (
+    acceleration,
+    dynamic_pressure,
+    elevation,
+    velocity,
+)
+from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.sea import SeaConfig, sea_program
+from m4e_adapters.sea.waves_at_points import sea_in_waves
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
+from m4e_fmi.program import Program, evaluated
+
+SEA = """\
+dimensions: 3
+stretching: {stretching}
+water: {{depth: {depth}}}
+waves:
+  - {{spectrum: jonswap, significant_height: 5, peak_period: 8, components: 30, ramp_time: 0,
+      direction: 20, spreading: {{exponent: 8}}}}
+  - {{spectrum: regular, height: 2, period: 13, direction: -40, ramp_time: 0}}
+points: {{origin: [0, 0, 0], below: [30, -12, -2.5]}}
+moving_points: {{above: [5, 3, 0.8]}}
+"""
+
+
+def config(text: str) -> SeaConfig:
+    return Document.parse(text).validate(SeaConfig)
+
+
+def program(text: str, folder: Path = Path()) -> Program:
+    return sea_program(config(text), name="sea", folder=folder, progress=lambda _: None)
+
+
+def outputs(found: Program, time: float, given: dict[str, float] | None = None) -> dict[str, float]:
+    values = {v.name: v.start for v in (*found.parameters, *found.inputs)}
+    values |= {**(given or {}), "time": time}
+    nodes = evaluated(found.tape, list(found.results), values)
+    return {v.name: nodes[node] for v, node in zip(found.outputs, found.results, strict=True)}
+
+
+def tell_nothing(_: str) -> None:
+    pass
+
+
+@pytest.mark.parametrize("stretching", ["wheeler", "linear"])
+@pytest.mark.parametrize("depth", ["30", "deep"])
+def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None:
+    """A fixed point in the water, and one that moves from below the surface to above it."""
+    text = SEA.format(stretching=stretching, depth=depth)
+    found, given = program(text), config(text)
+    systems = wave_systems(given.waves, depth=given.water.depth, gravity=9.81)
+    waves = components_of(systems, {})
+    heights = []
+    for time in (0.0, 3.3, 8.1, 17.0):
+        moved = np.array([5.0 + time, 3.0 - 0.2 * time, -3.0 + 0.3 * time])
+        inputs = {f"above.{axis}": x for axis, x in zip("xyz", moved.tolist(), strict=True)}
+        values = outputs(found, time, inputs)
+        for name, place in {"below": np.array([30.0, -12.0, -2.5]), "above": moved}.items():
+            height = float(elevation(waves, time, place[0], place[1]))
+            heights.append(height - place[2])
+            assert values[f"{name}.elevation"] == pytest.approx(height, abs=1e-12)
+            assert values[f"{name}.submergence"] == pytest.approx(height - place[2], abs=1e-12)
+            for what, law in (("velocity", velocity), ("acceleration", acceleration)):
+                expected = law(waves, time, place, stretching=given.stretching)
+                shown = [values[f"{name}.{what}_{axis}"] for axis in "xyz"]
+                np.testing.assert_allclose(shown, expected, atol=1e-12)
+            pressure = dynamic_pressure(
+                waves, time, place, density=1025.0, stretching=given.stretching
+            )
+            assert values[f"{name}.dynamic_pressure"] == pytest.approx(float(pressure), abs=1e-8)
+    assert min(heights) < 0 < max(heights)
+
+
+@pytest.mark.parametrize(
+    "waves",
+    [
+        "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 4}",
+        "{spectrum: tma, significant_height: 2, peak_period: 7, amplitudes: random}",
+        "[{spectrum: regular, height: 1, period: 9}, {spectrum: bretschneider, "
+        "significant_height: 1, peak_period: 7, components: 20}]",
+        "{spectrum: record, file: r.csv}",
+        "{spectrum: still}",
+    ],
+)
+def test_the_same_section_is_the_same_sea_as_in_hydrodynamics_to_the_bit(
+    waves: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{0.5 * k},{math.sin(0.5 * k)}\n" for k in range(200))
+    (tmp_path / "r.csv").write_text(f"time,elevation\n{rows}")
+    text = f"water: {{depth: 40}}\nwaves: {waves}\npoints: {{origin: [0, 0]}}\n"
+    given = config(text)
+    hydro = hydrodynamics_program(
+        replace(calm(("b",)), depth=40.0), waves=given.waves, folder=tmp_path
+    )
+    sea = program(text, tmp_path)
+    found = []
+    for time in np.linspace(0.0, 100.0, 41).tolist():
+        values = outputs(sea, time)
+        assert values["origin.elevation"] == values["wave.elevation"]
+        assert outputs(hydro, time)["wave.elevation"] == values["wave.elevation"]
+        found.append(values["wave.elevation"])
+    assert (np.std(found) > 0.1) == ("still" not in waves)
+
+
+def test_a_plane_sea_has_no_outputs_across() -> None:
+    found = program("waves: {spectrum: regular, height: 1, period: 6}\npoints: {p: [3, -1]}\n")
+    assert [v.name for v in found.outputs] == [
+        "wave.elevation", "p.elevation", "p.submergence", "p.velocity_x", "p.velocity_z",
+        "p.acceleration_x", "p.acceleration_z", "p.dynamic_pressure",
+    ]  # fmt: skip
+    assert [v.name for v in found.parameters if v.name.startswith("p.")] == ["p.x", "p.z"]
+    assert not found.inputs
+
+
+def test_still_water_is_at_rest() -> None:
+    values = outputs(program("points: {p: [3, -1]}\n"), 2.0)
+    assert values.pop("p.submergence") == 1.0
+    assert set(values.values()) == {0.0}
+
+
+def test_the_ramp_multiplies_all() -> None:
+    text = (
+        "waves: {spectrum: regular, height: 1, period: 6, ramp_time: RAMP}\npoints: {p: [3, 0]}\n"
+    )
+    full = outputs(program(text.replace("RAMP", "0")), 2.0)
+    half = outputs(program(text.replace("RAMP", "4")), 2.0)
+    assert half["p.elevation"] == pytest.approx(0.5 * full["p.elevation"], rel=1e-12)
+    assert half["p.elevation"] != 0.0
+
+
+@pytest.mark.parametrize("depth", [30.0, math.inf])
+def test_small_waves_are_those_of_the_response_to_waves(depth: float) -> None:
+    """The inputs that stand for waves, against the program in a wave of 1 µm."""
+    shown = "deep" if math.isinf(depth) else f"{depth:g}"
+    text = (
+        f"dimensions: 3\nwater: {{depth: {shown}}}\nwaves: {{spectrum: regular, height: 2e-6, "
+        "period: 7, direction: 35, ramp_time: 0}\npoints: {a: [12, -5, -3]}\n"
+        "moving_points: {b: [4, 1, -0.5]}\n"
+    )
+    whole = program(text)
+    _, waves = sea_in_waves(config(text), name="sea", folder=Path(), progress=tell_nothing)
+    omega = np.array([2 * math.pi / 7])
+    (per,) = waves.per_amplitude(omega, np.array([math.radians(35.0)]), {})
+    assert len(per) == len(waves.inputs)
+    for time in (0.0, 1.1, 4.0):
+        values = outputs(whole, time)
+        for name, factor in zip(waves.inputs, per.tolist(), strict=True):
+            output = "wave.elevation" if name == waves.inputs[0] else name.replace(".wave_", ".")
+            expected = (factor * np.exp(-1j * omega[0] * time)).real
+            assert values[output] / 1e-6 == pytest.approx(expected, rel=1e-4, abs=1e-4), name
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("points: {p: [1, 2, 3]}", 1, "'p' has 3 coordinates, expected [x, z]"),
+        ("dimensions: 3\npoints: {p: [1, 2]}", 2, "'p' has 2 coordinates, expected [x, y, z]"),
+        ("points: {wave: [1, 2]}", 1, "'wave' is the name of the waves"),
+        ("points: {p: [1, 2]}\nmoving_points: {p: [1, 2]}", 2, "'p' stays and moves"),
+        ("water: {depth: 10}\npoints: {p: [1, -12]}", 2, "'p' is 2 m below the sea bed"),
+        ("points: {1p: [1, 2]}", 1, "match pattern"),
+        ("point: {p: [1, 2]}", 1, "unknown key 'point'"),
+        ("stretching: chakrabarti", 1, "unknown stretching"),
+        ("points: {p: [1, x]}", 1, "expected a number"),
+        ("waves: {spectrum: regular, height: 1, period: 5, direction: 9}", 1, "leaves the X-Z"),
+    ],
+)
+def test_what_is_wrong_is_told(text: str, line: int, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        config(text + "\n")
+    (problem,) = caught.value.problems
+    assert problem.line == line
+    assert message in problem.message
+
+
+def test_seas_that_there_are_not_are_told() -> None:
+    told: list[str] = []
+    text = "waves: {spectrum: jonswap, significant_height: 7, peak_period: 8}\n"
+    sea_program(config(text), name="sea", folder=Path(), progress=told.append)
+    (line,) = told
+    assert line.startswith("warning: the sea is too steep")
