@@ -13,6 +13,7 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_s
 from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
@@ -99,7 +100,7 @@ def program_in_waves(
     coefficients = coefficients_from_config(
         config, folder=folder, highest=highest, progress=progress
     )
-    forces = HullWaves(coefficients)
+    forces = HullWaves(coefficients, points_on_bodies(coefficients, config.points))
     program = _program(
         config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
     )
@@ -122,6 +123,7 @@ def _program(
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
+        points=config.points,
         sea=sea,
         folder=folder,
         progress=progress,

@@ -19,8 +19,11 @@ from m4e_adapters.hydrodynamics.config.numbers import (
 )
 from m4e_adapters.hydrodynamics.config.shapes import Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
+OWN_NAMES = ("wave", "heading")
+"""First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 
 
@@ -69,6 +72,15 @@ class Body(Section):
         return self
 
 
+class BodyPoint(Section):
+    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
+    in space, where the heading counts as 0.
+    """
+
+    body: str
+    at: Place
+
+
 class Frequencies(Section):
     """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
     `minimum` to `maximum` [rad/s].
@@ -110,7 +122,8 @@ class HydrodynamicsConfig(Section):
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
     of the axis of the hulls that is drawn along +X: they are turned as one about the vertical
     through the middle of their centres of gravity. With a `heading_filter` [s] the heading follows
-    the yaw of the body (one only) with this time constant.
+    the yaw of the body (one only) with this time constant. Of `points` the height above the
+    undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -118,13 +131,14 @@ class HydrodynamicsConfig(Section):
     heading: Finite = 0.0
     heading_filter: Positive | None = None
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*_places(self)]
+        wrong = [*_places(self), *_points(self)]
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
@@ -156,6 +170,21 @@ def _places(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             if config.dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, point in config.points.items():
+        if point.body not in config.bodies:
+            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
+            yield _wrong(("points", name, "body"), text, remedy)
+        if name in config.bodies or name in OWN_NAMES:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong(("points", name), text, "give the point another name")
+        if len(point.at) != config.dimensions:
+            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
+            yield _wrong(("points", name, "at"), text, f"write {axes}")
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:

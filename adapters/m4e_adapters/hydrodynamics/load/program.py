@@ -19,10 +19,11 @@ from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Radiation, Still
+from m4e_adapters.hydrodynamics.config import AnyWaves, BodyPoint, Drag, Radiation, Still
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
 from m4e_adapters.hydrodynamics.load.motions import record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
     publish_added_mass,
@@ -44,7 +45,8 @@ Vector = list[Scalar | float]
 
 
 class RecordSea(Protocol):
-    """Records waves; the excitation of each motion [N, N.m], in the axes of the heading."""
+    """Records waves; the excitation of each motion [N, N.m], in the axes of the heading, and the
+    elevation [m] at each of the `gauges`, which are places (x, y) [m] by name."""
 
     def __call__(
         self,
@@ -54,7 +56,8 @@ class RecordSea(Protocol):
         *,
         heading: Number,
         places: Sequence[tuple[Number, Number]],
-    ) -> Vector:
+        gauges: Mapping[str, tuple[Number, Number]],
+    ) -> tuple[Vector, Vector]:
         """As `sea.record_sea`."""
         ...
 
@@ -71,6 +74,7 @@ def hydrodynamics_program(
     drag: Mapping[str, Drag] | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
+    points: Mapping[str, BodyPoint] | None = None,
     sea: RecordSea = record_sea,
     folder: Path = Path(),
     progress: Callable[[str], object] = _silent,
@@ -83,6 +87,7 @@ def hydrodynamics_program(
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
+    points : of bodies, whose air gaps are outputs.
     sea : records the waves and gives the excitation of each motion.
     folder : where files of the waves are.
     progress : is told the accuracy of the memory.
@@ -110,7 +115,11 @@ def hydrodynamics_program(
     )
     memory = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
-    excitation = sea(recorder, systems, coefficients, heading=angle, places=moved.places)
+    on_bodies = points_on_bodies(coefficients, points or {})
+    gauges = {point.name: point.place(coefficients, moved.reference) for point in on_bodies}
+    excitation, elevations = sea(
+        recorder, systems, coefficients, heading=angle, places=moved.places, gauges=gauges
+    )
     restoring, carried = record_hydrostatics(recorder, coefficients, moved.displacement)
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
@@ -123,6 +132,7 @@ def hydrodynamics_program(
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried[k] / coefficients.gravity)
+    record_air_gaps(recorder, coefficients, moved, on_bodies, elevations)
     publish = recorder.output if turning.filter_time else recorder.calculate
     publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
     return recorder.program()

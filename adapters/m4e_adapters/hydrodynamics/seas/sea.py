@@ -6,7 +6,7 @@ With θ_k = ω_k t + φ_k the elevation is Σ a_k cos θ_k = Re Σ a_k e^{−iθ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
@@ -57,11 +57,15 @@ def record_sea(
     *,
     heading: Number = 0.0,
     places: Sequence[tuple[Number, Number]] = (),
-) -> list[Number]:
+    gauges: Mapping[str, tuple[Number, Number]] | None = None,
+) -> tuple[list[Number], list[Number]]:
     """Record `wave.elevation`; the ramped excitation of each motion [N, N.m], in the hulls' axes.
 
     In space these have the `heading` [rad], and the bodies' reference `places` are (x, y) [m].
+    Also the ramped elevation [m] at each of the `gauges`, places (x, y) [m] by name.
     """
+    ways = list((gauges or {}).values())
+    levels: list[Number] = [0.0] * len(ways)
     check_directions(waves, coefficients)
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
@@ -71,17 +75,23 @@ def record_sea(
         table = excitation_of(coefficients, own, heading=heading, places=places)
         height: Number = 0.0
         pushes: list[Number] = [0.0] * len(forces)
+        heights: list[Number] = [0.0] * len(ways)
         for k, row in enumerate(table):
             angle = own.omega[k] * recorder.time + own.phase[k]
             cosine, sine = cos(angle), sin(angle)
             height = height + own.amplitude[k] * cosine
+            for i, (c, s) in enumerate(own.phases_at(k, ways)):
+                heights[i] = heights[i] + own.amplitude[k] * (c * cosine + s * sine)
             for i, (real, imaginary) in enumerate(row):
                 pushes[i] = pushes[i] + own.amplitude[k] * real * cosine
                 pushes[i] = pushes[i] + own.amplitude[k] * imaginary * sine
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
+        levels = [
+            level + own.ramp * own_level for level, own_level in zip(levels, heights, strict=True)
+        ]
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
-    return forces
+    return forces, levels
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -15,6 +15,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
+from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.seas.excitation import check_harmonics, excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
@@ -33,14 +34,23 @@ class HullWaves:
     """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`."""
 
     coefficients: Coefficients
+    points: Sequence[OnBody] = ()
     _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
     def inputs(self) -> list[str]:
-        """The elevation at x = y = 0, and the force on each motion of each body."""
+        """The elevation at x = y = 0, the force on each motion of each body, and the elevation at
+        each point."""
+        return [ELEVATION, *self._forces, *self._elevations]
+
+    @property
+    def _forces(self) -> list[str]:
         c = self.coefficients
-        forces = [f"{body}.wave_{motion.force}" for body in c.bodies for motion in c.body_motions]
-        return [ELEVATION, *forces]
+        return [f"{body}.wave_{motion.force}" for body in c.bodies for motion in c.body_motions]
+
+    @property
+    def _elevations(self) -> list[str]:
+        return [f"{point.name}.elevation_input" for point in self.points]
 
     @property
     def highest(self) -> float:
@@ -55,12 +65,13 @@ class HullWaves:
         *,
         heading: Number,
         places: Sequence[tuple[Number, Number]],
-    ) -> list[Number]:
-        """Record the inputs in place of a sea, as `sea.record_sea`; the force on each motion.
+        gauges: Mapping[str, tuple[Number, Number]],
+    ) -> tuple[list[Number], list[Number]]:
+        """Record the inputs in place of a sea, and return what they are, as `sea.record_sea`.
 
-        Other than of a sea, `heading` and `places` are asked for by `per_amplitude` only.
+        Other than of a sea, `heading` and places are asked for by `per_amplitude` only.
         """
-        del heading, places
+        del heading, places, gauges
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -70,10 +81,12 @@ class HullWaves:
         units = [motion.force_unit for motion in coefficients.body_motions]
         units *= len(coefficients.bodies)
         text = "force of waves, in the axes of the heading"
-        return [
+        forces: list[Number] = [
             recorder.input(Variable(name, unit, text))
-            for name, unit in zip(self.inputs[1:], units, strict=True)
+            for name, unit in zip(self._forces, units, strict=True)
         ]
+        text = "elevation of the undisturbed water at the point"
+        return forces, [recorder.input(Variable(name, "m", text)) for name in self._elevations]
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -86,16 +99,20 @@ class HullWaves:
         c = self.coefficients
         if c.dimensions == 2:
             self._check_directions(directions)
-            forces = c.excitation_at(omega)
+            forces, reference = c.excitation_at(omega), None
         else:
             check_harmonics(c)
-            reference = values["heading"]
-            places = reference_places(c.centers, Axes.at(reference))
-            heading = reference + values.get("heading_change", 0.0)
+            reference = Axes.at(values["heading"])
+            places = reference_places(c.centers, reference)
+            heading = values["heading"] + values.get("heading_change", 0.0)
             waves = _of_numbers(c, omega, directions)
             table = np.array(excitation_of(c, waves, heading=heading, places=places), dtype=float)
             forces = table[..., 0] + 1j * table[..., 1]
-        return np.concatenate([np.ones((len(omega), 1)), forces], axis=1)
+        ways = np.array([point.place(c, reference) for point in self.points], dtype=float)
+        along = np.stack([np.cos(directions), np.sin(directions)])
+        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
+        elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
+        return np.concatenate([np.ones((len(omega), 1)), forces, elevations], axis=1)
 
     def _check_directions(self, directions: np.ndarray) -> None:
         known = self.coefficients.wave_direction
