@@ -181,8 +181,9 @@ def _shape_panels(name: str, shape: Shape, count: int, folder: Path) -> Panels:
         return box_panels(shape.box, count)
     if shape.revolved is not None:
         return revolved_panels(shape.revolved, count)
+    drawn = drawn_mesh(name, shape, folder)
     try:
-        return checked(_immersed(drawn_mesh(name, shape, folder), name), name)
+        return checked(_immersed(drawn, name), name)
     except InputError as error:
         file = str(folder / str(shape.mesh))
         keys = ("bodies", name, "shape", "mesh")
