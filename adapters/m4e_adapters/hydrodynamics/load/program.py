@@ -21,7 +21,14 @@ from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Loads, Radiation, Still
+from m4e_adapters.hydrodynamics.config import (
+    AnyWaves,
+    BodyPoint,
+    Drag,
+    Loads,
+    Radiation,
+    Still,
+)
 from m4e_adapters.hydrodynamics.drift.bodies import (
     matched_drifts,
     record_drifts,
@@ -32,6 +39,7 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
 from m4e_adapters.hydrodynamics.load.motions import record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
     publish_added_mass,
@@ -66,6 +74,7 @@ class RecordSea(Protocol):
         directed: Sequence[Coefficients],
         heading: Number,
         places: Sequence[tuple[Number, Number]],
+        gauges: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
@@ -85,6 +94,7 @@ def hydrodynamics_program(
     heading: Heading | None = None,
     loads: Loads | None = None,
     drift: Mapping[str, BodyDrift] | None = None,
+    points: Mapping[str, BodyPoint] | None = None,
     sea: RecordSea = record_sea,
     memory: RadiationMemory | None = None,
     folder: Path = Path(),
@@ -102,6 +112,7 @@ def hydrodynamics_program(
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
     drift : second-order drift by body name.
+    points : of bodies, whose air gaps are outputs.
     sea : records the waves and gives the excitation of each motion.
     memory : of the radiation; None: it is fitted.
     folder : where files of the waves are.
@@ -143,8 +154,15 @@ def hydrodynamics_program(
         fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
+    on_bodies = points_on_bodies(coefficients, points or {})
     waves_on = sea(
-        recorder, systems, coefficients, directed=directed, heading=angle, places=moved.places
+        recorder,
+        systems,
+        coefficients,
+        directed=directed,
+        heading=angle,
+        places=moved.places,
+        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
@@ -163,6 +181,7 @@ def hydrodynamics_program(
         acts = {name: part[own] for name, part in parts.items()}
         record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
+    record_air_gaps(recorder, coefficients, moved, on_bodies, waves_on.levels)
     if fitted is not None:
         publish = recorder.output if turning.filter_time else recorder.calculate
         publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
