@@ -20,8 +20,11 @@ from m4e_adapters.hydrodynamics.config.numbers import (
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
+OWN_NAMES = ("wave", "heading")
+"""First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
 
@@ -70,6 +73,15 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+
+
+class BodyPoint(Section):
+    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
+    in space, where the heading counts as 0.
+    """
+
+    body: str
+    at: Place
 
 
 class Frequencies(Section):
@@ -136,7 +148,7 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another.
+    body's motion on another. Of `points` the height above the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -146,6 +158,7 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
@@ -153,7 +166,7 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
+        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
         wrong += _of_its_source(self)
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
@@ -248,6 +261,21 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             text = "'fixed' has no effect with coefficients of a file"
             remedy = "leave the body out: bodies of the file that are not named are held in place"
             yield _wrong(("bodies", name, "fixed"), text, remedy)
+
+
+def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, point in config.points.items():
+        if point.body not in config.bodies:
+            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
+            yield _wrong(("points", name, "body"), text, remedy)
+        if name in config.bodies or name in OWN_NAMES:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong(("points", name), text, "give the point another name")
+        if len(point.at) != config.dimensions:
+            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
+            yield _wrong(("points", name, "at"), text, f"write {axes}")
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
