@@ -17,8 +17,14 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
+        nodes = system.pop("nodes")
         self._lines = LineSystem(text, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
+        self._nodes = {
+            (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
+            for line, name in enumerate(self._line_names)
+            for k, node in enumerate(nodes[name], start=1)
+        }
         self._started_with = None
 
     def _of_fairleads(self, kind):
@@ -57,6 +63,9 @@ class MooringSlave(M4eSlave):
         for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
             for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
+        for (line, node), places in self._nodes.items():
+            for place, part in zip(places, self._lines.node_position(line, node), strict=True):
+                self.values[place] = part
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
