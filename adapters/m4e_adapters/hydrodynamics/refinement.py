@@ -118,7 +118,7 @@ def refinement(
     """The coefficients with fewer panels too, or with finer ones if there are mesh files.
 
     The finest mesh of built-in shapes has about their `panels`: the others take half of its work.
-    With mesh files the coarsest has those of the files. The curvature that a file lacks stays
+    With mesh files and unions the coarsest has those of a build. The curvature that they lack stays
     lacking. InputError as of a build, and for panels that resolve no wave of the table.
     """
     meshes = similar_hulls(config, folder, progress=progress)
@@ -136,7 +136,11 @@ def similar_hulls(
     """The hulls of all bodies with coarse panels, and with these divided; InputError."""
     given = make_hulls(config, folder, progress=progress)
     parts, bodies = COARSE, dict(config.bodies)
-    if any(body.shape.mesh is not None for body in bodies.values()):
+    if any(
+        part.mesh is not None
+        for body in bodies.values()
+        for part in (body.shape, *body.shape.parts)
+    ):
         count = sum(len(hull.panels.faces) for hull in given)
         parts = parts[: 3 if parts[-1] ** 2 * count <= MOST_PANELS else 2]
     else:
