@@ -18,7 +18,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
@@ -200,11 +200,12 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
         drift = body.drift if isinstance(body, Body) else None
-        given: dict[tuple[str, ...], Place | None] = {
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str | int, ...], Place | None] = {
             ("drift", "reference_point"): drift.reference_point if drift else None,
             ("reference_point",): body.reference_point if isinstance(body, Body) else None,
         }
+        for keys, part in _parts(body.shape):
+            given[(*keys, "mesh_origin")] = part.mesh_origin
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
@@ -215,6 +216,14 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
             if dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
+    """The shape itself, or the parts of its union, and the way to each."""
+    if shape.union is None:
+        yield ("shape",), shape
+        return
+    yield from ((("shape", "union", k), part) for k, part in enumerate(shape.union))
 
 
 def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -290,7 +299,7 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
-    """Directions and places that leave the X-Z plane."""
+    """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
     for place, message, advice in waves_beyond_the_plane(waves):
         yield _wrong(("waves", *place), message, advice)
     for name, body in bodies.items():
