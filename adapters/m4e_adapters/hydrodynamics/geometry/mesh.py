@@ -27,7 +27,6 @@ from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
-from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels, opened
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
@@ -35,8 +34,13 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_adapters.hydrodynamics.geometry.solids import below_the_water, is_symmetric, union_of
 from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
+from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+    below_the_water,
+    is_symmetric,
+    union_of,
+)
 from m4e_fmi.errors import InputError, Problem
 
 BUILT_IN: Mapping[str, Callable[..., Panels]] = {
