@@ -97,7 +97,7 @@ def hydrodynamics_program(
     waves : None for still water; otherwise they must travel in directions that `coefficients` are
         for.
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
-    radiation : order of the radiation memory; None: automatic.
+    radiation : kind and order of the radiation memory; None: a state space, automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
@@ -135,12 +135,17 @@ def hydrodynamics_program(
         systems = tuple(replace(system, fixed=True) for system in systems)
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, turning)
-    acting, order = loads or Loads(), radiation.order if radiation else None
+    acting, kind = loads or Loads(), radiation or Radiation()
     _check_excitation(coefficients, acting)
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
-        fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
+        fitted = memory or fit_radiation(
+            coefficients,
+            order=kind.order,
+            convolution=kind.memory == "convolution",
+            progress=progress,
+        )
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
     waves_on = sea(
