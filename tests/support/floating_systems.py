@@ -15,11 +15,12 @@ from m4e_fmi.runtime.engine import Engine
 
 @dataclass(frozen=True)
 class Memory:
-    """ẋ = A x + B v, force = C x, of all motions' velocities v; A∞ as `added_mass`."""
+    """ẋ = A x + B v, force = C x + D v, of all motions' velocities v; A∞ as `added_mass`."""
 
     a: np.ndarray
     b: np.ndarray
     c: np.ndarray
+    d: np.ndarray
     added_mass: np.ndarray
 
     @classmethod
@@ -37,12 +38,13 @@ class Memory:
         count = len(program.states)
         names = [v.name for v in program.inputs]
         start = np.array([v.start for v in program.inputs])
-        columns = []
+        columns, direct = [], []
         for name in velocities:
             given = start.copy()
             given[names.index(name)] = 1.0
             engine.set_inputs(given)
             columns.append(engine.rates(0.0, np.zeros(count)))
+            direct.append(engine.outputs(0.0, np.zeros(count)))
         engine.set_inputs(start)
         unit = np.eye(count)
         outputs = np.array([engine.outputs(0.0, x) for x in unit])
@@ -52,12 +54,13 @@ class Memory:
         size = range(1, len(velocities) + 1)
         added = np.array([[calculated[f"added_mass[{i},{j}]"] for j in size] for i in size])
         jacobian = engine.jacobian(0.0, np.zeros(count))[:, :count]
-        return cls(jacobian, np.array(columns).T, outputs.T, added)
+        return cls(jacobian, np.array(columns).T, outputs.T, np.array(direct).T, added)
 
     def transfer(self, omega: np.ndarray) -> np.ndarray:
         """K(jω) (n, m, m) at `omega` (n,) [rad/s]."""
         unit = np.eye(len(self.a))
-        return np.array([-self.c @ np.linalg.solve(1j * w * unit - self.a, self.b) for w in omega])
+        states = (np.linalg.solve(1j * w * unit - self.a, self.b) for w in omega)
+        return np.array([-self.c @ x - self.d for x in states])
 
     def released(
         self,
@@ -73,7 +76,7 @@ class Memory:
         inverse = np.linalg.inv(mass + self.added_mass)
         whole = np.zeros((2 * m + k,) * 2)
         whole[:m, m : 2 * m] = np.eye(m)
-        whole[m : 2 * m] = inverse @ np.hstack([-stiffness, -damping, self.c])
+        whole[m : 2 * m] = inverse @ np.hstack([-stiffness, self.d - damping, self.c])
         whole[2 * m :, m : 2 * m] = self.b
         whole[2 * m :, 2 * m :] = self.a
         step = expm(whole * (time[1] - time[0]))

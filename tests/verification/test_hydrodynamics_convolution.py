@@ -175,6 +175,21 @@ def test_the_program_is_the_group_that_was_told(memories: Of) -> None:
     assert np.linalg.eigvals(memory.a).real.max() < 0
 
 
+@pytest.mark.verifies(
+    "convolution, passive at all frequencies: least eigenvalue of Re K, over the largest |K|, 0 to "
+    "100 rad/s; the damping added for that, over the largest B",
+    independent="published data of three devices, WAMIT and Capytaine",
+    tolerance="0; 5e-3",
+)
+@pytest.mark.parametrize("data", [sphere, flap, rm3])
+def test_the_convolution_is_passive(data: Callable[[], Coefficients]) -> None:
+    for group in fit_radiation(data(), convolution=True).groups:
+        assert isinstance(group, ConvolutionGroup)
+        omega = np.concatenate([np.linspace(0, 16, 6001), np.geomspace(16, 100, 2000)])
+        assert np.linalg.eigvalsh(np.real(group.transfer(omega))).min() >= 0
+        assert 0 < group.surcharge < 5e-3
+
+
 def spoilt(noise: float) -> Coefficients:
     """The sphere with that scatter of B over its largest, root mean square."""
     data = sphere()

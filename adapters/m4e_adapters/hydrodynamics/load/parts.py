@@ -45,7 +45,7 @@ def record_memory(
             if isinstance(group, ConvolutionGroup):
                 past = [state(motion, "/s") for _ in range(group.order)]
                 record_past(recorder, past, v, duration=group.duration)
-                add_convolution(force, [x for _, x in past], group, column)
+                add_convolution(force, [x for _, x in past], v, group=group, column=column)
                 continue
             for pole, residue in zip(group.poles, group.residues, strict=True):
                 sigma, omega = float(pole.real), float(pole.imag)

@@ -28,9 +28,16 @@ def record_past(
 
 
 def add_convolution(
-    force: list[Scalar | float], past: Sequence[Scalar], group: ConvolutionGroup, column: int
+    force: list[Scalar | float],
+    past: Sequence[Scalar],
+    velocity: Scalar | float,
+    *,
+    group: ConvolutionGroup,
+    column: int,
 ) -> None:
     """Add to the forces on all motions what the past of the group's motion `column` makes."""
+    own = group.motions[column]
+    force[own] = force[own] - float(group.damping[column]) * velocity
     for row, target in enumerate(group.motions):
         weights = group.weights[:, row, column]
         if not np.any(weights):

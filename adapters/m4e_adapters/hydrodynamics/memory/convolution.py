@@ -2,7 +2,8 @@
 
 K(t) is that of `kernel`, the integral that of `history`: no function is fitted. How far the time
 of the integral goes, the memory decides: to where it stays below DECAYED of its largest value, or
-below the noise of its data.
+below the noise of its data. What is cut off leaves Re K(jω) slightly negative where B is nearly 0;
+a damping without memory, of that size, makes it passive.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ ACCURATE = 2e-4  # error of K(jω) by polynomials, over the largest B
 COUNTS = (16, 24, 32, 48, 64, 80, 96, 128, 160, 200, 256, 320, 400)  # of polynomials
 BEYOND = 4.0  # frequencies at which errors are looked for, over the last of the data
 SHOWN = 200  # such frequencies
+SAMPLES, MARGIN = 12, 1.1  # of Re K in each of its waves, and of the damping that makes it passive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +42,8 @@ class ConvolutionGroup(MemoryGroup):
     weights : (k, m, m) [N.s/m, N.s, N.m.s] of the polynomials of the past velocity.
     truncation : largest change of K(jω) by what is cut off, over the motions' largest B [1].
     noise : root mean square scatter of B about its line, over the motion's largest B [1].
-    least : smallest eigenvalue of Re K(jω) over the motions' largest B [1]; not negative: passive.
+    damping : (m,) [N.s/m, N.m.s] without memory, which is part of K(jω) and makes it passive.
+    surcharge : that damping over the motions' largest B [1].
     """
 
     kernel: Kernel
@@ -48,7 +51,8 @@ class ConvolutionGroup(MemoryGroup):
     weights: np.ndarray
     truncation: float
     noise: float
-    least: float
+    damping: np.ndarray
+    surcharge: float
 
     @property
     def order(self) -> int:
@@ -58,20 +62,22 @@ class ConvolutionGroup(MemoryGroup):
     @property
     def told(self) -> str:
         """Time, polynomials, truncation, noise and passivity in words."""
-        gives = f"; it may return {-100 * self.least:.2g} %" if self.least < 0 else ""
         return (
             f"convolution over {self.duration:.3g} s by {self.order} polynomials, truncation "
-            f"{100 * self.truncation:.2g} % and noise {100 * self.noise:.2g} % of the largest "
-            f"damping{gives}"
+            f"{100 * self.truncation:.2g} %, noise {100 * self.noise:.2g} % and "
+            f"{100 * self.surcharge:.2g} % added to be passive, of the largest damping"
         )
 
     def transfer(self, omega: np.ndarray) -> Complex:
         """K(jω) (n, m, m) [N.s/m, N.s, N.m.s] at `omega` (n,) [rad/s]."""
         states = history.responses(omega, duration=self.duration, count=self.order)
-        return np.tensordot(states, self.weights, axes=1)
+        return np.tensordot(states, self.weights, axes=1) + np.diag(self.damping)
 
     def impulse_response(self, time: np.ndarray) -> np.ndarray:
-        """K(t) (n, m, m) [N/m, N, N.m] at `time` (n,) [s] ≥ 0; 0 after the `duration`."""
+        """K(t) (n, m, m) [N/m, N, N.m] at `time` (n,) [s] ≥ 0, without `damping`.
+
+        It is 0 after the `duration`.
+        """
         return np.where((time <= self.duration)[:, None, None], self.kernel.at(time), 0.0)
 
 
@@ -111,15 +117,12 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
     times, steps = history.quadrature(duration, highest)
     exact = _transformed(omega, times, steps, kernel)
     weights = _weights(kernel, duration, (omega, exact / values.scale), values)
-    found = np.tensordot(
-        history.responses(omega, duration=duration, count=len(weights)), weights, axes=1
-    )
-    scaled = np.real(found) / values.scale
+    surcharge = _surcharge(weights / values.scale, duration=duration, highest=highest)
     more, steps = history.quadrature(kernel.longest - duration, highest)
     rest = _transformed(omega, duration + more, steps, kernel) / values.scale
-    at_data = history.responses(values.omega, duration=duration, count=len(weights))
-    at_data = np.tensordot(at_data, weights, axes=1)
-    surplus, misfits = _with_added_mass(values, at_data)
+    found = history.responses(values.omega, duration=duration, count=len(weights))
+    found = np.tensordot(found, weights, axes=1) + surcharge * np.diag(values.own)
+    surplus, misfits = _with_added_mass(values, found)
     return ConvolutionGroup(
         motions=values.motions,
         surplus=surplus,
@@ -135,7 +138,8 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
         weights=weights,
         truncation=float(np.abs(rest).max()),
         noise=_noise(values),
-        least=float(np.linalg.eigvalsh(0.5 * (scaled + scaled.swapaxes(1, 2))).min()),
+        damping=surcharge * values.own,
+        surcharge=surcharge,
     )
 
 
@@ -182,6 +186,20 @@ def _weights(
         "remove radiation.memory: convolution, or put bodies of so different sizes into "
         "hydrodynamics components of their own",
     )
+
+
+def _surcharge(weights: np.ndarray, *, duration: float, highest: float) -> float:
+    """Damping over the motions' largest B [1] that makes K passive.
+
+    `weights` (count, m, m) [1] over the largest B, `duration` [s]. Re K(jω) is sampled up to
+    `highest` [rad/s], above which it falls as 1/ω², and SAMPLES times in each of its waves 2π/T.
+    """
+    omega = np.linspace(0.0, highest, 1 + int(SAMPLES * highest * duration / (2 * np.pi)))
+    found = np.tensordot(
+        history.responses(omega, duration=duration, count=len(weights)), weights, axes=1
+    ).real
+    least = np.linalg.eigvalsh(0.5 * (found + found.swapaxes(1, 2))).min()
+    return float(MARGIN * max(0.0, -least))
 
 
 def _with_added_mass(values: GroupData, found: Complex) -> tuple[np.ndarray, tuple[Misfit, Misfit]]:

@@ -2,7 +2,8 @@
 
     K(t) = (2/π) ∫₀^∞ B(ω) cos ωt dω.
 
-B is a cubic spline through its data and 0 at ω = 0; beyond the last of them it falls as ω⁻ᵖ.
+B is a cubic spline through its data, less what is negative in them, and 0 at ω = 0; beyond the last
+of them it falls as ω⁻ᵖ.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ class Kernel:
         from scipy.interpolate import CubicSpline
 
         trusted = data.known.all(axis=1)
-        omega, values = np.append(0.0, data.omega[trusted]), data.damping[trusted]
+        omega = np.append(0.0, data.omega[trusted])
+        values = _positive(data.damping[trusted], data.scale)
         half = 0.5 * np.diff(omega)
         places, weights = np.polynomial.legendre.leggauss(NODES)
         nodes = (omega[:-1, None] + half[:, None] * (1.0 + places)).ravel()
@@ -53,7 +55,7 @@ class Kernel:
             nodes=nodes,
             damping=spline(nodes) * (half[:, None] * weights).reshape(-1, 1, 1),
             end=float(omega[-1]),
-            last=_positive(values[-1], data.scale),
+            last=values[-1],
             longest=np.pi / float(np.median(2.0 * half)),
         )
         return replace(plain, power=plain._best_power(data))
@@ -98,7 +100,7 @@ class Kernel:
         return self.end * found.real
 
 
-def _positive(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """The part of a symmetric `matrix` (m, m) that is not negative; `scale` (m, m), its unit."""
-    values, vectors = np.linalg.eigh(matrix / scale)
-    return (vectors * np.maximum(values, 0.0)) @ vectors.T * scale
+def _positive(matrices: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Symmetric `matrices` (n, m, m) without their negative parts; `scale` (m, m) is their unit."""
+    values, vectors = np.linalg.eigh(matrices / scale)
+    return (vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(1, 2) * scale
