@@ -95,13 +95,17 @@ def _on(
     They may be `within` (n,) [m] before or behind them, and as far as `beside` [m] their edges.
     """
     height = np.einsum("pnx,nx->pn", points[:, None] - triangles[:, 0], normals)
-    found = np.abs(height) <= within
+    level = points[:, None] - height[:, :, None] * normals  # (p, n, 3), in the triangle's plane
+    within_edges = np.ones(height.shape, dtype=bool)
+    distance = np.full(height.shape, np.inf)
     for k in range(3):
-        start, edge = triangles[:, k], triangles[:, (k + 1) % 3] - triangles[:, k]
-        inwards = np.cross(normals, edge)
-        inwards /= np.linalg.norm(inwards, axis=1)[:, None]
-        found &= np.einsum("pnx,nx->pn", points[:, None] - start, inwards) >= -beside
-    return found
+        edge = triangles[:, (k + 1) % 3] - triangles[:, k]
+        away = level - triangles[:, k]
+        within_edges &= np.einsum("pnx,nx->pn", away, np.cross(normals, edge)) >= 0.0
+        along = np.einsum("pnx,nx->pn", away, edge) / np.einsum("nx,nx->n", edge, edge)
+        nearest = np.clip(along, 0.0, 1.0)[:, :, None] * edge
+        distance = np.minimum(distance, np.linalg.norm(away - nearest, axis=2))
+    return (np.abs(height) <= within) & (within_edges | (distance <= beside))
 
 
 def _areas(corners: np.ndarray) -> np.ndarray:

@@ -63,6 +63,25 @@ def test_the_common_wall_is_dry() -> None:
     assert len(ring.closed.faces) > len(ring.panels.faces)
 
 
+def test_slender_panels_of_a_wall_end_with_it() -> None:
+    """The spar's next panel begins where the wall ends, whose panels have sharp triangles."""
+    ring = "revolved: {profile: [[5, -3], [10, -2], [10, 5]], hole: 3}"
+    config = Document.parse(f"""
+water: {{density: 1000}}
+bodies:
+  ring: {{shape: {{{ring}}}, center_of_gravity: [0, -1], panels: 400}}
+  spar:
+    shape: {{revolved: {{profile: [[15, -10], [3, -9.9], [3, -5], [3, -3], [3, 10]]}}}}
+    center_of_gravity: [0, -1]
+    panels: 1400
+    slides_on: ring
+""").validate(HydrodynamicsConfig)
+    _, spar = make_hulls(config, Path(), progress=lambda _: None)
+    assert spar.dry is not None
+    assert spar.dry.corners[:, :, 2].min() == pytest.approx(-3.0)
+    assert spar.panels.corners[:, :, 2].max() == pytest.approx(-3.0)
+
+
 def test_two_parts_that_move_together_are_one_body() -> None:
     """A cylinder cut into a core and a ring: the sums of their coefficients are the cylinder's.
 
