@@ -62,7 +62,8 @@ class Body(Section):
     sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
     left out where the file has it. `reference_point` [m], the point that the motions in the file
     are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
-    file lacks them.
+    file lacks them. A body that `slides_on` another has a wall in common with it, and no water gets
+    in between.
     """
 
     shape: Shape = NO_SHAPE
@@ -73,6 +74,7 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+    slides_on: str | None = None
 
 
 class BodyPoint(Section):
@@ -257,6 +259,10 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             missing.append("center_of_gravity")
         for key in missing:
             yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        if body.slides_on is not None and body.slides_on not in set(config.bodies) - {name}:
+            text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
+            others = ", ".join(set(config.bodies) - {name}) or "there is none"
+            yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
         for key in ("reference_point", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
@@ -270,7 +276,7 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
     for name, body in config.bodies.items():
-        for key in ("shape", "panels"):
+        for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect with coefficients of a file"
                 remedy = "remove it, or the key 'coefficients' of the component"
