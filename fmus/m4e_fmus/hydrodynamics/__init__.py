@@ -12,6 +12,8 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.refinement import refinement
+from m4e_adapters.hydrodynamics.refinement_report import plot_refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import (
@@ -78,3 +80,20 @@ def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None
 def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
     """The hulls and the water, with waves for `values` of their parameters at the start."""
     return shown(config, folder=folder, values=values)
+
+
+def refine(
+    config: HydrodynamicsConfig,
+    *,
+    folder: Path,
+    picture: Path | None,
+    progress: Callable[[str], object] = print,
+) -> tuple[str, dict[str, object]]:
+    """A convergence study of the coefficients, as text and as JSON; drawn to `picture`, if given.
+
+    InputError for coefficients of a file.
+    """
+    study = refinement(config, folder=folder, progress=progress)
+    if picture is not None:
+        plot_refinement(study, picture)
+    return str(study), refinement_json(study)

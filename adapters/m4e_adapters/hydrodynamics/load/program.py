@@ -102,7 +102,7 @@ def hydrodynamics_program(
     waves : None for still water; otherwise they must travel in directions that `coefficients` are
         for.
     drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
-    radiation : order of the radiation memory; None: automatic.
+    radiation : kind and order of the radiation memory; None: a state space, automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
@@ -122,7 +122,7 @@ def hydrodynamics_program(
         space also the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`,
         `moment_z`.
     """
-    drifts, acting = drift or {}, loads or Loads()
+    drifts, acting, kind = drift or {}, loads or Loads(), radiation or Radiation()
     _check_excitation(coefficients, acting)
     matched = matched_sea(
         coefficients,
@@ -137,8 +137,12 @@ def hydrodynamics_program(
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
-        order = radiation.order if radiation else None
-        fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
+        fitted = memory or fit_radiation(
+            coefficients,
+            order=kind.order,
+            convolution=kind.memory == "convolution",
+            progress=progress,
+        )
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     on_bodies = points_on_bodies(coefficients, points or {})
     waves_on = sea(
