@@ -16,7 +16,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.seas.current import record_current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import depth_profiles
+from m4e_adapters.hydrodynamics.seas.kinematics import depth_profiles, velocity_per_amplitude
 from m4e_adapters.hydrodynamics.seas.recorded_flow import Flow
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
@@ -73,9 +73,11 @@ class PointWaves:
             way = at["x"] * np.cos(directions) + at.get("y", 0.0) * np.sin(directions)
             crest = np.exp(1j * number * way)
             level = max(min(at["z"], 0.0), -water.depth)
-            along, upwards, pressing = depth_profiles(number, level, water.depth)
-            u, w = omega * along * crest, -1j * omega * upwards * crest
-            flow = [u * np.cos(directions), u * np.sin(directions), w]
+            _, _, pressing = depth_profiles(number, level, water.depth)
+            here = (at["x"], at.get("y", 0.0), at["z"])
+            flow = velocity_per_amplitude(
+                omega, directions, here, depth=water.depth, number=number
+            ).T
             kept = [k for k, axis in enumerate(AXES) if axis in axes]
             columns.append(crest)
             columns += [flow[k] for k in kept]

@@ -7,7 +7,6 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
     BodyPoint,
-    Drag,
     Frequencies,
     HydrodynamicsConfig,
     Loads,
@@ -16,6 +15,7 @@ from m4e_adapters.hydrodynamics.config.component import (
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
 from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,

@@ -76,6 +76,16 @@ class RecordedFlow:
         a, b, c = acceleration
         return Flow(elevation, (u, v, w), (a, b, c), weight * pressure)
 
+    def linear_velocity(self, place: Triple) -> Triple:
+        """Of the waves [m/s] at `place` (x, y, z) [m], z ≤ 0, by linear theory."""
+        x, y, z = place
+        velocity: list[Number] = [0.0] * 3
+        for own, moved in zip(self.waves, self._moved(x, y), strict=True):
+            parts = _sums(self.water, own, moved, z, 0.0)[:3]
+            velocity = [a + own.ramp * b for a, b in zip(velocity, parts, strict=True)]
+        u, v, w = velocity
+        return u, v, w
+
     def _elevation(self, clocks: Sequence[Clock]) -> Number:
         elevation: Number = 0.0
         for own, clock in zip(self.waves, clocks, strict=True):
