@@ -7,7 +7,6 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
     BodyPoint,
-    Drag,
     Frequencies,
     HydrodynamicsConfig,
     Loads,
@@ -15,6 +14,8 @@ from m4e_adapters.hydrodynamics.config.component import (
     Water,
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
@@ -51,6 +52,7 @@ __all__ = [
     "Box",
     "Component",
     "ComponentWaves",
+    "Current",
     "Cylinder",
     "Drag",
     "Drift",
@@ -74,6 +76,7 @@ __all__ = [
     "Water",
     "WaveSection",
     "Waves",
+    "current_problems",
     "keys_without_effect",
     "wave_sections",
 ]

@@ -9,11 +9,12 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag, drag_beyond_the_plane
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
     Depth,
     Finite,
-    NotNegative,
     Order,
     Place,
     Positive,
@@ -35,21 +36,6 @@ class Water(Section):
     density: Positive = 1025.0
     depth: Depth = math.inf
     gravity: Positive = 9.81
-
-
-class Drag(Section):
-    """Quadratic drag F = −c |v| v at the centre of gravity, in still water.
-
-    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
-    Sway, roll and yaw are motions of space.
-    """
-
-    surge: NotNegative = 0.0
-    sway: NotNegative = 0.0
-    heave: NotNegative = 0.0
-    roll: NotNegative = 0.0
-    pitch: NotNegative = 0.0
-    yaw: NotNegative = 0.0
 
 
 class Body(Section):
@@ -150,7 +136,7 @@ class Loads(Section):
 
 
 class HydrodynamicsConfig(Section):
-    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
+    """Floating bodies in water: linear potential flow, drag, waves, a current that makes drag.
 
     `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
@@ -173,12 +159,13 @@ class HydrodynamicsConfig(Section):
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
+    current: Current | None = None
     loads: Loads = Loads()
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
-        wrong += _of_its_source(self)
+        wrong += [*_of_its_source(self), *_of_current(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -248,6 +235,22 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
 
 
+def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """A current that does not suit the water, or moves nothing."""
+    current = config.current
+    yield from (
+        _wrong(*problem)
+        for problem in current_problems(
+            current, depth=config.water.depth, dimensions=config.dimensions
+        )
+    )
+    moving = [body for body in config.bodies.values() if not body.fixed]
+    still = all(body.drag.water == "still" for body in moving)
+    if current is not None and (still or config.loads.drag == "none"):
+        text = "'current' has no effect: it acts by drag, which is switched off or 'water: still'"
+        yield _wrong(("current",), text, "remove it, or let a body have drag in moving water")
+
+
 def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
     if config.coefficients is not None:
@@ -308,9 +311,8 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
-        for motion in ("sway", "roll", "yaw"):
-            if motion in body.drag.model_fields_set:
-                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", OF_SPACE)
+        for keys in drag_beyond_the_plane(body.drag):
+            yield _wrong(("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE)
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
