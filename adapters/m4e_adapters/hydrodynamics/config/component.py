@@ -11,6 +11,7 @@ from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
+    Coordinate,
     Depth,
     Finite,
     NotNegative,
@@ -126,6 +127,21 @@ class Loads(Section):
         return tuple(name for name, law in given.items() if law != "none")
 
 
+class GapLid(Section):
+    """A rectangle of water between hulls with `damping` [1/s]: `length` [m] along X, `width` [m]
+    along Y, its middle at (`center_x`, `center_y`) [m] in the reference pose.
+
+    What hulls cover of it does not count. A resistance of density times damping acts on the
+    vertical velocity of the water per area: the literature's epsilon times the frequency.
+    """
+
+    length: Positive
+    width: Positive
+    damping: Positive
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
+
+
 class HydrodynamicsConfig(Section):
     """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
 
@@ -136,7 +152,7 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another.
+    body's motion on another. `gap_lids` damp the water in gaps.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -146,6 +162,7 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    gap_lids: tuple[GapLid, ...] = ()
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
@@ -247,6 +264,9 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     if "frequencies" in config.model_fields_set:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    if config.gap_lids:
+        text = "'gap_lids' has no effect on coefficients of a file"
+        yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
         for key in ("shape", "panels"):
             if key in body.model_fields_set:
@@ -262,6 +282,9 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
+    for k, lid in enumerate(config.gap_lids):
+        if lid.center_y:
+            yield _wrong(("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
