@@ -172,6 +172,17 @@ REFUSED = {
         ],
         "bodies.a.shape.union: the gap between parts of the union of body 'a' is about 0.05 m",
     ),
+    "edge": (
+        [
+            {"box": {"length": 4, "width": 4, "draft": 2}},
+            {"box": {"length": 4, "width": 4, "draft": 4, "top_z": -2, "center_x": 4}},
+        ],
+        "bodies.a.shape.union: body 'a': parts of the union touch along an edge only, near x = 2,",
+    ),
+    "twice": (
+        [{"sphere": {"radius": 2}}, {"sphere": {"radius": 2}}],
+        "bodies.a.shape.union.0.sphere: body 'a': part 1 of the union, a sphere, lies inside",
+    ),
     "missing": (
         [{"mesh": "gone.stl"}, {"sphere": {"radius": 1}}, {"mesh": "open.gdf"}],
         "bodies.a.shape.union.0.mesh: body 'a': no such mesh file",
@@ -206,7 +217,7 @@ def test_a_missing_library_is_named(
 @pytest.mark.parametrize(
     ("union", "message"),
     [
-        ([SPAR[0]], "at least 2"),
+        ([SPAR[0]], "the union has 1 of at least two parts"),
         ([{"union": SPAR}, SPAR[0]], "Extra inputs"),
         ([{}, SPAR[0]], "a part of a union has one shape, got none"),
     ],
@@ -214,6 +225,13 @@ def test_a_missing_library_is_named(
 def test_wrong_lists(union: list, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Body.model_validate({"shape": {"union": union}, "center_of_gravity": [0, -1]})
+
+
+def test_a_dry_part_has_one_message() -> None:
+    parts = [{"sphere": {"radius": 1, "center_z": 2}}, SPAR[0]]
+    with pytest.raises(ValueError, match="does not touch the water") as caught:
+        Body.model_validate({"shape": {"union": parts}, "center_of_gravity": [0, -1]})
+    assert len(caught.value.errors()) == 1  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_pressure_needs_the_freeboard_of_each_part() -> None:
