@@ -25,7 +25,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.build import coefficients_of, frequency_table
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls, sliding_hulls
 from m4e_fmi.errors import InputError
 
 SAFETY, SAFETY_OF_EDGE = 1.5, 3.0
@@ -193,13 +193,17 @@ def similar_hulls(
             fewer = round(body.panels / parts[-1] ** 2)
             bodies[name] = body.model_copy(update={"panels": fewer})
     depth = config.water.depth
-    return [
-        [
+    meshes = []
+    for finer in parts:
+        hulls = [
             make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
             for name, body in bodies.items()
         ]
-        for finer in parts
-    ]
+        hulls, problems = sliding_hulls(hulls, bodies)
+        if problems:
+            raise InputError(problems)
+        meshes.append(hulls)
+    return meshes
 
 
 def _count(hulls: Sequence[Hull]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics.build import (
@@ -15,12 +15,14 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.refinement import refinement
 from m4e_adapters.hydrodynamics.refinement_report import plot_refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import (
     plot_stability,
     stability_of,
     stability_text,
 )
 from m4e_fmi.program import Program
+from m4e_fmi.report.animation.shown import Shown
 
 __all__ = [
     "TAKES_LONG",
@@ -73,6 +75,11 @@ def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None
     if picture is not None:
         plot_stability(found, picture)
     return stability_text(found, config.water)
+
+
+def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """The hulls and the water, with waves for `values` of their parameters at the start."""
+    return shown(config, folder=folder, values=values)
 
 
 def refine(

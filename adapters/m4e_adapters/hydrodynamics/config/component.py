@@ -21,8 +21,11 @@ from m4e_adapters.hydrodynamics.config.numbers import (
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
+OWN_NAMES = ("wave", "heading")
+"""First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
 
@@ -60,7 +63,8 @@ class Body(Section):
     sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
     left out where the file has it. `reference_point` [m], the point that the motions in the file
     are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
-    file lacks them.
+    file lacks them. A body that `slides_on` another has a wall in common with it, and no water gets
+    in between.
     """
 
     shape: Shape = NO_SHAPE
@@ -71,6 +75,16 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+    slides_on: str | None = None
+
+
+class BodyPoint(Section):
+    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
+    in space, where the heading counts as 0.
+    """
+
+    body: str
+    at: Place
 
 
 class Frequencies(Section):
@@ -99,12 +113,21 @@ class Frequencies(Section):
 
 
 class Radiation(Section):
-    """Number of poles of the radiation memory of each group of coupled motions.
+    """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
+    `order` poles, or the `convolution` with the memory that the damping has.
 
     `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
     """
 
     order: Order = None
+    memory: Literal["state_space", "convolution"] = "state_space"
+
+    @model_validator(mode="after")
+    def _of_its_memory(self) -> Radiation:
+        if self.memory == "convolution" and "order" in self.model_fields_set:
+            text = "'order' has no effect on a convolution"
+            raise rejected(text, "remove it, or memory: convolution")
+        return self
 
 
 class Loads(Section):
@@ -152,7 +175,8 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. `gap_lids` damp the water in gaps.
+    body's motion on another. `gap_lids` damp the water in gaps. Of `points` the height above
+    the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -163,6 +187,7 @@ class HydrodynamicsConfig(Section):
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
     gap_lids: tuple[GapLid, ...] = ()
+    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
@@ -170,7 +195,7 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
+        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
         wrong += _of_its_source(self)
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
@@ -252,6 +277,10 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             missing.append("center_of_gravity")
         for key in missing:
             yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        if body.slides_on is not None and body.slides_on not in set(config.bodies) - {name}:
+            text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
+            others = ", ".join(set(config.bodies) - {name}) or "there is none"
+            yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
         for key in ("reference_point", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
@@ -268,7 +297,7 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         text = "'gap_lids' has no effect on coefficients of a file"
         yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
-        for key in ("shape", "panels"):
+        for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect with coefficients of a file"
                 remedy = "remove it, or the key 'coefficients' of the component"
@@ -277,6 +306,21 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             text = "'fixed' has no effect with coefficients of a file"
             remedy = "leave the body out: bodies of the file that are not named are held in place"
             yield _wrong(("bodies", name, "fixed"), text, remedy)
+
+
+def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, point in config.points.items():
+        if point.body not in config.bodies:
+            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
+            yield _wrong(("points", name, "body"), text, remedy)
+        if name in config.bodies or name in OWN_NAMES:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong(("points", name), text, "give the point another name")
+        if len(point.at) != config.dimensions:
+            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
+            yield _wrong(("points", name, "at"), text, f"write {axes}")
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:

@@ -150,9 +150,11 @@ class Revolved(Section):
 
     The profile goes upwards in straight lines; between two points of the same z it makes a step.
     Its ends are closed by flat discs if their radius is not 0. What is above the water is cut off.
+    A `hole` of that radius [m] goes through it along the axis.
     """
 
     profile: tuple[tuple[NotNegative, Coordinate], ...]
+    hole: Positive | None = None
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
@@ -179,6 +181,9 @@ class Revolved(Section):
             )
         if max(radii) == 0:
             raise rejected("the profile has no radius above 0", order)
+        if self.hole is not None and (radii[0] < self.hole or min(radii[1:]) <= self.hole):
+            text = f"the profile has a radius of {min(radii):g} m, in the hole of {self.hole:g} m"
+            raise rejected(text, "write the outer surface only; flat ends are closed to the hole")
         return self
 
 

@@ -61,12 +61,13 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
     problems = list(_overlaps(lids))
     found: list[tuple[Panels, float]] = []
     side = min(math.sqrt(_mean_area(hull.panels)) for hull in hulls)
-    lines = [hull.panels.vertices[loop] for hull in hulls for loop in loops(waterline(hull.panels))]
+    surfaces = [hull.closed for hull in hulls]
+    hull_lines = [[s.vertices[loop] for loop in loops(waterline(s))] for s in surfaces]
     for k, lid in enumerate(lids):
         panels = _grid(lid, side)
         covered = np.zeros(len(panels.faces), dtype=bool)
-        for line in lines:
-            covered |= _covers(line, panels)
+        for lines in hull_lines:
+            covered |= _covers(lines, panels)
         free = panels.kept(~covered)
         if not len(free.faces):
             text = f"gap lid {k + 1} is not on free water: hulls cover all of it"
@@ -109,16 +110,22 @@ def _grid(lid: GapLid, side: float) -> Panels:
     return grid(np.array([[(u, v, 0.0) for u in x] for v in y]))
 
 
-def _covers(line: np.ndarray, panels: Panels) -> np.ndarray:
-    """Which panels reach into a closed line (n, 3) [m] on the water, (nf,)."""
+def _covers(lines: Sequence[np.ndarray], panels: Panels) -> np.ndarray:
+    """Which panels reach into a hull with these closed waterlines (n, 3) [m], (nf,).
+
+    Lines within others are around free water.
+    """
     corners = panels.corners + INSIDE * (panels.centers[:, None] - panels.corners)
     points = np.concatenate([corners, panels.centers[:, None]], axis=1)
-    a, b = line, np.roll(line, -1, axis=0)
     x, y = points[..., 0, None], points[..., 1, None]
-    between = (a[:, 1] > y) != (b[:, 1] > y)
-    rise = np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
-    right = x < a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
-    return ((between & right).sum(axis=-1) % 2 == 1).any(axis=-1)
+    crossed = np.zeros(points.shape[:2], dtype=int)
+    for line in lines:
+        a, b = line, np.roll(line, -1, axis=0)
+        between = (a[:, 1] > y) != (b[:, 1] > y)
+        rise = np.where(a[:, 1] == b[:, 1], 1.0, b[:, 1] - a[:, 1])
+        right = x < a[:, 0] + (y - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
+        crossed += (between & right).sum(axis=-1)
+    return (crossed % 2 == 1).any(axis=1)
 
 
 def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:

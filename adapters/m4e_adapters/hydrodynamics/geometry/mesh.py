@@ -7,7 +7,7 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +17,13 @@ from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_wi
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
-from m4e_adapters.hydrodynamics.geometry.clearance import ROOM, narrowest_gap, overlap
+from m4e_adapters.hydrodynamics.geometry.clearance import (
+    ROOM,
+    narrowest_gap,
+    overlap,
+    reaching,
+)
+from m4e_adapters.hydrodynamics.geometry.contact import REMEDY, SlidingError, common_walls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
     Hydrostatics,
     hydrostatics_of,
@@ -27,7 +33,6 @@ from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
 from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
-from m4e_adapters.hydrodynamics.geometry.remeshing import even_panels, opened
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
@@ -35,8 +40,13 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_adapters.hydrodynamics.geometry.solids import below_the_water, is_symmetric, union_of
 from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
+from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+    below_the_water,
+    is_symmetric,
+    union_of,
+)
 from m4e_fmi.errors import InputError, Problem
 
 BUILT_IN: Mapping[str, Callable[..., Panels]] = {
@@ -58,7 +68,7 @@ class Hull:
     Motions are about `center` G: (x, z) [m] in the plane, (x, y, z) in space. `axis` (x, y) [m] is
     the upright axis of a body of revolution, about which it turns without moving the water. A
     `fixed` body has no motions and no centre; where it stands on the sea bed no water touches it:
-    those panels are its `bed`.
+    those panels are its `bed`. Walls along which it slides on another hull are `dry` too.
     """
 
     name: str
@@ -69,11 +79,13 @@ class Hull:
     axis: tuple[float, float] | None = None
     fixed: bool = False
     bed: Panels | None = None
+    dry: Panels | None = None
 
     @property
     def closed(self) -> Panels:
-        """The surface with the panels on the sea bed."""
-        return self.panels if self.bed is None else joined(self.panels, self.bed)
+        """The surface with the panels that no water touches."""
+        parts = [part for part in (self.panels, self.bed, self.dry) if part is not None]
+        return joined(*parts) if len(parts) > 1 else self.panels
 
 
 def make_hulls(
@@ -100,12 +112,58 @@ def hulls_and_problems(
             continue
         hulls.append(hull)
         problems += _in_the_bed(hull, depth, ("bodies", name, "shape", body.shape.kind))
+    hulls, wrong = sliding_hulls(hulls, config.bodies)
+    problems += wrong
     for k, second in enumerate(hulls):
         keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
-        near = (found for first in hulls[:k] if (found := _too_near(first, second, progress)))
+        others = (first for first in hulls[:k] if not _slide(first, second, config.bodies))
+        near = (found for first in others if (found := _too_near(first, second, progress)))
         if (found := next(near, None)) is not None:
             problems.append(Problem(*found, keys=keys))
     return hulls, problems
+
+
+def _slide(first: Hull, second: Hull, bodies: Mapping[str, Body]) -> bool:
+    """True of bodies one of which slides on the other."""
+    return (
+        first.name == bodies[second.name].slides_on or second.name == bodies[first.name].slides_on
+    )
+
+
+def sliding_hulls(
+    hulls: Sequence[Hull], bodies: Mapping[str, Body]
+) -> tuple[list[Hull], list[Problem]]:
+    """The hulls with dry walls where a body `slides_on` another, and the problems of these."""
+    named, problems = {hull.name: hull for hull in hulls}, list[Problem]()
+    for name, body in bodies.items():
+        if body.slides_on is None or not {name, body.slides_on} <= named.keys():
+            continue
+        pair = named[name], named[body.slides_on]
+        keys = ("bodies", name, "slides_on")
+        names = f"bodies {name!r} and {body.slides_on!r}"
+        whole = pair[0].closed, pair[1].closed
+        try:
+            walls = common_walls(pair[0].panels, pair[1].panels, whole=whole)
+        except SlidingError as error:
+            text = f"{names} do not slide on each other: {error}"
+            problems.append(Problem(text, REMEDY, keys=keys))
+            continue
+        wetted = [h.panels.kept(~dry) for h, dry in zip(pair, walls, strict=True)]
+        points = (reaching(p, other) for p, other in zip(wetted, whole[::-1], strict=True))
+        if (point := next((p for p in points if p is not None), None)) is not None:
+            problems.append(Problem(f"{names} overlap {place(point)}", REMEDY, keys=keys))
+            continue
+        for hull, dry in zip(pair, walls, strict=True):
+            named[hull.name] = _sliding(hull, dry)
+    return list(named.values()), problems
+
+
+def _sliding(hull: Hull, walls: np.ndarray) -> Hull:
+    """The hull with `walls` (nf,), booleans, of its panels dry."""
+    dry = hull.panels.kept(walls)
+    if hull.dry is not None:
+        dry = joined(hull.dry, dry)
+    return replace(hull, panels=hull.panels.kept(~walls), dry=dry)
 
 
 def _in_the_bed(hull: Hull, depth: float, keys: Keys) -> Iterator[Problem]:

@@ -10,7 +10,7 @@ from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sp
 from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import revolved_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.solids import ends_are_known, triangles_of, union_of
+from m4e_adapters.hydrodynamics.geometry.unions.solids import ends_are_known, triangles_of, union_of
 from m4e_fmi.errors import InputError
 
 BELOW = 2.0

@@ -118,6 +118,19 @@ def test_panels_of_a_lid_are_on_free_water() -> None:
     assert np.any(np.abs(y) < GAP / 2)
 
 
+def test_a_lid_in_a_moonpool_and_around_the_ring() -> None:
+    ring = {"shape": {"torus": {"radius": 6, "tube_radius": 1}}, "center_of_gravity": [0, -0.2]}
+    given = HydrodynamicsConfig.model_validate(
+        {"bodies": {"ring": ring}, "gap_lids": [{"length": 16, "width": 16, "damping": 0.1}]}
+    )
+    lid = damped_lid(given.gap_lids, make_hulls(given, Path(), progress=lambda _: None))
+    assert lid is not None
+    radii = np.hypot(*lid.panels.centers[:, :2].T)
+    assert not np.any((radii > 5) & (radii < 7))
+    assert radii.min() < 1
+    assert radii.max() > 7.5
+
+
 @pytest.mark.parametrize(
     ("lids", "message"),
     [

@@ -17,8 +17,8 @@ from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
-from m4e_adapters.hydrodynamics.geometry.remeshing import thinness
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import thinness
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hull
 from m4e_adapters.hydrodynamics.pressure.config import HullBody
 from m4e_adapters.hydrodynamics.stability_report import stability_of
