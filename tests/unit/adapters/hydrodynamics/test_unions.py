@@ -15,6 +15,7 @@ from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Body, Box, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.checks import checked
+from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
@@ -146,6 +147,19 @@ def test_righting_arms_and_pressure_take_the_whole_union() -> None:
     surface = closed_hull("spar", body, Path())
     volume = hydrostatics_of(surface).volume
     assert volume == pytest.approx(math.pi * (16 * 21 + 81 * 3), rel=2e-4)
+
+
+def test_pictures_have_all_parts(tmp_path: Path) -> None:
+    (tmp_path / "a.gdf").write_text(
+        mesh_writers.gdf(box_panels(Box(length=2, width=2, draft=1, top_z=-0.5, center_x=50), 60))
+    )
+    shape = {"union": [*SPAR, {"mesh": "a.gdf"}]}
+    body = Body.model_validate({"shape": shape, "center_of_gravity": [0, -8]})
+    (hull,) = drawn_hulls({"spar": body}, tmp_path)
+    low, high = hull.surface.vertices.min(axis=0), hull.surface.vertices.max(axis=0)
+    np.testing.assert_allclose(low, [-9, -9, -18 + 8], atol=1e-9)
+    np.testing.assert_allclose(high, [51, 9, 6 + 8], atol=1e-9)
+    assert max(map(max, hull.surface.faces)) == len(hull.surface.vertices) - 1
 
 
 def problems(shape: dict, folder: Path, **more: object) -> list[str]:
