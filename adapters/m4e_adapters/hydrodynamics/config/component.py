@@ -13,6 +13,7 @@ from m4e_adapters.hydrodynamics.config.current import Current, current_problems
 from m4e_adapters.hydrodynamics.config.drag import Drag, drag_beyond_the_plane
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
+    Coordinate,
     Depth,
     Finite,
     Order,
@@ -135,6 +136,21 @@ class Loads(Section):
         return tuple(name for name, law in given.items() if law != "none")
 
 
+class GapLid(Section):
+    """A rectangle of water between hulls with `damping` [1/s]: `length` [m] along X, `width` [m]
+    along Y, its middle at (`center_x`, `center_y`) [m] in the reference pose.
+
+    What hulls cover of it does not count. A resistance of density times damping acts on the
+    vertical velocity of the water per area: the literature's epsilon times the frequency.
+    """
+
+    length: Positive
+    width: Positive
+    damping: Positive
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
+
+
 class HydrodynamicsConfig(Section):
     """Floating bodies in water: linear potential flow, drag, waves, a current that makes drag.
 
@@ -145,7 +161,8 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. Of `points` the height above the undisturbed waves is an output.
+    body's motion on another. `gap_lids` damp the water in gaps. Of `points` the height above
+    the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -155,6 +172,7 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    gap_lids: tuple[GapLid, ...] = ()
     points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
@@ -278,6 +296,9 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     if "frequencies" in config.model_fields_set:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    if config.gap_lids:
+        text = "'gap_lids' has no effect on coefficients of a file"
+        yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
         for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
@@ -308,6 +329,9 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
+    for k, lid in enumerate(config.gap_lids):
+        if lid.center_y:
+            yield _wrong(("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
