@@ -1,6 +1,6 @@
 """Cost of hydrodynamics: a step of two bodies in 1,000 waves, potential flow, pressure on a hull.
 
-Limits: 100 us of processor time for a step of a run with native FMUs; potential flow of 1,500 panels
+Limits: 100 us of processor time a step of a run with native FMUs; potential flow of 1,500 panels
 at 40 frequencies in 1.05 times what a script that calls Capytaine takes, on all cores, and nothing
 lost where it is killed. The script solves the same problems, on the same mesh with the same planes
 of symmetry, and makes a dataset of them.

@@ -26,7 +26,7 @@ BLOCK = 30_000  # values of an array
 
 
 def cosine(turns: np.ndarray) -> np.ndarray:
-    """cos 2π`turns`, in its place: an array of any shape [1]."""
+    """cos 2π t for `turns` t (...) [1]: (...) [1], in their place."""
     turns -= np.rint(turns)
     square = turns * turns
     value = SINE[-1] * square
