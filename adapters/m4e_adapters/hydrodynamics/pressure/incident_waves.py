@@ -26,7 +26,7 @@ BLOCK = 30_000  # values of an array
 
 
 def cosine(turns: np.ndarray) -> np.ndarray:
-    """cos 2π t for `turns` t (...) [1]: (...) [1], in their place."""
+    """cos 2πf (np, n) [1] of `turns` f (np, n) [1], which are overwritten."""
     turns -= np.rint(turns)
     square = turns * turns
     value = SINE[-1] * square
