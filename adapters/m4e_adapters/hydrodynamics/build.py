@@ -17,6 +17,7 @@ from m4e_adapters.hydrodynamics.drift.bodies import drifts_and_problems
 from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
@@ -138,7 +139,8 @@ def program_in_waves(
         config, folder=folder, highest=highest, progress=progress
     )
     with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
-    forces = HullWaves(coefficients, drift=tuple(with_drift))
+    points = points_on_bodies(coefficients, config.points)
+    forces = HullWaves(coefficients, points, drift=tuple(with_drift))
     program = program_of(
         config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
     )
@@ -172,6 +174,7 @@ def program_of(
         heading=Heading(config.heading, config.heading_filter),
         loads=config.loads,
         drift=drift,
+        points=config.points,
         sea=sea,
         folder=folder,
         memory=memory,

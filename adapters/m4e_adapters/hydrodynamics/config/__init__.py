@@ -6,6 +6,7 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
+    BodyPoint,
     Drag,
     Frequencies,
     HydrodynamicsConfig,
@@ -46,6 +47,7 @@ __all__ = [
     "PEAK_ENHANCEMENT",
     "AnyWaves",
     "Body",
+    "BodyPoint",
     "Box",
     "Component",
     "ComponentWaves",

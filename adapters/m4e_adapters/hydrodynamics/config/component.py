@@ -18,10 +18,13 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
+OWN_NAMES = ("wave", "heading")
+"""First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
 
@@ -74,6 +77,15 @@ class Body(Section):
     slides_on: str | None = None
 
 
+class BodyPoint(Section):
+    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
+    in space, where the heading counts as 0.
+    """
+
+    body: str
+    at: Place
+
+
 class Frequencies(Section):
     """Angular frequencies at which the potential flow is solved: `count`, equally spaced, from
     `minimum` to `maximum` [rad/s].
@@ -100,12 +112,21 @@ class Frequencies(Section):
 
 
 class Radiation(Section):
-    """Number of poles of the radiation memory of each group of coupled motions.
+    """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
+    `order` poles, or the `convolution` with the memory that the damping has.
 
     `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
     """
 
     order: Order = None
+    memory: Literal["state_space", "convolution"] = "state_space"
+
+    @model_validator(mode="after")
+    def _of_its_memory(self) -> Radiation:
+        if self.memory == "convolution" and "order" in self.model_fields_set:
+            text = "'order' has no effect on a convolution"
+            raise rejected(text, "remove it, or memory: convolution")
+        return self
 
 
 class Loads(Section):
@@ -138,7 +159,7 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another.
+    body's motion on another. Of `points` the height above the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -148,6 +169,7 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
@@ -155,7 +177,7 @@ class HydrodynamicsConfig(Section):
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
+        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
         wrong += _of_its_source(self)
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
@@ -189,11 +211,12 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
         drift = body.drift if isinstance(body, Body) else None
-        given: dict[tuple[str, ...], Place | None] = {
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str | int, ...], Place | None] = {
             ("drift", "reference_point"): drift.reference_point if drift else None,
             ("reference_point",): body.reference_point if isinstance(body, Body) else None,
         }
+        for keys, part in _parts(body.shape):
+            given[(*keys, "mesh_origin")] = part.mesh_origin
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
@@ -204,6 +227,14 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
             if dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
+    """The shape itself, or the parts of its union, and the way to each."""
+    if shape.union is None:
+        yield ("shape",), shape
+        return
+    yield from ((("shape", "union", k), part) for k, part in enumerate(shape.union))
 
 
 def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -256,6 +287,21 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(("bodies", name, "fixed"), text, remedy)
 
 
+def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, point in config.points.items():
+        if point.body not in config.bodies:
+            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
+            yield _wrong(("points", name, "body"), text, remedy)
+        if name in config.bodies or name in OWN_NAMES:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong(("points", name), text, "give the point another name")
+        if len(point.at) != config.dimensions:
+            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
+            yield _wrong(("points", name, "at"), text, f"write {axes}")
+
+
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
@@ -268,7 +314,7 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
-    """Directions and places that leave the X-Z plane."""
+    """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
     for place, message, advice in waves_beyond_the_plane(waves):
         yield _wrong(("waves", *place), message, advice)
     for name, body in bodies.items():

@@ -13,8 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape, keys_without_effect
-from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_without_effect
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
@@ -25,11 +24,15 @@ from m4e_adapters.hydrodynamics.geometry.clearance import (
     reaching,
 )
 from m4e_adapters.hydrodynamics.geometry.contact import REMEDY, SlidingError, common_walls
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
+    Hydrostatics,
+    hydrostatics_of,
+    hydrostatics_of_triangles,
+)
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import FORMATS, read_mesh
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
@@ -38,11 +41,14 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_panels,
 )
 from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
-from m4e_fmi.errors import InputError, Problem, is_file, missing_file
-from m4e_fmi.model.shapes.mesh_files import MeshFileError
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
+from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+    below_the_water,
+    is_symmetric,
+    union_of,
+)
+from m4e_fmi.errors import InputError, Problem
 
-Keys = tuple[str | int, ...]
-"""The way to a value in a HydrodynamicsConfig."""
 BUILT_IN: Mapping[str, Callable[..., Panels]] = {
     "cylinder": cylinder_panels,
     "horizontal_cylinder": horizontal_cylinder_panels,
@@ -224,7 +230,8 @@ def make_hull(
     """
     with kept_warnings() as warnings:
         bed = depth if body.fixed else math.inf
-        panels = on_the_bed(_shape_panels(name, body, folder, bed, finer), bed)
+        drawn, hydrostatics = _shape_panels(name, body, folder, bed, finer)
+        panels = on_the_bed(drawn, bed)
         lid = make_lid(panels)
     for text in warnings:
         progress(f"warning: capytaine: {text}")
@@ -233,8 +240,8 @@ def make_hull(
             f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "
             "near irregular frequencies; limit frequencies.maximum, or make a finer mesh"
         )
-    ball = body.shape.sphere
-    hydrostatics = hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
+    for text in _narrow_inside(name, body, panels):
+        progress(f"warning: {text}")
     if body.fixed:
         wetted, bed = off_the_bed(panels, depth)
         return Hull(name, wetted, lid, (), hydrostatics, fixed=True, bed=bed)
@@ -264,51 +271,77 @@ def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
         )
 
 
-def _shape_panels(name: str, body: Body, folder: Path, bed: float, finer: int) -> Panels:
-    """The closed surface below the water of a body that may stand on a `bed` [m] so deep."""
+def _shape_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
+    """The closed surface below the water of a body that may stand on a `bed` [m] so deep.
+
+    With the hydrostatics of the shape, where these are known better than by its panels.
+    """
     shape = body.shape
+    if shape.union is not None:
+        return _union_panels(name, body, folder, bed, finer)
     if shape.mesh is None:
-        return BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
+        panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
+        ball = shape.sphere
+        return panels, hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
     placed = drawn_panels(name, shape, body.center_of_gravity, folder)
     try:
         check_as_drawn(placed, name, scale=shape.scale)
-        return checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
+        panels = checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
     except InputError as error:
         known = {"file": str(folder / str(shape.mesh)), "keys": ("bodies", name, "shape", "mesh")}
         raise InputError([replace(p, **known) for p in error.problems]) from None
+    return panels, hydrostatics_of(panels)
 
 
-def drawn_panels(name: str, shape: Shape, center: Place, folder: Path) -> Panels:
-    """The panels of a mesh file as they are drawn, of a body with this `center` of gravity [m].
-
-    They are in the reference pose.
-    """
-    keys = ("bodies", name, "shape", "mesh")
-    drawn = _loaded(folder / str(shape.mesh), name, keys, scale=shape.scale)
-    origin = np.array(point_in_space(shape.mesh_origin or (0.0, 0.0)))
-    if shape.frame == "body":
-        origin += point_in_space(center or (0.0, 0.0))
-    return Panels(drawn.vertices + origin, drawn.faces)
-
-
-def _loaded(path: Path, name: str, keys: Keys = (), *, scale: float = 1.0) -> Panels:
-    """The panels of a mesh file as they are drawn."""
-    if not is_file(path):
-        message, remedy = missing_file(path, "mesh file")
-        message = f"body {name!r}: {message}"
-        remedy = "; ".join(
-            filter(None, ("the name is relative to the system file's folder", remedy))
-        )
-        raise InputError.single(message, remedy, keys=keys)
+def _union_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
+    """The surface of a union of shapes below the water, of even triangles."""
+    keys = ("bodies", name, "shape", "union")
     try:
-        panels = read_mesh(path, scale=scale)
-    except (MeshFileError, OSError) as error:
-        message = f"body {name!r}: the mesh cannot be read: {error}"
-        raise InputError.single(message, FORMATS, str(path), keys=keys) from None
-    if not len(panels.faces):
-        message = f"body {name!r}: the mesh has no panels"
-        raise InputError.single(message, FORMATS, str(path), keys=keys)
-    return panels
+        solid = union_of(name, body.shape, body.center_of_gravity, folder, whole=False)
+    except InputError as error:
+        raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
+    if len(body.center_of_gravity) == 2 and not is_symmetric(solid, 1):
+        raise InputError.single(
+            f"body {name!r}: the union is not its own mirror image in the X-Z plane",
+            "complete it, or write 'dimensions: 3' on top of the component",
+            keys=keys,
+        )
+    solid = below_the_water(solid)
+    if solid.is_empty():
+        raise InputError.single(
+            f"body {name!r}: all parts of the union are above the water",
+            "z = 0 is the still-water level, Z points up",
+            keys=keys,
+        )
+    try:
+        panels = checked(on_the_bed(even_panels(solid, body.panels, wetted=True), bed), name)
+    except InputError as error:
+        raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
+    vertices, triangles = opened(solid, [2])
+    return panels.divided(finer), hydrostatics_of_triangles(vertices[triangles])
+
+
+def _narrow_inside(name: str, body: Body, panels: Panels) -> Iterator[str]:
+    """A warning of gaps between parts of a union that stand apart; InputError of narrow ones."""
+    shells = panels.shells() if body.shape.union is not None else []
+    for k, second in enumerate(shells):
+        for first in shells[:k]:
+            gap = narrowest_gap(first, second)
+            if gap is None:
+                continue
+            text = (
+                f"the gap between parts of the union of body {name!r} is about {gap.width:.3g} m "
+                f"wide {place(gap.middle)}, where panels have sides of {gap.side:.3g} m"
+            )
+            if gap.width < NARROW * gap.side:
+                remedy = "let the parts overlap, use more panels, or leave a wider gap"
+                keys = ("bodies", name, "shape", "union")
+                raise InputError.single(text, remedy, keys=keys)
+            yield f"{text}: coefficients are inaccurate in short waves; use more panels"
 
 
 def _immersed(panels: Panels, name: str) -> Panels:

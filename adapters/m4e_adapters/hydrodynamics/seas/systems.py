@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,6 +48,16 @@ class RecordedWaves:
     direction: Number
     offsets: np.ndarray = field(repr=False)
     ramp: Number
+
+    def phases_at(
+        self, k: int, places: Sequence[tuple[Number, Number]]
+    ) -> Iterator[tuple[Number, Number]]:
+        """Cosine and sine of the phase that component `k` has on its way to `places` (x, y) [m]."""
+        if places:
+            along, across = self.along(k)
+            for x, y in places:
+                way = self.number[k] * (x * along + y * across)
+                yield cos(way), sin(way)
 
     def along(self, k: int) -> tuple[Number, Number]:
         """Cosine and sine of the direction of component `k`."""
