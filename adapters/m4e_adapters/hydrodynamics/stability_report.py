@@ -11,9 +11,10 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics
-from m4e_adapters.hydrodynamics.geometry.mesh import Hull, drawn_panels, make_hulls
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.stability import (
     HEEL,
     PITCH,
@@ -21,7 +22,7 @@ from m4e_adapters.hydrodynamics.geometry.stability import (
     WholeHull,
     heel_and_trim,
 )
-from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
+from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape, whole_union
 
 FINE = 3000
 """Panels of a round hull at least: those of a ball are then right to 0.02 % of its size."""
@@ -54,6 +55,8 @@ def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
 def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:
     """The hull with its part above the water, None if that is not known."""
     body = config.bodies[hull.name]
+    if body.shape.union is not None:
+        return whole_union(hull.name, body.shape, body.center_of_gravity, folder)
     if body.shape.mesh is None:
         return whole_shape(body.shape, max(FINE, body.panels))
     drawn = drawn_panels(hull.name, body.shape, body.center_of_gravity, folder)

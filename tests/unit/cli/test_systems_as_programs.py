@@ -241,7 +241,7 @@ def test_flags_that_do_not_go_together(system: str, capsys: pytest.CaptureFixtur
         (["build", system, "--settled", "m0"], "--settled is for the components"),
         (["equilibrium", "m0.model.yaml", "--settled", "m0"], "--settled is for the components"),
         (["linearize", system, "--settled", "m0"], "m0 is equations, which take part as they are"),
-        (["simulate", system, "--animate"], "--animate is for a model"),
+        (["simulate", system, "--animate", "a.gif"], "cannot be written as '.gif'"),
         (["build", system, "--single", "--inputs", "a"], "--inputs is for a model"),
     ):
         assert main(arguments) == 2

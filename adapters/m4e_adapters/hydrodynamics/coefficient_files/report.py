@@ -120,7 +120,9 @@ def _fitted(
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
     """The memory; where no fit is possible none, and that as a finding."""
     try:
-        return fit_radiation(c, order=config.radiation.order, progress=told), []
+        convolution = config.radiation.memory == "convolution"
+        order = config.radiation.order
+        return fit_radiation(c, order=order, convolution=convolution, progress=told), []
     except InputError as error:
         faults = [("memory", f"{p.message}: {p.remedy}", True) for p in error.problems]
         return RadiationMemory((), c.added_mass_inf), faults

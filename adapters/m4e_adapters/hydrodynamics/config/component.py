@@ -19,7 +19,7 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
@@ -48,7 +48,8 @@ class Body(Section):
     sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
     left out where the file has it. `reference_point` [m], the point that the motions in the file
     are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
-    file lacks them.
+    file lacks them. A body that `slides_on` another has a wall in common with it, and no water gets
+    in between.
     """
 
     shape: Shape = NO_SHAPE
@@ -59,6 +60,7 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+    slides_on: str | None = None
 
 
 class BodyPoint(Section):
@@ -96,12 +98,21 @@ class Frequencies(Section):
 
 
 class Radiation(Section):
-    """Number of poles of the radiation memory of each group of coupled motions.
+    """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
+    `order` poles, or the `convolution` with the memory that the damping has.
 
     `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
     """
 
     order: Order = None
+    memory: Literal["state_space", "convolution"] = "state_space"
+
+    @model_validator(mode="after")
+    def _of_its_memory(self) -> Radiation:
+        if self.memory == "convolution" and "order" in self.model_fields_set:
+            text = "'order' has no effect on a convolution"
+            raise rejected(text, "remove it, or memory: convolution")
+        return self
 
 
 class Loads(Section):
@@ -187,11 +198,12 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
         drift = body.drift if isinstance(body, Body) else None
-        given: dict[tuple[str, ...], Place | None] = {
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str | int, ...], Place | None] = {
             ("drift", "reference_point"): drift.reference_point if drift else None,
             ("reference_point",): body.reference_point if isinstance(body, Body) else None,
         }
+        for keys, part in _parts(body.shape):
+            given[(*keys, "mesh_origin")] = part.mesh_origin
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
@@ -202,6 +214,14 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
             if dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
             yield _wrong(("bodies", name, *keys), text, remedy)
+
+
+def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
+    """The shape itself, or the parts of its union, and the way to each."""
+    if shape.union is None:
+        yield ("shape",), shape
+        return
+    yield from ((("shape", "union", k), part) for k, part in enumerate(shape.union))
 
 
 def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -242,6 +262,10 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             missing.append("center_of_gravity")
         for key in missing:
             yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        if body.slides_on is not None and body.slides_on not in set(config.bodies) - {name}:
+            text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
+            others = ", ".join(set(config.bodies) - {name}) or "there is none"
+            yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
         for key in ("reference_point", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
@@ -255,7 +279,7 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
     for name, body in config.bodies.items():
-        for key in ("shape", "panels"):
+        for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect with coefficients of a file"
                 remedy = "remove it, or the key 'coefficients' of the component"
@@ -292,7 +316,7 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
-    """Directions and places that leave the X-Z plane."""
+    """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
     for place, message, advice in waves_beyond_the_plane(waves):
         yield _wrong(("waves", *place), message, advice)
     for name, body in bodies.items():

@@ -9,6 +9,8 @@ import pytest
 
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
 from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Regular, WaveSection
+from m4e_adapters.hydrodynamics.heading import Heading
+from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, evaluated
 
@@ -102,6 +104,39 @@ def components(period: float) -> WaveSection:
     return ComponentWaves.model_validate(
         {"spectrum": "components", "components": [one], "ramp_time": 0}
     )
+
+
+@pytest.mark.verifies(
+    "excitation of a long-crested sea in space",
+    analytic="sum of the table's splines, by SciPy",
+    tolerance="1e-12",
+)
+@pytest.mark.parametrize("depth", [15.0, math.inf])
+def test_a_long_crested_sea_pushes_as_the_splines_of_its_components(depth: float) -> None:
+    """At a knot, between knots, below and above the table; waves from the side, hulls turned."""
+    c = coefficients(3, depth)
+    omega = np.array([0.1, OMEGA[4], 0.9, 1.111, OMEGA[-1], 2.8, 4.0])
+    amplitude = np.where(omega > OMEGA[-1], 0.1, 1.0)  # few are shorter than those of the table
+    pairs = zip(omega.tolist(), amplitude.tolist(), strict=True)
+    each = [{"amplitude": a, "omega": w, "phase": 0.3 * w} for w, a in pairs]
+    section = {"spectrum": "components", "components": each, "direction": 50, "ramp_time": 0}
+    waves = ComponentWaves.model_validate(section)
+    found = forces(hydrodynamics_program(c, waves=waves, heading=Heading(10.0)), 12.0)
+    table = np.einsum(
+        "kjn,j->kn", c.harmonics_at(omega), np.exp(1j * np.radians(40) * np.arange(-2, 3))
+    )
+    number = wavenumber(omega, depth=depth, gravity=c.gravity)
+    x, y, _ = c.centers[0]  # about which a single body turns
+    beta = np.radians(50)
+    way = np.exp(1j * number * (x * np.cos(beta) + y * np.sin(beta)))
+    expected = (
+        ((table * way[:, None]) * (amplitude * np.exp(-1j * omega * 12.3))[:, None])
+        .sum(axis=0)
+        .real
+    )
+    names = [f"b.excitation_{k}" for k in ("force_z", "moment_z")]
+    for name, value in zip(names, expected[[2, 5]], strict=True):
+        assert found[name] == pytest.approx(value, abs=1e-12 * np.abs(table).sum())
 
 
 def test_the_period_has_the_limits_of_the_table() -> None:
