@@ -32,6 +32,7 @@ REST = {
     "hull_pressure": (0.0, -1.2),
     "sum": (1.0, 2.0),
     "table": (0.0, 0.0),
+    "wind": (0.0, 12.0),
 }
 # Nine digits are written, and solvers repeat to rounding: with other BLAS kernels and numbers of
 # threads the same nine come out. The hydrodynamics is in deep water for that: in finite depth the
@@ -47,6 +48,7 @@ CONNECTORS = {
     "hull_pressure": ["float"],
     "sum": ["float", "barge"],
     "table": [],
+    "wind": ["mast"],
 }
 
 

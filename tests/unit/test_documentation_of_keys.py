@@ -16,6 +16,7 @@ from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.moordyn.config import MooringConfig
 from m4e_adapters.morison import MorisonConfig
 from m4e_adapters.sea import SeaConfig
+from m4e_adapters.wind import WindConfig
 
 PAGE = Path(__file__).parents[2] / "docs" / "fmus" / "keys.md"
 KINDS = {
@@ -24,6 +25,7 @@ KINDS = {
     "mooring": MooringConfig,
     "morison": MorisonConfig,
     "sea": SeaConfig,
+    "wind": WindConfig,
 }
 
 

@@ -35,5 +35,5 @@ def make_in_waves(
     """InputError: forces that end at the surface, wherever it is, have no linear form here."""
     raise InputError.single(
         f"{name}: forces of waves on members by Morison's equation are not linearised",
-        f"simulate it (m4e-fmi run), or leave its forces out: --open {name}",
+        "simulate the system (m4e-fmi run), or remove the component from its file",
     )
