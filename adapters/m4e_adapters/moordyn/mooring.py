@@ -6,7 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, stable_step
+import numpy as np
+
+from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
+from m4e_adapters.hydrodynamics.seas.kinematics import Stretching
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
@@ -39,6 +44,26 @@ class Fairlead:
 
 
 @dataclass(frozen=True)
+class Sea:
+    """The water around lines, that moves in `waves`: `gravity` [m/s2], `depth` [m]."""
+
+    waves: tuple[WaveSystem, ...]
+    stretching: Stretching
+    depth: float
+    gravity: float
+
+    @property
+    def speed(self) -> float:
+        """Hardly exceeded by the water at the surface [m/s]: four standard deviations."""
+        energy = 0.0
+        for system in self.waves:
+            omega, amplitude = system.configured()
+            number = wavenumber(omega, depth=self.depth, gravity=self.gravity)
+            energy += 0.5 * float(np.sum((omega * amplitude / np.tanh(number * self.depth)) ** 2))
+        return 4.0 * math.sqrt(energy)
+
+
+@dataclass(frozen=True)
 class Mooring:
     """Data of a `LineSystem`.
 
@@ -47,7 +72,7 @@ class Mooring:
     `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
     lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
     has them, to be compared with where they start; `notes` say what in a ready file is taken
-    otherwise than it stands there.
+    otherwise than it stands there. `sea` is None if the water stands still.
     """
 
     text: str
@@ -59,6 +84,7 @@ class Mooring:
     bed: float
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
+    sea: Sea | None = None
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""
@@ -114,7 +140,7 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
         message = (
             f"internal time step {wanted:g} s is unstable: {worst} allows at most "
             f"{limits[worst]:.3g} s with {scheme}, where it lands on the seabed or moves at up to "
-            f"{SPEED:g} m/s"
+            f"{segments[worst].speed:.3g} m/s"
         )
         advice = "leave the step out to have a stable one chosen, or use fewer segments"
         if scheme == "RK2":

@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_adapters import moordyn
+from m4e_adapters.hydrodynamics.seas import moving_water
+from m4e_adapters.hydrodynamics.seas.system_seas import components_program
 from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_adapters.moordyn.mooring import Sea
+from m4e_adapters.sea.program import tell_doubts
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
+from m4e_fmi.program.python_form import python_source
 
 TRAVELS = (
     "console.py",
@@ -53,7 +59,7 @@ def make(
         "notes": list(mooring.notes),
         "parting": _parting(mooring),
     }
-    return PythonSource(
+    source = PythonSource(
         description=ModelDescription(
             name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
         ),
@@ -63,6 +69,42 @@ def make(
             **{name: adapter / name for name in TRAVELS},
         },
         data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(system).encode()},
+    )
+    if mooring.sea is None:
+        return source
+    tell_doubts(mooring.sea.waves, progress)
+    return _in_waves(source, mooring.sea, in_space=config.dimensions == 3)
+
+
+def _in_waves(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
+    """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
+    program = components_program(sea.waves, in_space=in_space)
+    parameters = [v for v in describe(program).variables if v.causality == "parameter"]
+    variables = [
+        replace(v, initial_dependencies=None) if v.causality == "output" else v
+        for v in source.description.variables
+    ]
+    water = {
+        "parameters": [v.name for v in parameters],
+        "counts": [len(system.omega) for system in sea.waves],
+        "depth": sea.depth,
+        "gravity": sea.gravity,
+        "stretching": sea.stretching,
+    }
+    adapter, seas = Path(moordyn.__file__).parent, Path(moving_water.__file__).parent
+    return replace(
+        source,
+        description=replace(source.description, variables=(*variables, *parameters)),
+        modules={
+            **source.modules,
+            "water_course.py": adapter / "water_course.py",
+            **{name: seas / name for name in ("moving_water.py", "kinematics.py", "dispersion.py")},
+        },
+        data={
+            **source.data,
+            "waves.py": python_source(program).encode(),
+            "water.json": json.dumps(water).encode(),
+        },
     )
 
 

@@ -9,7 +9,10 @@ from .slave_base import M4eSlave  # type: ignore
 
 
 class MooringSlave(M4eSlave):
-    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`."""
+    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`.
+
+    Where `water.json` is, waves move the water.
+    """
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -17,9 +20,32 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        self._lines = LineSystem(text, place=self.resources, **system)
+        self._water, self._of_waves = None, []
+        course = self._moving_water()
+        self._lines = LineSystem(text, course=course, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
         self._started_with = None
+
+    def _moving_water(self):
+        """The course of the water of `water.json`; None if there is none: it stands still."""
+        file = self.resources / "water.json"
+        if not file.exists():
+            return None
+        from . import waves  # type: ignore
+        from .moving_water import MovingWater  # type: ignore
+        from .water_course import WaterCourse  # type: ignore
+
+        water = json.loads(file.read_text(encoding="utf-8"))
+        self._of_waves = [self.index[name] for name in water.pop("parameters")]
+        self._water = MovingWater(waves, **water)
+        return WaterCourse(self._water)
+
+    def _set_waves(self):
+        """Give the water the values of the waves' parameters; return them."""
+        values = [self.values[k] for k in self._of_waves]
+        if self._water is not None:
+            self._water.set(values)
+        return values
 
     def _of_fairleads(self, kind):
         """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
@@ -29,11 +55,12 @@ class MooringSlave(M4eSlave):
         ]
 
     def initialise(self):
-        """Start the lines, unless they have started with the same motion."""
+        """Start the lines, unless they have started with the same motion and waves."""
         motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        if motion != self._started_with:
-            self._lines.start(*motion)
-            self._started_with = motion
+        given = (*motion, self._set_waves())
+        if given != self._started_with:
+            self._lines.start(*motion, self.time)
+            self._started_with = given
             self._warn(self._lines.warnings)
 
     def _warn(self, texts):
@@ -65,6 +92,7 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
+        self._set_waves()
         if saved:
             self._lines.restore(saved)
 

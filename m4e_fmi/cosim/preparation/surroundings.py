@@ -1,7 +1,8 @@
 """Water, waves and gravity that differ between components which belong to one place.
 
 A kind whose configuration has a section `water` is in water of that density, depth and gravity, and
-one with `waves` in that sea. A model that such a component acts on has a gravity, too.
+one with `waves` in that sea, unless they are the word `none`. A model that such a component acts on
+has a gravity, too.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from m4e_fmi.fmu import Description
 UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
 WAVES = "wave"
 """Beginning of the names of parameters of waves."""
+NO_WAVES = "none"
+"""In place of the section: the component shall not feel the waves of others."""
 SAME = 1e-3
 """Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
 
@@ -49,7 +52,7 @@ def _seas(system: System) -> Iterator[str]:
     seas = {
         c.name: (waves, _start_of_waves(c))
         for c in system.components
-        if (waves := _section(c, "waves")) is not None
+        if (waves := _section(c, "waves")) not in (None, NO_WAVES)
     }
     for (first, one), (second, other) in combinations(seas.items(), 2):
         if one == other:
@@ -68,11 +71,12 @@ def _seas(system: System) -> Iterator[str]:
 
 def _start_of_waves(component: Component) -> dict[str, object]:
     """Start values of parameters of the waves."""
-    return {
-        name: value
-        for name, value in component.start.items()
-        if re.split(r"[.[]", name)[0] == WAVES
-    }
+    return {name: value for name, value in component.start.items() if is_of_waves(name)}
+
+
+def is_of_waves(name: str) -> bool:
+    """True of the `name` of a parameter of waves."""
+    return re.split(r"[.[]", name)[0] == WAVES
 
 
 def _weights(

@@ -15,12 +15,12 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
+from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.program import Recorder, Variable
 

@@ -100,6 +100,16 @@ def test_a_ready_file_runs_as_it_is():
     assert force_z < 0
 
 
+def test_waves_move_the_water_around_a_ready_file():
+    """In the depth and gravity of the file."""
+    text = f"file: {CASE1}\nwaves: {{spectrum: regular, height: 2, period: 8}}\n"
+    made = mooring(Document.parse(text).validate(MooringConfig))
+    assert made.sea is not None
+    assert (made.sea.depth, made.sea.gravity) == (300.0, 9.80665)
+    assert "\n1 WaveKin\n" in made.text
+    assert "WaveKin" not in mooring(Document.parse(f"file: {CASE1}").validate(MooringConfig)).text
+
+
 def test_a_ready_file_keeps_what_is_not_ours():
     before, after = tables(CASE1.read_text()), tables(ready_mooring(CASE1, fairleads={}).text)
     assert [r.words for r in after["line types"]] == [r.words for r in before["line types"]]
