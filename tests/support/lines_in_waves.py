@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from m4e_adapters.hydrodynamics.seas.moving_water import MovingWater
-from m4e_adapters.hydrodynamics.seas.system_seas import components_program
+from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.water_course import WaterCourse
@@ -16,10 +16,11 @@ def course(made: Mooring, *, in_space: bool) -> WaterCourse | None:
     sea = made.sea
     if sea is None:
         return None
-    program = components_program(sea.waves, in_space=in_space)
+    program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
     water = MovingWater(
         load_python(program),
         counts=[len(system.omega) for system in sea.waves],
+        current=sea.current is not None,
         depth=sea.depth,
         gravity=sea.gravity,
         stretching=sea.stretching,

@@ -89,5 +89,4 @@ def test_a_wave_pushes_a_taut_line(
             expected.append((whole * math.cos(DIRECTION), whole * math.sin(DIRECTION)))
     lines.close()
     error = np.abs(np.array(found) - np.array(expected)).max(axis=0)
-    print(error / (np.ptp(expected, axis=0) / 2))
     assert (error < 5e-3 * np.ptp(expected, axis=0) / 2).all()

@@ -88,6 +88,5 @@ def test_what_waves_add_to_forces_converges() -> None:
 
     finest = added(0.0125)
     errors = [float(np.abs(added(h) - finest).max()) for h in (0.1, 0.05)]
-    print(errors, np.abs(finest).max())
     assert errors[0] / errors[1] > 3.5
     assert errors[0] < 0.01 * np.abs(finest).max()

@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config import Still, Waves
+from m4e_adapters.hydrodynamics.config import Current, Still, Waves
 from m4e_adapters.hydrodynamics.config.waves import (
     AnyWaves,
     WaveSection,
@@ -161,13 +161,14 @@ class MooringConfig(Section):
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
     waves: those that move the water around the lines, as of hydrodynamics, continued up to the
     surface by `stretching`; default is still water. `none` says that lines stay in still water
-    where others have waves.
+    where others have waves. current: a steady one, in which lines are at rest.
     """
 
     file: str | None = None
     dimensions: Literal[2, 3] = 2
     water: Water | None = None
     waves: WavesOrNone = Still(spectrum="still")
+    current: Current | None = None
     stretching: Stretching = "wheeler"
     fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
@@ -195,6 +196,11 @@ class MooringConfig(Section):
             found = waves_beyond_the_plane(value)
             _raise("waves", [_wrong(place, text, remedy) for place, text, remedy in found])
         return value
+
+    @property
+    def moves_water(self) -> bool:
+        """True if there are waves or a current."""
+        return bool(self.systems) or self.current is not None
 
     def in_still_water(self) -> MooringConfig:
         """The same without waves."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from m4e_adapters.hydrodynamics.config import current_problems
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.moordyn.config import MooringConfig, Seabed, in_space
 from m4e_adapters.moordyn.line_file import line_file
@@ -18,6 +19,7 @@ from m4e_adapters.moordyn.mooring import (
 )
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
 from m4e_adapters.moordyn.stability import SPEED, Segment, clear_of_seabed
+from m4e_fmi.errors import InputError, Problem
 
 
 def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
@@ -55,11 +57,19 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
 
 
 def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> Sea | None:
-    """The water of `depth` [m] that waves move, None if it stands still."""
+    """The water of `depth` [m] that waves and a current move, None if it stands still."""
+    problems = [
+        Problem(text, remedy, keys=place)
+        for place, text, remedy in current_problems(
+            config.current, depth=depth, dimensions=config.dimensions
+        )
+    ]
+    if problems:
+        raise InputError(problems)
     waves = wave_systems(config.systems, depth=depth, gravity=gravity, folder=folder)
-    if not waves:
+    if not config.moves_water:
         return None
-    return Sea(waves, config.stretching, depth=depth, gravity=gravity)
+    return Sea(waves, config.current, config.stretching, depth=depth, gravity=gravity)
 
 
 def _net(config: MooringConfig) -> NetData:
@@ -84,6 +94,8 @@ def _net(config: MooringConfig) -> NetData:
                 mass_per_length=kind.mass_per_length,
                 stiffness=kind.axial_stiffness,
                 bending=kind.bending_stiffness,
+                drag=kind.drag_coefficient,
+                axial_drag=kind.axial_drag_coefficient,
                 density=water.density,
                 gravity=water.gravity,
             )

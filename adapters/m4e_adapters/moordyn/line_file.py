@@ -98,7 +98,7 @@ def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str
     water = config.water
     assert water is not None
     yield from (*QUIET, *RELAXATION)
-    if config.systems:
+    if config.moves_water:
         yield MOVING_WATER
     yield "200" if config.static_equilibrium else "0", "TmaxIC"
     for value, key in (

@@ -129,7 +129,7 @@ class LineSystem:
     def start(self, position, velocity, t=0.0):
         """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
 
-        Lines are at rest, in the equilibrium of still water. MooringError if MoorDyn cannot start
+        Lines are at rest, in the equilibrium without waves. MooringError if MoorDyn cannot start
         there.
         """
         position = [tuple(p) for p in position]
@@ -138,7 +138,7 @@ class LineSystem:
         if self._net is not None and all(isfinite(c) for place in position for c in place):
             places = [in_space(place, y) for place, y in zip(position, self._y, strict=True)]
             net = net_at(self._net, places)
-            found = net.settle()
+            found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
             report = self._moordyn.create(position, search=False, net=net)
         else:
@@ -148,7 +148,7 @@ class LineSystem:
         self._motion = {"position": position, "velocity": rest, "age": 0.0, "given": rest}
         self._motion |= {"time": 0.0, "last": START_STEP}
         if self._course:
-            self._course.stand_still(self._moordyn)
+            self._course.be_calm(self._moordyn)
         self._evaluate(rest)
         self.warnings = [
             *self._notes,

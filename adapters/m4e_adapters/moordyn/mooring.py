@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
-from m4e_adapters.hydrodynamics.seas.kinematics import Stretching
+from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.current import current_velocity
+from m4e_adapters.hydrodynamics.seas.kinematics import Stretching, wavenumber
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
+HEIGHTS = 101  # at which the fastest current is looked for
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 
@@ -45,22 +47,27 @@ class Fairlead:
 
 @dataclass(frozen=True)
 class Sea:
-    """The water around lines, that moves in `waves`: `gravity` [m/s2], `depth` [m]."""
+    """The water around lines, moved by `waves` and a `current`: `gravity` [m/s2], `depth` [m]."""
 
     waves: tuple[WaveSystem, ...]
+    current: Current | None
     stretching: Stretching
     depth: float
     gravity: float
 
     @property
     def speed(self) -> float:
-        """Hardly exceeded by the water at the surface [m/s]: four standard deviations."""
-        energy = 0.0
+        """Hardly exceeded by the water [m/s]: four standard deviations and the current."""
+        energy, steady = 0.0, 0.0
+        if self.current is not None:
+            heights = np.linspace(-self.depth, 0.0, HEIGHTS)
+            found = current_velocity(self.current, heights, depth=self.depth)
+            steady = float(np.linalg.norm(found, axis=1).max())
         for system in self.waves:
             omega, amplitude = system.configured()
             number = wavenumber(omega, depth=self.depth, gravity=self.gravity)
             energy += 0.5 * float(np.sum((omega * amplitude / np.tanh(number * self.depth)) ** 2))
-        return 4.0 * math.sqrt(energy)
+        return 4.0 * math.sqrt(energy) + steady
 
 
 @dataclass(frozen=True)
@@ -104,10 +111,15 @@ def net_line(
     mass_per_length: float,
     stiffness: float,
     bending: float,
+    drag: float,
+    axial_drag: float,
     density: float,
     gravity: float,
 ) -> dict[str, object]:
-    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI."""
+    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI.
+
+    `drag` and `axial_drag` are coefficients, the latter for the area π d l.
+    """
     return {
         "ends": ends,
         "segments": segments,
@@ -117,6 +129,8 @@ def net_line(
         "weight": mass_per_length * gravity,
         "buoyancy": density * gravity * math.pi * diameter**2 / 4,
         "diameter": diameter,
+        "drag": 0.5 * density * diameter * drag,
+        "axial_drag": 0.5 * density * diameter * math.pi * axial_drag,
     }
 
 

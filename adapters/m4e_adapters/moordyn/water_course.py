@@ -19,8 +19,8 @@ class WaterCourse:
     """The motion of the `water` at the nodes of lines, in time.
 
     `water.at(t, places)` gives velocity and acceleration (2, n, 3) [m/s, m/s2] at t [s] and places
-    (n, 3) [m]. `now` is the present motion as two flat lists; all later motions depend on it and on
-    the state of the lines, a `MoorDynSystem`.
+    (n, 3) [m], `water.steady(places)` those without waves. `now` is the present motion as two flat
+    lists; all later motions depend on it and on the state of the lines, a `MoorDynSystem`.
     """
 
     def __init__(self, water):
@@ -29,10 +29,14 @@ class WaterCourse:
         self._interval = (0.0, 0.0)
         self._samples = []  # motions at the interval's beginning, in its middle, at its end
 
-    def stand_still(self, lines):
-        """Let the water stand still for now."""
+    def current(self, places):
+        """Velocities (x, y, z) [m/s] of the water without waves at `places` [m]."""
+        return self._water.steady(np.array(places))[0].tolist()
+
+    def be_calm(self, lines):
+        """Let there be no waves for now."""
         places, _ = lines.nodes()
-        self.now = [[0.0] * (3 * len(places))] * 2
+        self.now = _flat(self._water.steady(np.array(places)))
 
     def begin(self, lines, t):
         """Take the motion at `t` [s] where the nodes are."""

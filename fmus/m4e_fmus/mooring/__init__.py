@@ -13,7 +13,7 @@ from pathlib import Path
 
 from m4e_adapters import moordyn
 from m4e_adapters.hydrodynamics.seas import moving_water
-from m4e_adapters.hydrodynamics.seas.system_seas import components_program
+from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
 from m4e_adapters.moordyn.mooring import Sea
@@ -72,13 +72,13 @@ def make(
     )
     if mooring.sea is None:
         return source
-    tell_doubts(mooring.sea.waves, progress)
-    return _in_waves(source, mooring.sea, in_space=config.dimensions == 3)
+    tell_doubts(mooring.sea.waves, mooring.sea.current, progress)
+    return _in_moving_water(source, mooring.sea, in_space=config.dimensions == 3)
 
 
-def _in_waves(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
+def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
     """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
-    program = components_program(sea.waves, in_space=in_space)
+    program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
     parameters = [v for v in describe(program).variables if v.causality == "parameter"]
     variables = [
         replace(v, initial_dependencies=None) if v.causality == "output" else v
@@ -87,6 +87,7 @@ def _in_waves(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource
     water = {
         "parameters": [v.name for v in parameters],
         "counts": [len(system.omega) for system in sea.waves],
+        "current": sea.current is not None,
         "depth": sea.depth,
         "gravity": sea.gravity,
         "stretching": sea.stretching,
@@ -98,11 +99,11 @@ def _in_waves(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource
         modules={
             **source.modules,
             "water_course.py": adapter / "water_course.py",
-            **{name: seas / name for name in ("moving_water.py", "kinematics.py", "dispersion.py")},
+            **{name: seas / name for name in ("moving_water.py", "kinematics.py")},
         },
         data={
             **source.data,
-            "waves.py": python_source(program).encode(),
+            "water.py": python_source(program).encode(),
             "water.json": json.dumps(water).encode(),
         },
     )

@@ -11,7 +11,7 @@ from .slave_base import M4eSlave  # type: ignore
 class MooringSlave(M4eSlave):
     """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`.
 
-    Where `water.json` is, waves move the water.
+    Where `water.json` is, the water moves.
     """
 
     def __init__(self, **kwargs):
@@ -20,7 +20,7 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        self._water, self._of_waves = None, []
+        self._water, self._of_water, self._values_of_water = None, [], []
         course = self._moving_water()
         self._lines = LineSystem(text, course=course, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
@@ -31,20 +31,21 @@ class MooringSlave(M4eSlave):
         file = self.resources / "water.json"
         if not file.exists():
             return None
-        from . import waves  # type: ignore
+        from . import water as code  # type: ignore
         from .moving_water import MovingWater  # type: ignore
         from .water_course import WaterCourse  # type: ignore
 
         water = json.loads(file.read_text(encoding="utf-8"))
-        self._of_waves = [self.index[name] for name in water.pop("parameters")]
-        self._water = MovingWater(waves, **water)
+        self._of_water = [self.index[name] for name in water.pop("parameters")]
+        self._water = MovingWater(code, **water)
         return WaterCourse(self._water)
 
-    def _set_waves(self):
-        """Give the water the values of the waves' parameters; return them."""
-        values = [self.values[k] for k in self._of_waves]
-        if self._water is not None:
+    def _set_water(self):
+        """Give the water the values of its parameters; return them."""
+        values = [self.values[k] for k in self._of_water]
+        if self._water is not None and values != self._values_of_water:
             self._water.set(values)
+            self._values_of_water = values
         return values
 
     def _of_fairleads(self, kind):
@@ -57,7 +58,7 @@ class MooringSlave(M4eSlave):
     def initialise(self):
         """Start the lines, unless they have started with the same motion and waves."""
         motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        given = (*motion, self._set_waves())
+        given = (*motion, self._set_water())
         if given != self._started_with:
             self._lines.start(*motion, self.time)
             self._started_with = given
@@ -69,6 +70,7 @@ class MooringSlave(M4eSlave):
 
     def step(self, t, h):
         """Advance from t over h [s]."""
+        self._set_water()
         self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
 
     def update(self):
@@ -92,7 +94,7 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
-        self._set_waves()
+        self._set_water()
         if saved:
             self._lines.restore(saved)
 

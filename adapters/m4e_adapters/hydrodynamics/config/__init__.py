@@ -6,7 +6,7 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
-    Drag,
+    BodyPoint,
     Frequencies,
     HydrodynamicsConfig,
     Loads,
@@ -14,6 +14,8 @@ from m4e_adapters.hydrodynamics.config.component import (
     Water,
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
@@ -46,9 +48,11 @@ __all__ = [
     "PEAK_ENHANCEMENT",
     "AnyWaves",
     "Body",
+    "BodyPoint",
     "Box",
     "Component",
     "ComponentWaves",
+    "Current",
     "Cylinder",
     "Drag",
     "Drift",
@@ -72,6 +76,7 @@ __all__ = [
     "Water",
     "WaveSection",
     "Waves",
+    "current_problems",
     "keys_without_effect",
     "wave_sections",
 ]

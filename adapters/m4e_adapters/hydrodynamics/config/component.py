@@ -9,19 +9,23 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag, drag_beyond_the_plane
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
     Depth,
     Finite,
-    NotNegative,
     Order,
     Place,
     Positive,
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
 from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
+OWN_NAMES = ("wave", "heading")
+"""First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
 
@@ -32,21 +36,6 @@ class Water(Section):
     density: Positive = 1025.0
     depth: Depth = math.inf
     gravity: Positive = 9.81
-
-
-class Drag(Section):
-    """Quadratic drag F = −c |v| v at the centre of gravity, in still water.
-
-    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
-    Sway, roll and yaw are motions of space.
-    """
-
-    surge: NotNegative = 0.0
-    sway: NotNegative = 0.0
-    heave: NotNegative = 0.0
-    roll: NotNegative = 0.0
-    pitch: NotNegative = 0.0
-    yaw: NotNegative = 0.0
 
 
 class Body(Section):
@@ -70,6 +59,15 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+
+
+class BodyPoint(Section):
+    """A point of a `body`, as the edge of a deck: `at` [x, z] [m] in the reference pose, [x, y, z]
+    in space, where the heading counts as 0.
+    """
+
+    body: str
+    at: Place
 
 
 class Frequencies(Section):
@@ -127,7 +125,7 @@ class Loads(Section):
 
 
 class HydrodynamicsConfig(Section):
-    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
+    """Floating bodies in water: linear potential flow, drag, waves, a current that makes drag.
 
     `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
@@ -136,7 +134,7 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another.
+    body's motion on another. Of `points` the height above the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -146,15 +144,17 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
+    current: Current | None = None
     loads: Loads = Loads()
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
-        wrong = [*misplaced(self.bodies, self.dimensions), *_switched_off(self)]
-        wrong += _of_its_source(self)
+        wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
+        wrong += [*_of_its_source(self), *_of_current(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -215,6 +215,22 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
 
 
+def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """A current that does not suit the water, or moves nothing."""
+    current = config.current
+    yield from (
+        _wrong(*problem)
+        for problem in current_problems(
+            current, depth=config.water.depth, dimensions=config.dimensions
+        )
+    )
+    moving = [body for body in config.bodies.values() if not body.fixed]
+    still = all(body.drag.water == "still" for body in moving)
+    if current is not None and (still or config.loads.drag == "none"):
+        text = "'current' has no effect: it acts by drag, which is switched off or 'water: still'"
+        yield _wrong(("current",), text, "remove it, or let a body have drag in moving water")
+
+
 def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
     if config.coefficients is not None:
@@ -250,15 +266,29 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(("bodies", name, "fixed"), text, remedy)
 
 
+def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
+    for name, point in config.points.items():
+        if point.body not in config.bodies:
+            text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
+            yield _wrong(("points", name, "body"), text, remedy)
+        if name in config.bodies or name in OWN_NAMES:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong(("points", name), text, "give the point another name")
+        if len(point.at) != config.dimensions:
+            text = f"'at' has {len(point.at)} coordinates, expected {axes}"
+            yield _wrong(("points", name, "at"), text, f"write {axes}")
+
+
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
-        for motion in ("sway", "roll", "yaw"):
-            if motion in body.drag.model_fields_set:
-                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", OF_SPACE)
+        for keys in drag_beyond_the_plane(body.drag):
+            yield _wrong(("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE)
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:

@@ -20,7 +20,7 @@ from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
-from m4e_adapters.hydrodynamics.seas.dispersion import angular_frequency, wavenumber
+from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 
 CODE = (

@@ -21,7 +21,15 @@ from pathlib import Path
 from typing import Protocol
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import AnyWaves, Drag, Loads, Radiation, Still
+from m4e_adapters.hydrodynamics.config import (
+    AnyWaves,
+    BodyPoint,
+    Current,
+    Drag,
+    Loads,
+    Radiation,
+    Still,
+)
 from m4e_adapters.hydrodynamics.drift.bodies import (
     matched_drifts,
     record_drifts,
@@ -32,6 +40,12 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
+from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
+from m4e_adapters.hydrodynamics.load.drag import (
+    bodies_in_moving_water,
+    record_drag,
+    record_water_velocity,
+)
 from m4e_adapters.hydrodynamics.load.motions import record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
     publish_added_mass,
@@ -39,13 +53,13 @@ from m4e_adapters.hydrodynamics.load.outputs import (
     record_outputs,
 )
 from m4e_adapters.hydrodynamics.load.parts import (
-    record_drag,
     record_hydrostatics,
     record_memory,
 )
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.seas.excitation import towards_each
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
 from m4e_fmi.errors import InputError
@@ -66,6 +80,8 @@ class RecordSea(Protocol):
         directed: Sequence[Coefficients],
         heading: Number,
         places: Sequence[tuple[Number, Number]],
+        gauges: Sequence[tuple[Number, Number]],
+        waters: Sequence[Triple],
     ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
@@ -81,10 +97,12 @@ def hydrodynamics_program(
     name: str = "hydrodynamics",
     waves: AnyWaves | None = None,
     drag: Mapping[str, Drag] | None = None,
+    current: Current | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
     loads: Loads | None = None,
     drift: Mapping[str, BodyDrift] | None = None,
+    points: Mapping[str, BodyPoint] | None = None,
     sea: RecordSea = record_sea,
     memory: RadiationMemory | None = None,
     folder: Path = Path(),
@@ -96,12 +114,14 @@ def hydrodynamics_program(
     ----------
     waves : None for still water; otherwise they must travel in directions that `coefficients` are
         for.
-    drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
+    drag : drag by body name; bodies left out start with none (it stays tunable).
+    current : of the water, which drag is relative to.
     radiation : order of the radiation memory; None: automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
     drift : second-order drift by body name.
+    points : of bodies, whose air gaps are outputs.
     sea : records the waves and gives the excitation of each motion.
     memory : of the radiation; None: it is fitted.
     folder : where files of the waves are.
@@ -143,16 +163,29 @@ def hydrodynamics_program(
         fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     angle = moved.axes.angle if moved.axes else 0.0
+    on_bodies = points_on_bodies(coefficients, points or {})
+    acts_drag = acting.drag != "none"
+    in_water = bodies_in_moving_water(coefficients, drag or {}, current) if acts_drag else ()
     waves_on = sea(
-        recorder, systems, coefficients, directed=directed, heading=angle, places=moved.places
+        recorder,
+        systems,
+        coefficients,
+        directed=directed,
+        heading=angle,
+        places=moved.places,
+        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
+        waters=[body.place(coefficients, moved.reference) for body in in_water],
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
     if acting.hydrostatics != "none":
         restoring = record_hydrostatics(recorder, coefficients, moved.displacement)
         parts = {"hydrostatic": restoring, **parts}
-    if acting.drag != "none":
-        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity)
+    if acts_drag:
+        water = record_water_velocity(
+            recorder, coefficients, current, moved, in_water, waves_on.velocities
+        )
+        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity, water)
     if drifts:
         parts["drift"] = record_drifts(
             recorder, drifts, drifting, waves_on.waves, coefficients, moved
@@ -163,6 +196,7 @@ def hydrodynamics_program(
         acts = {name: part[own] for name, part in parts.items()}
         record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
         record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
+    record_air_gaps(recorder, coefficients, moved, on_bodies, waves_on.levels)
     if fitted is not None:
         publish = recorder.output if turning.filter_time else recorder.calculate
         publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)

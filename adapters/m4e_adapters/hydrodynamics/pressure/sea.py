@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
+from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 
 Data = dict[str, list[float] | float]

@@ -1,4 +1,4 @@
-"""Linear (Airy) waves as a sum of components: elevation, velocity, acceleration, pressure.
+"""Linear (Airy) waves as a sum of components: dispersion, elevation, velocity, pressure.
 
 With θ_k = ω_k t − k_k (x cos β_k + y sin β_k) + φ_k and the still-water level z = 0, the sea bed
 z = −h:
@@ -8,7 +8,7 @@ z = −h:
     w = −Σ a ω sinh k(z + h)/sinh kh sin θ        upwards
 
 p is the dynamic pressure, without −ρ g z. Accelerations are local: ∂/∂t at a fixed place.
-Travels inside FMUs: imports numpy and `dispersion` only.
+Travels inside FMUs: imports numpy only.
 
 Linear theory ends at z = 0. "wheeler" (J. D. Wheeler, "Method for calculating forces produced by
 irregular waves", Journal of Petroleum Technology 22, 1970) evaluates the profiles at
@@ -28,9 +28,32 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .dispersion import wavenumber
-
 Stretching = Literal["wheeler", "linear"]
+STEPS = 12  # of Newton's method for wavenumbers, which ends at rounding for every depth
+
+
+def angular_frequency(wavenumber: ArrayLike, *, depth: float, gravity: float) -> np.ndarray:
+    """ω (n,) or scalar [rad/s] of `wavenumber` (n,) or scalar [rad/m]: ω² = g k tanh(k h)."""
+    k = np.asarray(wavenumber, dtype=float)
+    return np.sqrt(gravity * k * np.tanh(k * depth if math.isfinite(depth) else np.inf))
+
+
+def wavenumber(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
+    """k (n,) [rad/m] of waves of `omega` (n,) or scalar [rad/s] ≥ 0: root of ω² = g k tanh(k h).
+
+    Newton's method on y tanh y = ω² h/g, y = k h, from a start that is close in deep and in
+    shallow water alike; it converges from above, quadratically.
+    """
+    omega = np.asarray(omega, dtype=float)
+    deep = omega**2 / gravity
+    if math.isinf(depth):
+        return deep
+    target = deep * depth
+    y = np.maximum(np.sqrt(target), target)
+    for _ in range(STEPS):
+        slope = np.tanh(y) + y / np.cosh(np.minimum(y, 300.0)) ** 2
+        y = y - np.where(target > 0, (y * np.tanh(y) - target) / np.where(slope > 0, slope, 1), 0)
+    return y / depth
 
 
 @dataclass(frozen=True)
@@ -126,6 +149,26 @@ def _levels(
         level = np.minimum(wet, 0.0)
         above = wet - level
     return np.maximum(level, -waves.depth), above
+
+
+def velocity_per_amplitude(
+    omega: np.ndarray,
+    directions: np.ndarray,
+    place: tuple[float, float, float],
+    *,
+    depth: float,
+    number: np.ndarray,
+) -> np.ndarray:
+    """Velocity (k, 3) [1/s] per amplitude of waves of `omega` (k,) [rad/s], for e^{−iωt}.
+
+    They travel to `directions` (k,) [rad] and have the wavenumbers `number` (k,) [rad/m]. `place`
+    (x, y, z) [m], which counts as at z = 0 if it is above.
+    """
+    x, y, z = place
+    crest = np.exp(1j * number * (x * np.cos(directions) + y * np.sin(directions)))
+    along, upwards, _ = depth_profiles(number, max(min(z, 0.0), -depth), depth)
+    u, w = omega * along * crest, -1j * omega * upwards * crest
+    return np.stack([u * np.cos(directions), u * np.sin(directions), w], axis=1)
 
 
 def depth_profiles(

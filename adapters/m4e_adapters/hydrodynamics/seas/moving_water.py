@@ -30,14 +30,16 @@ class ComponentCode(Protocol):
 
 
 class MovingWater:
-    """Waves that grow with their ramps.
+    """Waves that grow with their ramps, and a current.
 
     Parameters
     ----------
     code
-        The components of the waves and their ramps, as functions of the parameters.
+        The components of the waves, their ramps and the current, as functions of the parameters.
     counts
         How many components each system of waves has.
+    current
+        True if there is a current.
     depth
         Of the water [m], None if it is deep.
     gravity
@@ -51,11 +53,12 @@ class MovingWater:
         code: ComponentCode,
         *,
         counts: Sequence[int],
+        current: bool,
         depth: float | None,
         gravity: float,
         stretching: Stretching,
     ) -> None:
-        self._code, self._counts = code, list(counts)
+        self._code, self._counts, self._flows = code, list(counts), current
         self._depth = math.inf if depth is None else depth
         self._gravity = gravity
         self._stretching: Stretching = stretching
@@ -80,9 +83,23 @@ class MovingWater:
         """
         if self._waves is None:
             raise ValueError("the parameters of the waves are not set")
-        ramps = self._code.outputs(t, [], [], self._parameters, self._fixed)
-        waves = self._waves
-        if any(ramp != 1.0 for ramp in ramps):
-            waves = waves.scaled(np.repeat(ramps, self._counts))
-        found = flow(waves, t, places, stretching=self._stretching)
-        return np.stack([found.velocity, found.acceleration])
+        result = self.steady(places)
+        if self._counts:
+            ramps = self._outputs(t, 0.0)[:-2]
+            waves = self._waves
+            if any(ramp != 1.0 for ramp in ramps):
+                waves = waves.scaled(np.repeat(ramps, self._counts))
+            found = flow(waves, t, places, stretching=self._stretching)
+            result += np.stack([found.velocity, found.acceleration])
+        return result
+
+    def steady(self, places: np.ndarray) -> np.ndarray:
+        """As `at` [m/s, m/s2], (2, n, 3), without waves; `places` (n, 3) [m]."""
+        result = np.zeros((2, len(places), 3))
+        if self._flows:
+            result[0, :, :2] = [self._outputs(0.0, z)[-2:] for z in places[:, 2].tolist()]
+        return result
+
+    def _outputs(self, t: float, z: float) -> list[float]:
+        """Ramps at `t` [s], and the current (x, y) [m/s] at the height `z` [m]."""
+        return self._code.outputs(t, [], [z], self._parameters, self._fixed)

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.current import record_current
 from m4e_adapters.hydrodynamics.seas.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.moving_water import MOVED
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
@@ -43,13 +45,16 @@ def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> C
     )
 
 
-def components_program(waves: Sequence[WaveSystem], *, in_space: bool) -> Program:
-    """A program of the parameters of `waves`, for `moving_water.MovingWater`.
+def water_program(
+    waves: Sequence[WaveSystem], current: Current | None, *, depth: float, in_space: bool
+) -> Program:
+    """A program of the parameters of `waves` and a `current`, for `moving_water.MovingWater`.
 
     Its calculated parameters are the components' frequencies, amplitudes, phases and directions
-    (`MOVED`), each of all systems, its outputs the ramps of the systems.
+    (`MOVED`), each of all systems; its outputs the ramps of the systems, and the velocity (x, y) of
+    the current at the height of its input. `depth` in m.
     """
-    recorder = Recorder("waves", "components of the waves")
+    recorder = Recorder("water", "waves and a current")
     recorded = [(system.name, system.record(recorder, in_space=in_space)) for system in waves]
     columns = {name: list[Number]() for name in MOVED}
     for name, own in recorded:
@@ -62,6 +67,10 @@ def components_program(waves: Sequence[WaveSystem], *, in_space: bool) -> Progra
         for k, value in enumerate(values):
             text = f"{column} of a component of the waves"
             recorder.calculate(Variable(f"{column}[{k + 1}]", unit, text), value)
+    flowing = record_current(recorder, current, depth=depth, in_space=in_space)
+    height = recorder.input(Variable("z", "m", "height"))
+    for axis, value in zip("xy", flowing.velocity(height), strict=True):
+        recorder.output(Variable(f"current_{axis}", "m/s", f"current along {axis}"), value)
     return recorder.program()
 
 

@@ -210,7 +210,7 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
     types = {row.words[0]: row.words for row in file.rows("line types")}
     lines = []
     for row in file.rows("lines"):
-        d, m, ea, _, ei = (float(word) for word in types[row.words[1]][1:6])
+        d, m, ea, _, ei, cd, _, cdax = (float(word) for word in types[row.words[1]][1:9])
         a, b = (int(end) - 1 for end in _ends(row))
         lines.append(
             net_line(
@@ -221,6 +221,8 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
                 mass_per_length=m,
                 stiffness=ea,
                 bending=ei,
+                drag=cd,
+                axial_drag=cdax,
                 density=density,
                 gravity=gravity,
             )

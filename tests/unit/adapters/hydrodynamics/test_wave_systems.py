@@ -10,9 +10,8 @@ import pytest
 
 from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Record, Regular, Tma
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
-from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import Components, elevation
+from m4e_adapters.hydrodynamics.seas.kinematics import Components, elevation, wavenumber
 from m4e_adapters.hydrodynamics.seas.spectra import TAPERED, depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import PERIODS, WaveSystem

@@ -156,3 +156,15 @@ def test_lines_belong_to_the_sea_or_say_that_they_do_not(
     found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
     assert len(found) == count
     assert all("of mooring (line 17) differ: components in one sea need" in line for line in found)
+
+
+@pytest.mark.parametrize(("speed", "count"), [("2", 0), ("1", 1), ("", 1)])
+def test_currents_that_differ_are_told(tmp_path: Path, speed: str, count: int) -> None:
+    """Another speed, or none."""
+    text = SEAS.format(waves="*sea", start="")
+    text = text.replace("    bodies:", "    current: {speed: 2}\n    bodies:")
+    if speed:
+        text = text.replace("    points:", f"    current: {{speed: {speed}}}\n    points:")
+    (tmp_path / "seas.yaml").write_text(text)
+    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
+    assert [line[:33] for line in found] == ["the current of hydro (line 7) and"] * count

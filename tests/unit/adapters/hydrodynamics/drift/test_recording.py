@@ -14,8 +14,8 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift, MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.geometry.motions import HEAVE, PITCH, SURGE, SWAY, YAW
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
-from m4e_adapters.hydrodynamics.seas.dispersion import wavenumber
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError
