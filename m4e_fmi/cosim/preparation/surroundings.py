@@ -69,9 +69,8 @@ def _seas(system: System, key: str) -> Iterator[str]:
             how, remedy = f"start values of {key}", "set them in all of them"
         else:
             how, name = key, SHARED[key]
-            remedy = (
-                f"write the section once, `{key}: &{name} {{…}}`, and `{key}: *{name}` elsewhere"
-            )
+            remedy = f"write the section once, `{key}: &{name} {{…}}`, and `{key}: *{name}`"
+            remedy += " elsewhere"
         yield (
             f"the {how} of {first}{_line(system, first, key)} and of "
             f"{second}{_line(system, second, key)} differ: components in one sea need the "
