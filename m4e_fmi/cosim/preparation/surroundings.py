@@ -1,8 +1,8 @@
 """Water, waves and gravity that differ between components which belong to one place.
 
 A kind whose configuration has a section `water` is in water of that density, depth and gravity, and
-one with `waves` or a `current` in that sea, unless its waves are the word `none`. A model that such a component acts on
-has a gravity, too.
+one with `waves` or a `current` in that sea, unless its waves are the word `none`. A model that such
+a component acts on has a gravity, too.
 """
 
 from __future__ import annotations
