@@ -179,6 +179,7 @@ def depth_profiles(
     For `wavenumber` k (n,) [rad/m] at a `level` z ≤ 0 (...,) or scalar [m]; `depth` h [m].
     """
     bed = np.exp(-2.0 * wavenumber * depth)
-    up = np.exp(wavenumber * np.asarray(level)[..., None])
-    down = bed / up
+    above = np.asarray(level)[..., None]
+    up = np.exp(wavenumber * above)
+    down = np.exp(-wavenumber * (above + 2.0 * depth))  # bed/up is 0/0 where short waves end
     return (up + down) / (1.0 - bed), (up - down) / (1.0 - bed), (up + down) / (1.0 + bed)

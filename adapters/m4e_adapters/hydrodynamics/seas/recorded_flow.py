@@ -166,4 +166,5 @@ def _profile(water: Water, number: Number, level: Number) -> tuple[Number, Numbe
     if math.isinf(water.depth):
         return up, 0.0, 1.0, 1.0
     bed = exp(-2.0 * water.depth * number)
-    return up, bed / up, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)
+    down = exp(-number * (level + 2.0 * water.depth))  # bed/up is 0/0 where short waves end
+    return up, down, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)

@@ -80,6 +80,13 @@ def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None
     assert min(heights) < 0 < max(heights)
 
 
+def test_short_waves_leave_deep_water_at_rest() -> None:
+    waves = "{spectrum: regular, height: 0.05, period: 0.8, ramp_time: 0}"
+    found = program(f"water: {{depth: 400}}\nwaves: {waves}\npoints: {{bed: [0, -400]}}\n")
+    values = outputs(found, 0.3)
+    assert values["bed.velocity_x"] == values["bed.dynamic_pressure"] == 0.0
+
+
 @pytest.mark.parametrize(
     "waves",
     [
