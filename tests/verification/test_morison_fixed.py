@@ -12,16 +12,16 @@ from scipy.integrate import quad_vec
 from scipy.optimize import brentq
 
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.current import current_velocity
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import (
+from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
+from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
     Stretching,
     acceleration,
     elevation,
     velocity,
 )
-from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.morison import MorisonConfig, morison_program
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python

@@ -25,8 +25,8 @@ from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
-from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 

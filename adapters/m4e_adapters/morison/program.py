@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, places_in_space, point_in_space
-from m4e_adapters.hydrodynamics.seas.current import current_doubts, record_current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.recorded_flow import RecordedFlow
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.added_mass import (
     Matrix,
     added_mass,

@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_adapters.hydrodynamics.seas.recorded_flow import RecordedFlow
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.config import Member
 from m4e_adapters.morison.motion import Axis, BodyMotion, axis_of
 from m4e_adapters.morison.vectors import (

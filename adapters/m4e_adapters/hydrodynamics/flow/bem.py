@@ -21,7 +21,7 @@ from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver
 from m4e_adapters.hydrodynamics.flow.gap_lid import DampedLid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
-from m4e_adapters.hydrodynamics.seas.waves import angular_frequency, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 
 CODE = (

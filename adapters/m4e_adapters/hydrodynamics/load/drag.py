@@ -17,8 +17,8 @@ from m4e_adapters.hydrodynamics.config import Current, Drag
 from m4e_adapters.hydrodynamics.geometry.motions import Motion
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.motions import Motions
-from m4e_adapters.hydrodynamics.seas.current import record_current
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 Vector = list[Scalar | float]

@@ -195,9 +195,8 @@ def _surcharge(weights: np.ndarray, *, duration: float, highest: float) -> float
     `highest` [rad/s], above which it falls as 1/ω², and SAMPLES times in each of its waves 2π/T.
     """
     omega = np.linspace(0.0, highest, 1 + int(SAMPLES * highest * duration / (2 * np.pi)))
-    found = np.tensordot(
-        history.responses(omega, duration=duration, count=len(weights)), weights, axes=1
-    ).real
+    responses = history.responses(omega, duration=duration, count=len(weights))
+    found = np.tensordot(np.real(responses), weights, axes=1)
     least = np.linalg.eigvalsh(0.5 * (found + found.swapaxes(1, 2))).min()
     return float(MARGIN * max(0.0, -least))
 

@@ -18,13 +18,12 @@ from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.kinematics import velocity_per_amplitude
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.program import Recorder, Variable
 

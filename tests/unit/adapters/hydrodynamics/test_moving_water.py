@@ -12,7 +12,7 @@ import pytest
 from m4e_adapters.hydrodynamics.build import check_config, program_in_waves
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.doubts import flow_doubts
-from m4e_adapters.hydrodynamics.seas.kinematics import Components, velocity
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
@@ -75,7 +75,7 @@ def of_wave(direction: float, t: float) -> np.ndarray:
         direction=np.array([direction]),
         depth=DEPTH,
     )
-    return velocity(wave, t, np.array(CENTER), stretching="linear")
+    return flow(wave, t, np.array(CENTER), stretching="linear").velocity
 
 
 SPEED = 1.3 * ((DEPTH + CENTER[2]) / DEPTH) ** 0.2

@@ -12,13 +12,8 @@ from support.calm_water import calm
 
 from m4e_adapters.hydrodynamics import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import (
-    acceleration,
-    dynamic_pressure,
-    elevation,
-    velocity,
-)
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_adapters.sea.waves_at_points import sea_in_waves
 from m4e_fmi.errors import InputError
@@ -71,19 +66,25 @@ def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None
         inputs = {f"above.{axis}": x for axis, x in zip("xyz", moved.tolist(), strict=True)}
         values = outputs(found, time, inputs)
         for name, place in {"below": np.array([30.0, -12.0, -2.5]), "above": moved}.items():
-            height = float(elevation(waves, time, place[0], place[1]))
+            water = flow(waves, time, place, stretching=given.stretching)
+            height = float(water.elevation)
             heights.append(height - place[2])
             assert values[f"{name}.elevation"] == pytest.approx(height, abs=1e-12)
             assert values[f"{name}.submergence"] == pytest.approx(height - place[2], abs=1e-12)
-            for what, law in (("velocity", velocity), ("acceleration", acceleration)):
-                expected = law(waves, time, place, stretching=given.stretching)
+            expected = {"velocity": water.velocity, "acceleration": water.acceleration}
+            for what, vector in expected.items():
                 shown = [values[f"{name}.{what}_{axis}"] for axis in "xyz"]
-                np.testing.assert_allclose(shown, expected, atol=1e-12)
-            pressure = dynamic_pressure(
-                waves, time, place, density=1025.0, stretching=given.stretching
-            )
-            assert values[f"{name}.dynamic_pressure"] == pytest.approx(float(pressure), abs=1e-8)
+                np.testing.assert_allclose(shown, vector, atol=1e-12)
+            pressure = 1025.0 * 9.81 * float(water.head)
+            assert values[f"{name}.dynamic_pressure"] == pytest.approx(pressure, abs=1e-8)
     assert min(heights) < 0 < max(heights)
+
+
+def test_short_waves_leave_deep_water_at_rest() -> None:
+    waves = "{spectrum: regular, height: 0.05, period: 0.8, ramp_time: 0}"
+    found = program(f"water: {{depth: 400}}\nwaves: {waves}\npoints: {{bed: [0, -400]}}\n")
+    values = outputs(found, 0.3)
+    assert values["bed.velocity_x"] == values["bed.dynamic_pressure"] == 0.0
 
 
 @pytest.mark.parametrize(

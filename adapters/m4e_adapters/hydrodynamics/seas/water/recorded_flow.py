@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.seas.current import NO_CURRENT, RecordedCurrent
-from m4e_adapters.hydrodynamics.seas.kinematics import Stretching
 from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves
+from m4e_adapters.hydrodynamics.seas.water.current import NO_CURRENT, RecordedCurrent
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_fmi.program import Scalar, cos, exp, maximum, minimum, sin
 
 Number = Scalar | float
@@ -166,4 +166,5 @@ def _profile(water: Water, number: Number, level: Number) -> tuple[Number, Numbe
     if math.isinf(water.depth):
         return up, 0.0, 1.0, 1.0
     bed = exp(-2.0 * water.depth * number)
-    return up, bed / up, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)
+    down = exp(-number * (level + 2.0 * water.depth))  # bed/up is 0/0 where short waves end
+    return up, down, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)
