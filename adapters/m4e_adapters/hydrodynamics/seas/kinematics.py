@@ -152,6 +152,26 @@ def _levels(
     return np.maximum(level, -waves.depth), above
 
 
+def velocity_per_amplitude(
+    omega: np.ndarray,
+    directions: np.ndarray,
+    place: tuple[float, float, float],
+    *,
+    depth: float,
+    number: np.ndarray,
+) -> np.ndarray:
+    """Velocity (k, 3) [1/s] per amplitude of waves of `omega` (k,) [rad/s], for e^{−iωt}.
+
+    They travel to `directions` (k,) [rad] and have the wavenumbers `number` (k,) [rad/m]. `place`
+    (x, y, z) [m], which counts as at z = 0 if it is above.
+    """
+    x, y, z = place
+    crest = np.exp(1j * number * (x * np.cos(directions) + y * np.sin(directions)))
+    along, upwards, _ = depth_profiles(number, max(min(z, 0.0), -depth), depth)
+    u, w = omega * along * crest, -1j * omega * upwards * crest
+    return np.stack([u * np.cos(directions), u * np.sin(directions), w], axis=1)
+
+
 def depth_profiles(
     wavenumber: np.ndarray, level: np.ndarray | float, depth: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

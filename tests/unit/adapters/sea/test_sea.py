@@ -194,3 +194,20 @@ def test_seas_that_there_are_not_are_told() -> None:
     sea_program(config(text), name="sea", folder=Path(), progress=told.append)
     (line,) = told
     assert line.startswith("warning: the sea is too steep")
+
+
+def test_a_current_adds_its_velocity_at_the_height_of_the_point() -> None:
+    still = SEA.format(stretching="wheeler", depth=40)
+    moving = still + "current: {speed: 1.4, direction: 60, profile: 0.2}\n"
+    told: list[str] = []
+    flowing = sea_program(config(moving), name="sea", folder=Path(), progress=told.append)
+    assert any("no Doppler shift" in text for text in told)
+    without, with_it = outputs(program(still), 7.0), outputs(flowing, 7.0)
+    beta, speed = math.radians(60), 1.4 * ((40 - 2.5) / 40) ** 0.2
+    added = {"below.velocity_x": speed * math.cos(beta), "below.velocity_y": speed * math.sin(beta)}
+    for name, value in without.items():
+        if not name.startswith(("origin.velocity", "above.velocity")):
+            assert with_it[name] == pytest.approx(value + added.get(name, 0.0), abs=1e-12), name
+    assert with_it["above.velocity_x"] - without["above.velocity_x"] == pytest.approx(0.7)
+    in_waves, _ = sea_in_waves(config(moving), name="sea", folder=Path(), progress=tell_nothing)
+    assert outputs(in_waves, 0.0)["below.velocity_x"] == pytest.approx(speed * math.cos(beta))
