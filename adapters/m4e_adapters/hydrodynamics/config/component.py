@@ -21,7 +21,12 @@ from m4e_adapters.hydrodynamics.config.numbers import (
     Positive,
 )
 from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_adapters.hydrodynamics.config.waves import (
+    Still,
+    Waves,
+    wave_sections,
+    waves_beyond_the_plane,
+)
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
@@ -120,7 +125,9 @@ class Loads(Section):
     """Parts of the load; one that is `none` acts not, or is left to another component.
 
     `froude_krylov` is the force of the undisturbed waves, `diffraction` that of the waves which the
-    body scatters; `radiation` includes the added mass; `drag` is that of the bodies.
+    body scatters; `radiation` includes the added mass; `drag` is that of the bodies. Froude-Krylov
+    and diffraction are those of the waves at the `reference` place of each body, or with
+    `excitation_at: displaced` where it is.
     """
 
     hydrostatics: Literal["linear", "none"] = "linear"
@@ -128,6 +135,12 @@ class Loads(Section):
     diffraction: Literal["linear", "none"] = "linear"
     radiation: Literal["linear", "none"] = "linear"
     drag: Literal["quadratic", "none"] = "quadratic"
+    excitation_at: Literal["reference", "displaced"] = "reference"
+
+    @property
+    def displaced(self) -> bool:
+        """True if the excitation is that where the bodies are."""
+        return self.excitation_at == "displaced"
 
     @property
     def excitation(self) -> tuple[str, ...]:
@@ -183,7 +196,7 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
-        wrong += [*_of_its_source(self), *_of_current(self)]
+        wrong += [*_of_its_source(self), *_of_current(self), *_of_displaced(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -251,6 +264,21 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         if config.loads.drag == "none" and "drag" in body.model_fields_set:
             keys = ("bodies", name, "drag")
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
+
+
+def _of_displaced(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Excitation at the displaced place that has no effect, or counts drift twice."""
+    if not config.loads.displaced:
+        return
+    place = ("loads", "excitation_at")
+    if not config.loads.excitation or not wave_sections(config.waves):
+        text = "'excitation_at' has no effect: there are no waves, or they do not excite"
+        yield _wrong(place, text, "remove it")
+    for name, body in config.bodies.items():
+        if body.drift is not None:
+            text = "the excitation at the displaced place has a part of the second-order drift of "
+            remedy = "remove the body's drift, or excitation_at"
+            yield _wrong(place, f"{text}body {name!r}, which counts it all", remedy)
 
 
 def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:

@@ -77,6 +77,7 @@ class RecordSea(Protocol):
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
         waters: Sequence[Triple],
+        offsets: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
@@ -156,6 +157,8 @@ def hydrodynamics_program(
     on_bodies = points_on_bodies(coefficients, points or {})
     acts_drag = acting.drag != "none"
     in_water = bodies_in_moving_water(coefficients, drag or {}, current) if acts_drag else ()
+    offsets = moved.offsets(coefficients) if acting.displaced else []
+    waters = [body.place(coefficients, moved.reference, offsets) for body in in_water]
     waves_on = sea(
         recorder,
         matched.systems,
@@ -164,7 +167,8 @@ def hydrodynamics_program(
         heading=moved.axes.angle if moved.axes else 0.0,
         places=moved.places,
         gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
-        waters=[body.place(coefficients, moved.reference) for body in in_water],
+        waters=waters,
+        offsets=offsets,
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
@@ -180,7 +184,7 @@ def hydrodynamics_program(
         parts["drift"] = record_drifts(
             recorder, drifts, matched.drifts, waves_on.waves, coefficients, moved
         )
-    _record_bodies(recorder, coefficients, parts, moved, matched.systems, drifts)
+    _record_bodies(recorder, coefficients, parts, moved, matched.systems, drifts, acting)
     record_air_gaps(recorder, coefficients, moved, on_bodies, waves_on.levels)
     if fitted is not None:
         publish = recorder.output if matched.heading.filter_time else recorder.calculate
@@ -195,14 +199,16 @@ def _record_bodies(
     moved: Motions,
     waves: Sequence[WaveSystem],
     drifts: Mapping[str, BodyDrift],
+    loads: Loads,
 ) -> None:
     """Wrench, its parts and displacement of each body."""
+    held = () if loads.displaced else waves
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
         shown = shown_motions(drifts.get(body), coefficients)
         acts = {name: part[own] for name, part in parts.items()}
         record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
-        record_displacement(recorder, body, coefficients, moved.displacement[own], k, waves)
+        record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
 
 
 def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:

@@ -89,13 +89,14 @@ class HullWaves:
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
         waters: Sequence[Triple],
+        offsets: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
         Other than of a sea, directions, `heading` and places are asked for by `per_amplitude`
         only.
         """
-        del directed, heading, places, gauges, waters
+        del directed, heading, places, gauges, waters, offsets
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -141,7 +142,7 @@ class HullWaves:
         elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
         columns = [np.ones((len(omega), 1)), forces, elevations]
         for body in self.in_water:
-            x, y, z = (float(value) for value in body.place(c, reference))
+            x, y, z = (float(value) for value in body.place(c, reference, ()))
             flow = velocity_per_amplitude(
                 omega, directions, (x, y, z), depth=c.depth, number=number
             )
