@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
+from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
@@ -19,6 +20,45 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Variable
 
 COMPONENTS = 300  # of a sea that is asked for
+
+
+class SystemWaves(ABC):
+    """Answers about waves that forces of any wave give alike, whatever the forces are.
+
+    They are part of `m4e_fmi.analysis.response.WaveForces`.
+    """
+
+    @property
+    @abstractmethod
+    def systems(self) -> Sequence[WaveSystem]:
+        """The configured systems of waves."""
+
+    @property
+    @abstractmethod
+    def surroundings(self) -> tuple[float, float]:
+        """Depth [m] and gravity [m/s2]."""
+
+    def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
+        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
+        depth, gravity = self.surroundings
+        return breaking_heights(omega, depth=depth, gravity=gravity)
+
+    def own_sea(self, values: Mapping[str, float]) -> Sea | None:
+        """The configured sea, the sum of all systems, if one of them is irregular."""
+        return own_sea(self.systems, values)
+
+    def own_direction(self, values: Mapping[str, float]) -> float | None:
+        """The configured direction [rad]; None in still water. InputError if there are several."""
+        return own_direction(self.systems, values)
+
+    def jonswap(
+        self, significant_height: float, peak_period: float, enhancement: float, direction: float
+    ) -> Sea:
+        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
+        depth, gravity = self.surroundings
+        return asked_sea(
+            significant_height, peak_period, enhancement, direction, depth=depth, gravity=gravity
+        )
 
 
 def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:

@@ -19,19 +19,17 @@ from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
-from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
-from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
+from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
-from m4e_fmi.analysis.response import Sea
 from m4e_fmi.program import Recorder, Variable
 
 ELEVATION = "wave.elevation_input"
 
 
 @dataclass
-class HullWaves:
+class HullWaves(SystemWaves):
     """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
 
     The second-order `drift` of the bodies that have some is left out.
@@ -77,6 +75,16 @@ class HullWaves:
             return []
         bodies = ", ".join(self.drift)
         return [f"second-order drift of {bodies} is left out: the response is that of first order"]
+
+    @property
+    def systems(self) -> tuple[WaveSystem, ...]:
+        """Those recorded."""
+        return self._waves
+
+    @property
+    def surroundings(self) -> tuple[float, float]:
+        """Depth [m] and gravity [m/s2] of the coefficients."""
+        return self.coefficients.depth, self.coefficients.gravity
 
     def record(
         self,
@@ -148,29 +156,6 @@ class HullWaves:
             )
             columns.append(flow if c.dimensions == 3 else flow[:, [0, 2]])
         return np.concatenate(columns, axis=1)
-
-    def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
-        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
-        c = self.coefficients
-        return breaking_heights(omega, depth=c.depth, gravity=c.gravity)
-
-    def own_sea(self, values: Mapping[str, float]) -> Sea | None:
-        """The configured sea, the sum of all systems, if one of them is irregular."""
-        return own_sea(self._waves, values)
-
-    def own_direction(self, values: Mapping[str, float]) -> float | None:
-        """The configured direction [rad]; None in still water. InputError if there are several."""
-        return own_direction(self._waves, values)
-
-    def jonswap(
-        self, significant_height: float, peak_period: float, enhancement: float, direction: float
-    ) -> Sea:
-        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
-        c = self.coefficients
-        return asked_sea(
-            significant_height, peak_period, enhancement, direction,
-            depth=c.depth, gravity=c.gravity,
-        )  # fmt: skip
 
 
 def _triples(coefficients: Coefficients, given: Sequence[Number]) -> tuple[Triple, ...]:
