@@ -6,9 +6,8 @@ from pathlib import Path
 
 import moordyn
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
+from support.running_fmu import Running
 
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
@@ -39,36 +38,6 @@ def files(tmp_path_factory) -> dict[str, Path]:
         source = kind.make(config, name=name, folder=folder, progress=lambda _: None)
         built[name] = build_fmu(source, folder / f"{name}.fmu")
     return built
-
-
-class Running:
-    """An FMU in this process, its variables by name."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        extract(str(file), str(folder))
-        description = read_model_description(str(file))
-        assert description.coSimulation is not None
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
-        self.slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=folder.name,
-        )
-        self.slave.instantiate()
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-
-    def get(self, name: str) -> float:
-        return self.slave.getReal([self.references[name]])[0]
-
-    def set(self, **values: float) -> None:
-        for name, value in values.items():
-            self.slave.setReal([self.references[name.replace("__", ".")]], [value])
-
-    def close(self) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
 
 
 @pytest.mark.parametrize("name", ["mooring", "linear_pto"])
@@ -158,3 +127,31 @@ def test_the_folder_of_moordyn_is_in_that_of_its_fmu(files, tmp_path, monkeypatc
     assert seen
     assert all(path.parts[0].startswith("m4e_fmi_") for path in seen)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_places_of_nodes_are_those_of_the_state_whenever_they_are_read(files, tmp_path):
+    """Ends included; after a step back, and after the end."""
+    fmu = Running(files["mooring"], tmp_path / "nodes")
+    names = [[f"l1.node_{axis}[{k}]" for axis in "xyz"] for k in range(1, 8)]
+
+    def nodes() -> list[list[float]]:
+        return [[fmu.get(name) for name in node] for node in names]
+
+    start = nodes()
+    assert start[0] == [-150.0, 0.0, -60.0]
+    assert start[-1] == pytest.approx([-5.0, 0.0, -3.0])
+    assert start[1][2] == pytest.approx(-60.0, abs=0.01)  # on the bed: MoorDyn's is a spring
+    fmu.slave.exitInitializationMode()
+    saved = fmu.slave.getFMUState()
+    fmu.set(f1__x=-5.0, f1__vx=2.0)
+    fmu.slave.doStep(0.0, 0.1)
+    moved = nodes()
+    assert moved[-1] == pytest.approx([-4.8, 0.0, -3.0])
+    assert moved[-2] != start[-2]
+    fmu.slave.setFMUState(saved)
+    assert nodes() == start
+    fmu.set(f1__x=-5.0, f1__vx=2.0)
+    fmu.slave.doStep(0.0, 0.1)
+    fmu.slave.terminate()
+    assert nodes() == moved
+    fmu.slave.freeInstance()

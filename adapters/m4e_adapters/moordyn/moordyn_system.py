@@ -7,6 +7,9 @@ MoorDyn 2.7.2 has habits that this module answers:
 
 - `Deserialize`, `SaveState` and `LoadState` release a reference to `None` that they do not own; it
   is taken again.
+- `Serialize` turns numbers below 2e-308 (as of a line that leaves its plane by rounding) into
+  numbers of 1e300; they are made 0.
+- With water that moves, a node that is not a number ends the process; nodes are looked at.
 - It writes to the console whatever its options say, and a file beside its input.
 """
 
@@ -16,6 +19,7 @@ import os
 import re
 import sys
 import tempfile
+from array import array
 from math import hypot, isfinite
 from pathlib import Path
 
@@ -23,6 +27,7 @@ from .console import console_kept
 from .rest import with_nodes
 
 INSTALL = "pip install moordyn==2.7.2"
+DENORMAL, SMALL_NEGATIVE = 0xFCD << 52, 2**64 - 2**31  # words from the first on; whole numbers
 REPORT_LENGTH = 6  # lines of MoorDyn's own report that go into an error message
 FIRST_GUESS = "Catenary initial profile"  # of no interest where the equilibrium is known
 WARNING = re.compile(r"^WRN |warning", re.IGNORECASE)  # a line of MoorDyn's report that warns
@@ -41,9 +46,10 @@ class _NotInstalled:
 
 
 try:
+    import cmoordyn
     import moordyn
 except ImportError:
-    moordyn = _NotInstalled()
+    moordyn = cmoordyn = _NotInstalled()
 
 
 class MoorDynSystem:
@@ -61,6 +67,8 @@ class MoorDynSystem:
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
+    moving_water
+        True if the water moves as `set_water` says: then `text` has WaveKin 1.
 
     Attributes
     ----------
@@ -68,8 +76,9 @@ class MoorDynSystem:
         Unstretched length [m] and number of segments of each line.
     """
 
-    def __init__(self, text, *, y, lines, place):
+    def __init__(self, text, *, y, lines, place, moving_water=False):
         self._text, self._y, self._count, self._place = text, y, lines, place
+        self._moving_water = moving_water
         self._system = self._folder = None
         self._lines, self.lengths, self.segments = [], [], []
         self._size = 0  # bytes of a saved state
@@ -111,6 +120,8 @@ class MoorDynSystem:
         self.segments = [moordyn.GetLineN(line) for line in self._lines]
         self.lengths = [moordyn.GetLineUnstretchedLength(line) for line in self._lines]
         self._size = 0
+        if self._moving_water:
+            moordyn.ExternalWaveKinInit(self._system)
         return console.text
 
     def _put_nodes(self, path, net):
@@ -134,16 +145,44 @@ class MoorDynSystem:
             raise MooringError(_broken(t, str(error))) from None
         if not all(map(isfinite, force)):
             raise MooringError(_broken(t, "a force is not finite"))
+        if self._moving_water:
+            self._look_at_nodes(t)
         # before its first step MoorDyn would write a time that it has not set, and never ends with
         # an infinite one
         if not self._size:
             self._size = len(moordyn.Serialize(self._system))
         return force
 
+    def _look_at_nodes(self, t):
+        """MooringError if a node is not a number, as MoorDyn itself says."""
+        try:
+            for line, last in zip(self._lines, self.segments, strict=True):
+                for k in range(1, last):
+                    moordyn.GetLineNodePos(line, k)
+        except RuntimeError as error:
+            raise MooringError(_broken(t, str(error))) from None
+
     def _vector(self, places, y=None):
         ys = self._y if y is None else [y] * len(self._y)
         pairs = zip(places, ys, strict=True)
         return [c for place, y in pairs for c in in_space(place, y)]
+
+    def nodes(self):
+        """Places [m] and velocities [m/s] where the water's motion is wanted: flat, (x, y, z).
+
+        All nodes of the lines come first, then rods, points and bodies, whose velocity is 0 here.
+        """
+        places = moordyn.ExternalWaveKinGetCoordinates(self._system)
+        speeds = [
+            moordyn.GetLineNodeVel(line, k)
+            for line, last in zip(self._lines, self.segments, strict=True)
+            for k in range(last + 1)
+        ]
+        return places, speeds + [(0.0, 0.0, 0.0)] * (len(places) - len(speeds))
+
+    def set_water(self, velocity, acceleration):
+        """Let the water have these at the places of `nodes` until it is set again: flat lists."""
+        cmoordyn.ext_wave_set(self._system, velocity, acceleration, 0.0)
 
     def end_tensions(self):
         """Magnitudes [N] of the forces at end A, and at end B, of every line."""
@@ -164,11 +203,15 @@ class MoorDynSystem:
 
     def end_position(self, line, end):
         """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
-        return moordyn.GetLineNodePos(self._lines[line], end * self.segments[line])
+        return self.node_position(line, end * self.segments[line])
+
+    def node_position(self, line, node):
+        """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
+        return moordyn.GetLineNodePos(self._lines[line], node)
 
     def state(self):
         """All of MoorDyn's state, as bytes."""
-        return bytes(moordyn.Serialize(self._system))
+        return without_denormals(bytes(moordyn.Serialize(self._system)))
 
     def set_state(self, state):
         """Go back to what `state` returned; MooringError if its size is that of other lines."""
@@ -187,6 +230,18 @@ class MoorDynSystem:
         if self._folder is not None:
             self._folder.cleanup()
             self._folder = None
+
+
+def without_denormals(state):
+    """The bytes of a state with 0 in place of what MoorDyn made of denormal numbers.
+
+    Words of 8 bytes: the exponent of such a number, below −1022, became negative, which has the
+    bits of a large one.
+    """
+    if max(state[7::8], default=0) < DENORMAL >> 56:
+        return state
+    words = (0 if DENORMAL <= word < SMALL_NEGATIVE else word for word in array("Q", state))
+    return array("Q", words).tobytes()
 
 
 def in_space(place, y):

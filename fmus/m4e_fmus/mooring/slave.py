@@ -9,7 +9,10 @@ from .slave_base import M4eSlave  # type: ignore
 
 
 class MooringSlave(M4eSlave):
-    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`."""
+    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`.
+
+    Where `water.json` is, the water moves.
+    """
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -17,9 +20,40 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        self._lines = LineSystem(text, place=self.resources, **system)
+        self._water, self._of_water, self._values_of_water = None, [], []
+        course, nodes = self._moving_water(), system.pop("nodes")
+        self._lines = LineSystem(text, course=course, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
+        self._nodes = {
+            (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
+            for line, name in enumerate(self._line_names)
+            for k, node in enumerate(nodes[name], start=1)
+        }
+        self._of_nodes = {place for places in self._nodes.values() for place in places}
+        self._nodes_known = True
         self._started_with = None
+
+    def _moving_water(self):
+        """The course of the water of `water.json`; None if there is none: it stands still."""
+        file = self.resources / "water.json"
+        if not file.exists():
+            return None
+        from . import water as code  # type: ignore
+        from .moving_water import MovingWater  # type: ignore
+        from .water_course import WaterCourse  # type: ignore
+
+        water = json.loads(file.read_text(encoding="utf-8"))
+        self._of_water = [self.index[name] for name in water.pop("parameters")]
+        self._water = MovingWater(code, **water)
+        return WaterCourse(self._water)
+
+    def _set_water(self):
+        """Give the water the values of its parameters; return them."""
+        values = [self.values[k] for k in self._of_water]
+        if self._water is not None and values != self._values_of_water:
+            self._water.set(values)
+            self._values_of_water = values
+        return values
 
     def _of_fairleads(self, kind):
         """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
@@ -29,11 +63,12 @@ class MooringSlave(M4eSlave):
         ]
 
     def initialise(self):
-        """Start the lines, unless they have started with the same motion."""
+        """Start the lines, unless they have started with the same motion and waves."""
         motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        if motion != self._started_with:
-            self._lines.start(*motion)
-            self._started_with = motion
+        given = (*motion, self._set_water())
+        if given != self._started_with:
+            self._lines.start(*motion, self.time)
+            self._started_with = given
             self._warn(self._lines.warnings)
 
     def _warn(self, texts):
@@ -42,6 +77,7 @@ class MooringSlave(M4eSlave):
 
     def step(self, t, h):
         """Advance from t over h [s]."""
+        self._set_water()
         self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
 
     def update(self):
@@ -57,6 +93,23 @@ class MooringSlave(M4eSlave):
         for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
             for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
+        self._nodes_known = False
+
+    def get_real(self, vrs):
+        """Values of real variables; places of nodes are looked up only if they are read."""
+        if not self._of_nodes.isdisjoint(vrs):
+            super().get_real([])
+            self._guard(self._place_nodes)
+        return super().get_real(vrs)
+
+    def _place_nodes(self):
+        """Bring the places of the nodes up to date."""
+        if self._nodes_known or not self._lines.running:
+            return
+        for (line, node), places in self._nodes.items():
+            for place, part in zip(places, self._lines.node_position(line, node), strict=True):
+                self.values[place] = part
+        self._nodes_known = True
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
@@ -65,9 +118,12 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
+        self._nodes_known = False
+        self._set_water()
         if saved:
             self._lines.restore(saved)
 
     def finish(self):
-        """Free the lines."""
+        """Free the lines, whose last places can still be read."""
+        self._place_nodes()
         self._lines.close()

@@ -6,14 +6,17 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
-    Drag,
+    BodyPoint,
     Frequencies,
+    GapLid,
     HydrodynamicsConfig,
     Loads,
     Radiation,
     Water,
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
@@ -46,13 +49,16 @@ __all__ = [
     "PEAK_ENHANCEMENT",
     "AnyWaves",
     "Body",
+    "BodyPoint",
     "Box",
     "Component",
     "ComponentWaves",
+    "Current",
     "Cylinder",
     "Drag",
     "Drift",
     "Frequencies",
+    "GapLid",
     "HorizontalCylinder",
     "HydrodynamicsConfig",
     "Jonswap",
@@ -72,6 +78,7 @@ __all__ = [
     "Water",
     "WaveSection",
     "Waves",
+    "current_problems",
     "keys_without_effect",
     "wave_sections",
 ]

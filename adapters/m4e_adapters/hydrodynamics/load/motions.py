@@ -31,25 +31,38 @@ ANGLES = ", R = R_z(psi) R_y(theta) R_x(phi) from body to world axes"
 class Motions:
     """Of all bodies, displacement and velocity in the axes of the heading, in space `axes`.
 
-    `places` are the reference places (x, y) [m] of the bodies in space, in world axes.
+    `position` are the inputs, those of the plane relative to the reference pose.
+    `reference` are the axes of the heading in the reference pose, in space,
+    `places` the reference places (x, y) [m] of the bodies there, in world axes.
     """
 
     displacement: Vector
     velocity: Vector
+    position: Vector
     axes: Axes | None = None
+    reference: Axes | None = None
     places: Sequence[tuple[Number, Number]] = ()
+
+    def offsets(self, coefficients: Coefficients) -> list[tuple[Number, Number]]:
+        """Of each body the way (x, y) [m] in the world from its reference place."""
+        first = [self.position[coefficients.own(k)] for k in range(len(coefficients.bodies))]
+        if not self.places:
+            return [(own[0], 0.0) for own in first]
+        pairs = zip(first, self.places, strict=True)
+        return [(own[0] - x, own[1] - y) for own, (x, y) in pairs]
 
 
 def record_motions(recorder: Recorder, coefficients: Coefficients, heading: Heading) -> Motions:
     """Inputs of all bodies, and in space the heading."""
     if coefficients.dimensions == 2:
-        return Motions(*_record_inputs(recorder, coefficients, heading))
+        position, velocity = _record_inputs(recorder, coefficients, heading)
+        return Motions(position, velocity, position)
     reference, axes = record_heading(recorder, heading)
     position, velocity = _record_inputs(recorder, coefficients, heading)
     record_filter(recorder, heading, axes, position[YAW_PLACE])
     places = reference_places(coefficients.centers, reference)
     displacement = _in_heading_axes(position, axes, places, coefficients.centers)
-    return Motions(displacement, axes.from_world(velocity), axes, places)
+    return Motions(displacement, axes.from_world(velocity), position, axes, reference, places)
 
 
 def _record_inputs(

@@ -1,11 +1,10 @@
-"""The parts of the load: memory, hydrostatics, drag."""
+"""The parts of the load: memory, hydrostatics."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import Drag
+from m4e_adapters.hydrodynamics.load.past import add_convolution, record_past
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.program import Recorder, Scalar, Variable
 
@@ -16,7 +15,7 @@ SMALL = 1e-9  # relative to the largest: panels' noise
 
 def record_memory(
     recorder: Recorder,
-    groups: tuple[RadiationGroup, ...],
+    groups: tuple[RadiationGroup | ConvolutionGroup, ...],
     coefficients: Coefficients,
     velocity: Vector,
 ) -> Vector:
@@ -24,22 +23,27 @@ def record_memory(
 
     Each pole p = σ ± jω of a group has, for each of its motions' velocities v, the block
     ẋ₁ = σ x₁ + ω x₂ + 2 v, ẋ₂ = −ω x₁ + σ x₂ (a real pole: ẋ = σ x + v); the residue r of a force
-    adds Re r x₁ + Im r x₂ to it.
+    adds Re r x₁ + Im r x₂ to it. A convolution has the past of each velocity as a polynomial.
     """
     force: Vector = [0.0] * len(velocity)
     count = dict.fromkeys(coefficients.bodies, 0)
 
-    def state(place: int) -> tuple[str, Scalar]:
+    def state(place: int, per: str = "") -> tuple[str, Scalar]:
         k, own = divmod(place, coefficients.per_body)
         body, motion = coefficients.bodies[k], coefficients.body_motions[own]
         count[body] += 1
         name = f"{body}.radiation_state[{count[body]}]"
         text = f"memory of {body}'s {motion.name}"
-        return name, recorder.state(Variable(name, motion.unit, text, local=True))
+        return name, recorder.state(Variable(name, motion.unit + per, text, local=True))
 
     for group in groups:
         for column, motion in enumerate(group.motions):
             v = velocity[motion]
+            if isinstance(group, ConvolutionGroup):
+                past = [state(motion, "/s") for _ in range(group.order)]
+                record_past(recorder, past, v, duration=group.duration)
+                add_convolution(force, [x for _, x in past], v, group=group, column=column)
+                continue
             for pole, residue in zip(group.poles, group.residues, strict=True):
                 sigma, omega = float(pole.real), float(pole.imag)
                 name, first = state(motion)
@@ -97,27 +101,4 @@ def record_hydrostatics(
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried / coefficients.gravity)
-    return force
-
-
-def record_drag(
-    recorder: Recorder,
-    coefficients: Coefficients,
-    drag: Mapping[str, Drag],
-    velocity: Vector,
-) -> Vector:
-    """Quadratic drag on all motions; its coefficients are parameters, those of `drag` by body."""
-    force: Vector = []
-    for k, body in enumerate(coefficients.bodies):
-        given, own = drag.get(body, Drag()), velocity[coefficients.own(k)]
-        for motion, v in zip(coefficients.body_motions, own, strict=True):
-            variable = Variable(
-                f"{body}.drag_{motion.name}",
-                motion.drag_unit,
-                f"quadratic drag in {motion.name}: force -c |v| v",
-                start=getattr(given, motion.name),
-                minimum=0.0,
-                tunable=True,
-            )
-            force.append(-recorder.parameter(variable) * abs(v) * v)
     return force

@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow, Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
@@ -22,11 +24,14 @@ ELEVATION = "wave.elevation"
 class RecordedSea:
     """The excitation of each motion [N, N.m], in the hulls' axes, and the `waves` that make it.
 
-    Without waves, if they are not those of a sea.
+    Without waves, if they are not those of a sea. `levels` [m] are the elevations at the gauges,
+    `velocities` (x, y, z) [m/s] those of the waters.
     """
 
     excitation: list[Number]
     waves: tuple[RecordedWaves, ...] = field(default=(), repr=False)
+    levels: tuple[Number, ...] = ()
+    velocities: tuple[Triple, ...] = ()
 
 
 def needed_frequency(waves: Sequence[WaveSystem]) -> float:
@@ -70,12 +75,20 @@ def record_sea(
     directed: Sequence[Coefficients],
     heading: Number = 0.0,
     places: Sequence[tuple[Number, Number]] = (),
+    gauges: Sequence[tuple[Number, Number]] = (),
+    waters: Sequence[Triple] = (),
+    offsets: Sequence[tuple[Number, Number]] = (),
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
     `directed` are the coefficients for each system, of `towards_each`. In space the axes have the
-    `heading` [rad], and the bodies' reference `places` are (x, y) [m].
+    `heading` [rad], and the bodies' reference `places` are (x, y) [m], as are the `gauges`, at
+    which the ramped elevation is recorded too; at the places `waters` (x, y, z) [m], z ≤ 0, the
+    ramped velocity by linear theory. With `offsets` (x, y) [m] of the bodies from their places the
+    excitation is that where they are.
     """
+    per_body = coefficients.per_body
+    levels: list[Number] = [0.0] * len(gauges)
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
@@ -86,17 +99,30 @@ def record_sea(
         table = excitation_of(known, own, heading=heading, places=places)
         height: Number = 0.0
         pushes: list[Number] = [0.0] * len(forces)
+        heights: list[Number] = [0.0] * len(gauges)
         for k, row in enumerate(table):
             angle = own.omega[k] * recorder.time + own.phase[k]
             cosine, sine = cos(angle), sin(angle)
             height = height + own.amplitude[k] * cosine
+            for i, (c, s) in enumerate(own.phases_at(k, gauges)):
+                heights[i] = heights[i] + own.amplitude[k] * (c * cosine + s * sine)
+            moved = [(cosine, sine)] * len(coefficients.bodies)
+            for body, (c, s) in enumerate(own.phases_at(k, offsets)):
+                moved[body] = (c * cosine + s * sine, c * sine - s * cosine)
             for i, (real, imaginary) in enumerate(row):
-                pushes[i] = pushes[i] + own.amplitude[k] * real * cosine
-                pushes[i] = pushes[i] + own.amplitude[k] * imaginary * sine
+                c, s = moved[i // per_body]
+                pushes[i] = pushes[i] + own.amplitude[k] * real * c
+                pushes[i] = pushes[i] + own.amplitude[k] * imaginary * s
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
+        levels = [
+            level + own.ramp * own_level for level, own_level in zip(levels, heights, strict=True)
+        ]
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
-    return RecordedSea(forces, tuple(recorded))
+    water = Water(depth=coefficients.depth, gravity=coefficients.gravity)
+    flow = RecordedFlow(water, recorder.time, recorded)
+    velocities = tuple(flow.linear_velocity(place) for place in waters)
+    return RecordedSea(forces, tuple(recorded), tuple(levels), velocities)
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -11,18 +11,15 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config.waves import PEAK_ENHANCEMENT
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
-from m4e_adapters.hydrodynamics.seas.waves import (
-    component_amplitudes,
-    recorded_wavenumber,
-    wavenumber,
-)
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, recorded_wavenumber
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 
 Number = Scalar | float
@@ -48,6 +45,16 @@ class RecordedWaves:
     direction: Number
     offsets: np.ndarray = field(repr=False)
     ramp: Number
+
+    def phases_at(
+        self, k: int, places: Sequence[tuple[Number, Number]]
+    ) -> Iterator[tuple[Number, Number]]:
+        """Cosine and sine of the phase that component `k` has on its way to `places` (x, y) [m]."""
+        if places:
+            along, across = self.along(k)
+            for x, y in places:
+                way = self.number[k] * (x * along + y * across)
+                yield cos(way), sin(way)
 
     def along(self, k: int) -> tuple[Number, Number]:
         """Cosine and sine of the direction of component `k`."""

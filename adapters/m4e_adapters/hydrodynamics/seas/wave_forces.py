@@ -15,35 +15,53 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
+from m4e_adapters.hydrodynamics.load.body_points import OnBody
+from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
-from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
-from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
+from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
-from m4e_fmi.analysis.response import Sea
+from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.program import Recorder, Variable
 
 ELEVATION = "wave.elevation_input"
 
 
 @dataclass
-class HullWaves:
+class HullWaves(SystemWaves):
     """Forces of waves on the hulls of `coefficients`: `m4e_fmi.analysis.response.WaveForces`.
 
     The second-order `drift` of the bodies that have some is left out.
     """
 
     coefficients: Coefficients
+    points: Sequence[OnBody] = ()
+    in_water: Sequence[InWater] = ()
     drift: tuple[str, ...] = ()
     _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
     def inputs(self) -> list[str]:
-        """The elevation at x = y = 0, and the force on each motion of each body."""
+        """The elevation at x = y = 0, the force on each motion of each body, the elevation at
+        each point, and the velocity of the water at each body that has drag against it."""
+        return [ELEVATION, *self._forces, *self._elevations, *self._velocities]
+
+    @property
+    def _forces(self) -> list[str]:
         c = self.coefficients
-        forces = [f"{body}.wave_{motion.force}" for body in c.bodies for motion in c.body_motions]
-        return [ELEVATION, *forces]
+        return [f"{body}.wave_{motion.force}" for body in c.bodies for motion in c.body_motions]
+
+    @property
+    def _elevations(self) -> list[str]:
+        return [f"{point.name}.elevation_input" for point in self.points]
+
+    @property
+    def _velocities(self) -> list[str]:
+        c = self.coefficients
+        axes = "xyz" if c.dimensions == 3 else "xz"
+        bodies = [c.bodies[body.body] for body in self.in_water]
+        return [f"{body}.wave_velocity_{axis}" for body in bodies for axis in axes]
 
     @property
     def highest(self) -> float:
@@ -58,6 +76,16 @@ class HullWaves:
         bodies = ", ".join(self.drift)
         return [f"second-order drift of {bodies} is left out: the response is that of first order"]
 
+    @property
+    def systems(self) -> tuple[WaveSystem, ...]:
+        """Those recorded."""
+        return self._waves
+
+    @property
+    def surroundings(self) -> tuple[float, float]:
+        """Depth [m] and gravity [m/s2] of the coefficients."""
+        return self.coefficients.depth, self.coefficients.gravity
+
     def record(
         self,
         recorder: Recorder,
@@ -67,13 +95,16 @@ class HullWaves:
         directed: Sequence[Coefficients],
         heading: Number,
         places: Sequence[tuple[Number, Number]],
+        gauges: Sequence[tuple[Number, Number]],
+        waters: Sequence[Triple],
+        offsets: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
-        Other than of a sea, directions, `heading` and `places` are asked for by `per_amplitude`
+        Other than of a sea, directions, `heading` and places are asked for by `per_amplitude`
         only.
         """
-        del directed, heading, places
+        del directed, heading, places, gauges, waters, offsets
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -85,9 +116,13 @@ class HullWaves:
         text = "force of waves, in the axes of the heading"
         forces: list[Number] = [
             recorder.input(Variable(name, unit, text))
-            for name, unit in zip(self.inputs[1:], units, strict=True)
+            for name, unit in zip(self._forces, units, strict=True)
         ]
-        return RecordedSea(forces)
+        text = "elevation of the undisturbed water at the point"
+        levels = [recorder.input(Variable(name, "m", text)) for name in self._elevations]
+        text = "velocity of the water in waves at the reference place of the body, world frame"
+        given = [recorder.input(Variable(name, "m/s", text)) for name in self._velocities]
+        return RecordedSea(forces, levels=tuple(levels), velocities=_triples(coefficients, given))
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -97,42 +132,37 @@ class HullWaves:
         They travel to `directions` (k,) [rad]. InputError for one that the coefficients are not
         for.
         """
-        c, heading = self.coefficients, 0.0
+        c, heading, reference = self.coefficients, 0.0, None
         places: Sequence[tuple[Number, Number]] = ()
         if c.dimensions == 3:
-            reference = values["heading"]
-            places = reference_places(c.centers, Axes.at(reference))
-            heading = reference + values.get("heading_change", 0.0)
+            reference = Axes.at(values["heading"])
+            places = reference_places(c.centers, reference)
+            heading = values["heading"] + values.get("heading_change", 0.0)
         forces = np.zeros((len(omega), len(c.motions)), dtype=complex)
         for own, known in _directed(c, directions, heading):
             waves = _of_numbers(c, omega[own], directions[own])
             found = excitation_of(known, waves, heading=heading, places=places)
             table = np.array(found, dtype=float)
             forces[own] = table[..., 0] + 1j * table[..., 1]
-        return np.concatenate([np.ones((len(omega), 1)), forces], axis=1)
+        ways = np.array([point.place(c, reference) for point in self.points], dtype=float)
+        along = np.stack([np.cos(directions), np.sin(directions)])
+        number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
+        elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
+        columns = [np.ones((len(omega), 1)), forces, elevations]
+        for body in self.in_water:
+            x, y, z = (float(value) for value in body.place(c, reference, ()))
+            flow = velocity_per_amplitude(
+                omega, directions, (x, y, z), depth=c.depth, number=number
+            )
+            columns.append(flow if c.dimensions == 3 else flow[:, [0, 2]])
+        return np.concatenate(columns, axis=1)
 
-    def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
-        """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
-        c = self.coefficients
-        return breaking_heights(omega, depth=c.depth, gravity=c.gravity)
 
-    def own_sea(self, values: Mapping[str, float]) -> Sea | None:
-        """The configured sea, the sum of all systems, if one of them is irregular."""
-        return own_sea(self._waves, values)
-
-    def own_direction(self, values: Mapping[str, float]) -> float | None:
-        """The configured direction [rad]; None in still water. InputError if there are several."""
-        return own_direction(self._waves, values)
-
-    def jonswap(
-        self, significant_height: float, peak_period: float, enhancement: float, direction: float
-    ) -> Sea:
-        """A JONSWAP sea: height [m], peak period [s], peak enhancement [1], direction [rad]."""
-        c = self.coefficients
-        return asked_sea(
-            significant_height, peak_period, enhancement, direction,
-            depth=c.depth, gravity=c.gravity,
-        )  # fmt: skip
+def _triples(coefficients: Coefficients, given: Sequence[Number]) -> tuple[Triple, ...]:
+    """Velocities (x, y, z) of components that are those of the plane or of space."""
+    if coefficients.dimensions == 2:
+        return tuple((x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True))
+    return tuple(zip(given[::3], given[1::3], given[2::3], strict=True))
 
 
 def _directed(

@@ -7,6 +7,7 @@ import re
 import sys
 
 import pytest
+from support.lines_in_waves import line_system
 
 from m4e_adapters.moordyn import MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
@@ -41,6 +42,18 @@ lines:
   l2: {type: chain, from: right, to: f2, unstretched_length: 165, segments: 6}
   l3: {type: chain, from: right, to: f2, unstretched_length: 166, segments: 5}
 static_equilibrium: AT_REST
+"""
+
+SPATIAL = """\
+dimensions: 3
+water: {density: 1025, depth: 60}
+line_types:
+  chain: {diameter: 0.1, mass_per_length: 150, axial_stiffness: 1.0e+8, axial_damping_ratio: 1,
+          drag_coefficient: 1.2, added_mass_coefficient: 1, axial_drag_coefficient: 0.4}
+anchors: {left: [-150, 0, -60]}
+fairleads: {f1: [-5, 0, -3]}
+lines:
+  l1: {type: chain, from: left, to: f1, unstretched_length: 165, segments: 6}
 """
 
 AT = [(-5.0, -3.0), (5.0, -3.0)]
@@ -151,6 +164,21 @@ def test_a_line_that_is_far_too_short_is_told():
         told[0],
     )
     assert lines.overstretched() == []  # told already
+
+
+def test_motions_below_the_smallest_number_are_restored_as_none():
+    """MoorDyn would restore 1e-310 m/s as −1e301."""
+    lines, place = line_system(SPATIAL), (-5.0, 0.0, -3.0)
+    lines.start([place], [(0.0, 0.0, 0.0)])
+    lines.advance(0.0, 0.1, [place], [(0.1, 1e-310, 0.0)])
+    saved = lines.save()
+    lines.advance(0.1, 0.1, [(-4.99, 0.0, -3.0)], [(0.1, 0.0, 0.0)])
+    expected = lines.force[0]
+    lines.restore(saved)
+    lines.advance(0.1, 0.1, [(-4.99, 0.0, -3.0)], [(0.1, 0.0, 0.0)])
+    lines.close()
+    assert lines.force[0][::2] == expected[::2]
+    assert abs(lines.force[0][1]) < 1e-200
 
 
 def test_a_line_that_becomes_far_too_long_is_told_once():
