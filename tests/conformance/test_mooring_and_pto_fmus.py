@@ -6,9 +6,8 @@ from pathlib import Path
 
 import moordyn
 import pytest
-from fmpy import extract, read_model_description
-from fmpy.fmi2 import FMU2Slave
 from fmpy.validation import validate_fmu
+from support.running_fmu import Running
 
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
@@ -39,36 +38,6 @@ def files(tmp_path_factory) -> dict[str, Path]:
         source = kind.make(config, name=name, folder=folder, progress=lambda _: None)
         built[name] = build_fmu(source, folder / f"{name}.fmu")
     return built
-
-
-class Running:
-    """An FMU in this process, its variables by name."""
-
-    def __init__(self, file: Path, folder: Path) -> None:
-        extract(str(file), str(folder))
-        description = read_model_description(str(file))
-        assert description.coSimulation is not None
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
-        self.slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=folder.name,
-        )
-        self.slave.instantiate()
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-
-    def get(self, name: str) -> float:
-        return self.slave.getReal([self.references[name]])[0]
-
-    def set(self, **values: float) -> None:
-        for name, value in values.items():
-            self.slave.setReal([self.references[name.replace("__", ".")]], [value])
-
-    def close(self) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
 
 
 @pytest.mark.parametrize("name", ["mooring", "linear_pto"])

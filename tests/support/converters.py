@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi import load
-from m4e_fmi.analysis import equilibrium
+from m4e_fmi.analysis import equilibrium, linearize
 from m4e_fmi.analysis.response import wave_response
 from m4e_fmi.cosim import load_system, run, system_in_waves
 
@@ -22,6 +22,7 @@ SETTLED, WINDOW = (
     100.0,
 )  # s, after which a motion is steady; at least so long it is looked at
 STEP = 0.05  # s, the longest
+SLOW = 0.05  # 1/s, of decays that are not over then
 
 
 def copied(path: Path, folder: Path) -> Path:
@@ -38,6 +39,8 @@ def apart(path: Path, period: float, names: Sequence[str], folder: Path) -> list
     waves = system_in_waves(load_system(path), highest=2.0 * np.pi / 4.0)
     point = equilibrium(waves.program)
     response = wave_response(waves, point, periods=[period], outputs=list(names))
+    poles = np.linalg.eigvals(linearize(waves.program, at=point).A)
+    slow = poles[(np.abs(poles.real) < SLOW) & (poles.imag > SLOW)]
     windows = math.ceil(WINDOW / period)
     step = period / math.ceil(period / STEP)
     text = re.sub(
@@ -59,7 +62,7 @@ def apart(path: Path, period: float, names: Sequence[str], folder: Path) -> list
     found = load(results)
     kept = found.time > (periods - windows) * period + 0.5 * step
     first = {
-        name: _harmonic(found.time[kept], np.asarray(found[name].values)[kept], period)
+        name: _harmonic(found.time[kept], np.asarray(found[name].values)[kept], period, slow)
         for name in (*names, "hydro.wave.elevation")
     }
     elevation = first["hydro.wave.elevation"]
@@ -68,15 +71,18 @@ def apart(path: Path, period: float, names: Sequence[str], folder: Path) -> list
     return [abs(first[name] / elevation - rao[name]) / abs(rao[name]) for name in names]
 
 
-def _harmonic(time: np.ndarray, values: np.ndarray, period: float) -> complex:
+def _harmonic(time: np.ndarray, values: np.ndarray, period: float, slow: np.ndarray) -> complex:
     """c of c e^{−iωt} in `values` (n,) at `time` (n,) [s], by least squares.
 
-    Beside it are a mean, a drift and a second harmonic.
+    Beside it are a mean, a drift, a second harmonic, and free motions of the poles `slow` (k,)
+    [1/s], which are still there at the end.
     """
     phase = 2.0 * np.pi * time / period
-    columns = [np.ones_like(time), time - time.mean()]
-    columns += [f(k * phase) for k in (1, 2) for f in (np.cos, np.sin)]
-    (_, _, real, imaginary, *_), *_ = np.linalg.lstsq(np.stack(columns, axis=1), values, rcond=None)
+    columns = [f(k * phase) for k in (1, 2) for f in (np.cos, np.sin)]
+    columns += [np.ones_like(time), time - time.mean()]
+    free = [np.exp(pole * (time - time[0])) for pole in slow]
+    columns += [part for motion in free for part in (motion.real, motion.imag)]
+    (real, imaginary, *_), *_ = np.linalg.lstsq(np.stack(columns, axis=1), values, rcond=None)
     return complex(real, imaginary)
 
 

@@ -16,8 +16,11 @@ from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Radiation
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import load_system, prepare, run, system_program
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
+from m4e_fmi.simulate import simulate
 
 BALL = 261.8e3  # kg
 KINDS = ("state_space", "convolution")
@@ -272,3 +275,55 @@ def test_a_file_with_a_convolution(tmp_path: Path) -> None:
     states = [v for v in program.states if "heave" in v.description]
     assert len(states) == count
     assert {v.unit for v in states} == {"m/s"}
+
+
+SYSTEM = """\
+name: release
+components:
+  body: {model: sphere.model.yaml}
+  water:
+    kind: hydrodynamics
+    coefficients: oes10_sphere.h5
+    bodies: {sphere: {}}
+    radiation: {memory: convolution}
+connections: [body.sphere <-> water.sphere, water.added_mass -> body.added_mass]
+simulation: {stop_time: 10, step_size: 0.1}
+"""
+MODEL = """\
+name: sphere
+bodies: {sphere: {mass: 261800, inertia: 1.69e+6, added_mass: true}}
+joints: {sea: {type: floating, child: sphere, initial: {z: -1}}}
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A system with a convolution."""
+    found = tmp_path_factory.mktemp("release")
+    (found / "system.yaml").write_text(SYSTEM)
+    (found / "sphere.model.yaml").write_text(MODEL)
+    (found / "oes10_sphere.h5").write_bytes((DATA / "oes10_sphere.h5").read_bytes())
+    return found
+
+
+def test_its_fmu_keeps_its_state(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rollback, and saved states in new instances and processes, bit for bit."""
+    assert main(["build", str(folder / "system.yaml"), "--build-folder", str(folder)]) == 0
+    (path,) = folder.rglob("water.fmu")
+    capsys.readouterr()
+    assert main(["validate", str(path), "--only", "state"]) == 0
+    assert "no errors, no warnings" in capsys.readouterr().out
+
+
+def test_a_coupled_run_is_of_the_order_of_its_algorithm(folder: Path) -> None:
+    """Against the whole system as one program: of second order or better."""
+    system = load_system(folder / "system.yaml")
+    height = "body.body.sphere.z"
+    exact = simulate(system_program(system), stop_time=10.0, output_interval=0.2, tolerance=1e-10)
+    errors = []
+    for size in (0.2, 0.1):
+        prepared = prepare(system.changed(step_size=size))
+        found = run(prepared, results=folder / "run.nc").results()[height].values
+        errors.append(np.abs(found[:: round(0.2 / size)] - exact[height]).max())
+    assert errors[1] < errors[0] / 4
+    assert errors[1] < 1e-4

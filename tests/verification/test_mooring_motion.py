@@ -10,10 +10,7 @@ import math
 
 import numpy as np
 import pytest
-
-from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem
-from m4e_fmi.files.document import Document
+from support.lines_in_waves import line_system
 
 TEXT = """\
 water: {density: 1025, depth: 300}
@@ -24,6 +21,7 @@ anchors: {anchor: [-180, -50]}
 fairleads: [f]
 lines:
   l: {type: chain, from: anchor, to: f, unstretched_length: 195, segments: 10}
+solver: {time_step: 0.002}
 """
 STOP, PERIOD, START = 6.0, 7.5, (-4.0, -2.0)
 
@@ -42,12 +40,15 @@ def velocity(t: float, h: float = 1e-4) -> tuple[float, float]:
     return (x1 - x0) / (2 * h), (z1 - z0) / (2 * h)
 
 
-def forces(h: float, *, told: bool) -> np.ndarray:
+WAVES = (
+    "waves: {spectrum: jonswap, significant_height: 2, peak_period: 6, seed: 1, ramp_time: 2, "
+    "components: 40}\n"
+)
+
+
+def forces(h: float, *, told: bool, text: str = TEXT) -> np.ndarray:
     """Forces (n, 2) every 0.2 s, in steps of `h`; `told` the velocity at the end of each or not."""
-    made = mooring(Document.parse(TEXT).validate(MooringConfig))
-    lines = LineSystem(
-        made.text, fairleads=[0.0], lines=["l"], time_step=made.time_step, net=made.net
-    )
+    lines = line_system(text)
     lines.start([place(0.0)], [(0.0, 0.0)])
     found = []
     for k in range(round(STOP / h)):
@@ -75,3 +76,17 @@ def test_forces_converge():
         assert coarse / fine > 3.5  # the next term of a second-order error is a part of it
     # extrapolated, the velocity at the end is off by h²/3 of the jerk; told, it is exact
     assert errors[True][0] < errors[False][0] / 10
+
+
+@pytest.mark.verifies(
+    "part of waves in the forces of a line, error over that of half the step: at least",
+    analytic="finer step", tolerance="3.5",
+)  # fmt: skip
+def test_what_waves_add_to_forces_converges() -> None:
+    def added(h: float) -> np.ndarray:
+        return forces(h, told=True, text=TEXT + WAVES) - forces(h, told=True)
+
+    finest = added(0.0125)
+    errors = [float(np.abs(added(h) - finest).max()) for h in (0.1, 0.05)]
+    assert errors[0] / errors[1] > 3.5
+    assert errors[0] < 0.01 * np.abs(finest).max()

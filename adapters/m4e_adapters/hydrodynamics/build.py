@@ -12,19 +12,21 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficient_files.from_file import coefficients_from_file
 from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, memory_size
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
-from m4e_adapters.hydrodynamics.doubts import size_doubts, stability_doubts
+from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.drift.bodies import drifts_and_problems
 from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
+from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
+from m4e_adapters.hydrodynamics.load.drag import bodies_in_moving_water
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
-from m4e_adapters.hydrodynamics.seas.waves import angular_frequency
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
 
@@ -95,6 +97,7 @@ def coefficients_of(
         omega=omega,
         wave_direction=_direction(config),
         needed=needed,
+        gap_lid=damped_lid(config.gap_lids, hulls),
         progress=progress,
     )
     return excited_by(found, moving_hulls(hulls), config.loads.excitation)
@@ -140,7 +143,10 @@ def program_in_waves(
     )
     with_drift = [name for name, body in config.bodies.items() if body.drift is not None]
     points = points_on_bodies(coefficients, config.points)
-    forces = HullWaves(coefficients, points, drift=tuple(with_drift))
+    drags = {name: body.drag for name, body in config.bodies.items()}
+    in_water = bodies_in_moving_water(coefficients, drags, config.current)
+    in_water = in_water if config.loads.drag != "none" else ()
+    forces = HullWaves(coefficients, points, in_water, drift=tuple(with_drift))
     program = program_of(
         config, coefficients, name=name, folder=folder, sea=forces.record, progress=progress
     )
@@ -161,6 +167,8 @@ def program_of(
     water = config.water.model_copy(
         update={key: getattr(coefficients, key) for key in ("density", "depth", "gravity")}
     )
+    for text in flow_doubts(config):
+        progress(f"warning: {text}")
     centers = dict(zip(coefficients.bodies, map(tuple, coefficients.centers.tolist()), strict=True))
     drift, problems = drifts_and_problems(config, folder, centers=centers, water=water)
     if problems:
@@ -172,6 +180,7 @@ def program_of(
         drag={body: section.drag for body, section in config.bodies.items()},
         radiation=config.radiation,
         heading=Heading(config.heading, config.heading_filter),
+        current=config.current,
         loads=config.loads,
         drift=drift,
         points=config.points,
@@ -220,6 +229,10 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
         problems += error.problems
     centers = {name: b.center_of_gravity for name, b in config.bodies.items() if not b.fixed}
     problems += drifts_and_problems(config, folder, centers=centers, water=config.water)[1]
+    try:
+        damped_lid(config.gap_lids if hulls else (), hulls)
+    except InputError as error:
+        problems += error.problems
     if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong

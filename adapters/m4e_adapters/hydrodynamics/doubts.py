@@ -1,4 +1,4 @@
-"""Hulls of an absurd size, hulls that capsize: allowed, and seldom meant."""
+"""Hulls of an absurd size, hulls that capsize, currents on nothing: allowed, and seldom meant."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
+from m4e_adapters.hydrodynamics.config import Drag, HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
 
 LENGTHS = (0.01, 1000.0)  # [m] of hulls
 BODIES_APART = 1000.0  # length of a hull over that of the shortest
@@ -56,3 +57,16 @@ def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
                 f"N.m/rad, weight included (GM = {height:.3g} m): floating freely it capsizes: "
                 "lower center_of_gravity"
             )
+
+
+def flow_doubts(config: HydrodynamicsConfig) -> Iterator[str]:
+    """A current beside waves, or one that acts on nothing; a line each."""
+    yield from current_doubts(config.current, has_waves=bool(wave_sections(config.waves)))
+    drags = [body.drag for body in config.bodies.values() if body.drag.water != "still"]
+    if config.current is not None and not any(map(_slows, drags)):
+        yield "the current acts on nothing: no body has drag in moving water (drag: {surge: …})"
+
+
+def _slows(drag: Drag) -> bool:
+    """True of drag in a horizontal motion."""
+    return any((drag.surge, drag.sway, drag.linear.surge, drag.linear.sway))

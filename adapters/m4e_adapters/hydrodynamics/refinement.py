@@ -179,11 +179,7 @@ def similar_hulls(
     """The hulls of all bodies with coarse panels, and with these divided; InputError."""
     given = make_hulls(config, folder, progress=progress)
     parts, bodies = COARSE, dict(config.bodies)
-    if any(
-        part.mesh is not None
-        for body in bodies.values()
-        for part in (body.shape, *body.shape.parts)
-    ):
+    if any(body.shape.kind in ("mesh", "union") for body in bodies.values()):
         count = sum(len(hull.panels.faces) for hull in given)
         parts = parts[: 3 if parts[-1] ** 2 * count <= MOST_PANELS else 2]
     else:

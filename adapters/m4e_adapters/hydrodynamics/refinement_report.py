@@ -33,8 +33,8 @@ def refinement_json(study: Refinement) -> dict[str, object]:
         "added_mass": limit.added_mass.tolist(),
         "radiation_damping": limit.radiation_damping.tolist(),
         "added_mass_inf": limit.added_mass_inf.tolist(),
-        "excitation_real": limit.excitation.real.tolist(),
-        "excitation_imaginary": limit.excitation.imag.tolist(),
+        "excitation_real": np.real(limit.excitation).tolist(),
+        "excitation_imaginary": np.imag(limit.excitation).tolist(),
     }
 
 

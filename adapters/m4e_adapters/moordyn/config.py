@@ -11,14 +11,24 @@ from typing import Annotated, Literal
 
 from pydantic import (
     BeforeValidator,
+    Discriminator,
     Field,
     StringConstraints,
+    Tag,
     ValidationInfo,
     field_validator,
     model_validator,
 )
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config import Current, Still, Waves
+from m4e_adapters.hydrodynamics.config.waves import (
+    AnyWaves,
+    WaveSection,
+    wave_sections,
+    waves_beyond_the_plane,
+)
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.errors import suggestion
@@ -31,6 +41,15 @@ Coordinate = Annotated[float, Field(ge=-1e7, le=1e7, allow_inf_nan=False)]
 Place = tuple[Coordinate, ...]
 """(x, z), or (x, y, z) where `dimensions` is 3."""
 
+
+def _is_word(waves: object) -> str:
+    return "word" if isinstance(waves, str) else "waves"
+
+
+WavesOrNone = Annotated[
+    Annotated[Literal["none"], Tag("word")] | Annotated[Waves, Tag("waves")],
+    Discriminator(_is_word),
+]
 DESCRIBED = ("water", "line_types", "anchors", "lines", "seabed", "solver", "static_equilibrium")
 
 
@@ -140,11 +159,17 @@ class MooringConfig(Section):
     start value says otherwise. anchors: names with their fixed (x, z) [m]. World frame. With
     `dimensions` 3 places are (x, y, z), and fairleads move along Y, too.
     static_equilibrium: true if lines start where they rest; else straight, or as a catenary.
+    waves: those that move the water around the lines, as of hydrodynamics, continued up to the
+    surface by `stretching`; default is still water. `none` says that lines stay in still water
+    where others have waves. current: a steady one, in which lines are at rest.
     """
 
     file: str | None = None
     dimensions: Literal[2, 3] = 2
     water: Water | None = None
+    waves: WavesOrNone = Still(spectrum="still")
+    current: Current | None = None
+    stretching: Stretching = "wheeler"
     fairleads: dict[Name, Place | None] = Field(default_factory=dict)
     line_types: dict[Name, LineType] = Field(default_factory=dict)
     anchors: dict[Name, Place] = Field(default_factory=dict)
@@ -161,6 +186,30 @@ class MooringConfig(Section):
             return data
         marked = {name: _with_marks(name, line, data) for name, line in data["lines"].items()}
         return {**data, "lines": marked}
+
+    @field_validator("waves")
+    @classmethod
+    def _waves_fit(
+        cls, value: AnyWaves | Literal["none"], info: ValidationInfo
+    ) -> AnyWaves | Literal["none"]:
+        if value != "none" and info.data.get("dimensions", 2) == 2:
+            found = waves_beyond_the_plane(value)
+            _raise("waves", [_wrong(place, text, remedy) for place, text, remedy in found])
+        return value
+
+    @property
+    def moves_water(self) -> bool:
+        """True if there are waves or a current."""
+        return bool(self.systems) or self.current is not None
+
+    def in_still_water(self) -> MooringConfig:
+        """The same without waves."""
+        return self.model_copy(update={"waves": "none"})
+
+    @property
+    def systems(self) -> tuple[WaveSection, ...]:
+        """The systems of waves; none in still water."""
+        return () if self.waves == "none" else wave_sections(self.waves)
 
     @field_validator("fairleads", mode="before")
     @classmethod
@@ -298,7 +347,7 @@ def _below_seabed(
     return wrong
 
 
-def _wrong(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
+def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
     return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 

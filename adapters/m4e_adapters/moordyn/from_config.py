@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
+from m4e_adapters.hydrodynamics.config import current_problems
+from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.moordyn.config import MooringConfig, Seabed, in_space
 from m4e_adapters.moordyn.line_file import line_file
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, internal_step, net_line
+from m4e_adapters.moordyn.mooring import (
+    Fairlead,
+    Mooring,
+    NetData,
+    Sea,
+    internal_step,
+    net_line,
+)
 from m4e_adapters.moordyn.ready_files.ready_file import ready_mooring
-from m4e_adapters.moordyn.stability import Segment, clear_of_seabed
+from m4e_adapters.moordyn.stability import SPEED, Segment, clear_of_seabed
+from m4e_fmi.errors import InputError, Problem
 
 
 def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
@@ -16,11 +27,14 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
 
     InputError if the internal time step is unstable or the file is not supported.
     """
+    moved = partial(_sea, config, Path(folder))
     if config.file is not None:
-        found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads)
+        found = ready_mooring(Path(folder) / config.file, fairleads=config.fairleads, sea=moved)
         return found.in_space() if config.dimensions == 3 else found
-    water, segments = config.water, _segments(config)
+    water = config.water
     assert water is not None
+    sea = moved(water.depth, water.gravity)
+    segments = _segments(config, speed=SPEED + (sea.speed if sea else 0.0))
     step = internal_step(segments, scheme=config.solver.scheme, wanted=config.solver.time_step)
     return Mooring(
         text=line_file(config, time_step=step),
@@ -38,7 +52,24 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         net=_net(config),
         at_rest=config.static_equilibrium,
         bed=-water.depth,
+        sea=sea,
     )
+
+
+def _sea(config: MooringConfig, folder: Path, depth: float, gravity: float) -> Sea | None:
+    """The water of `depth` [m] that waves and a current move, None if it stands still."""
+    problems = [
+        Problem(text, remedy, keys=place)
+        for place, text, remedy in current_problems(
+            config.current, depth=depth, dimensions=config.dimensions
+        )
+    ]
+    if problems:
+        raise InputError(problems)
+    waves = wave_systems(config.systems, depth=depth, gravity=gravity, folder=folder)
+    if not config.moves_water:
+        return None
+    return Sea(waves, config.current, config.stretching, depth=depth, gravity=gravity)
 
 
 def _net(config: MooringConfig) -> NetData:
@@ -63,6 +94,8 @@ def _net(config: MooringConfig) -> NetData:
                 mass_per_length=kind.mass_per_length,
                 stiffness=kind.axial_stiffness,
                 bending=kind.bending_stiffness,
+                drag=kind.drag_coefficient,
+                axial_drag=kind.axial_drag_coefficient,
                 density=water.density,
                 gravity=water.gravity,
             )
@@ -76,8 +109,8 @@ def _net(config: MooringConfig) -> NetData:
     }
 
 
-def _segments(config: MooringConfig) -> dict[str, Segment]:
-    """A segment of every line that has nodes between its ends."""
+def _segments(config: MooringConfig, *, speed: float) -> dict[str, Segment]:
+    """A segment of every line that has nodes between its ends, at most at `speed` [m/s]."""
     found = {}
     for name, line in config.lines.items():
         if line.segments == 1:
@@ -103,5 +136,6 @@ def _segments(config: MooringConfig) -> dict[str, Segment]:
             added_mass_coefficient=kind.added_mass_coefficient,
             axial_drag_coefficient=kind.axial_drag_coefficient,
             axial_added_mass_coefficient=kind.axial_added_mass_coefficient,
+            speed=speed,
         )
     return found

@@ -13,6 +13,7 @@ QUIET = (("0", "writeLog"), ("1", "disableOutput"), ("1", "disableOutTime"))
 RELAXATION = (("1", "ICgenDynamic"), ("1e-4", "threshIC"), ("10", "dtIC"))
 """How MoorDyn looks for the static equilibrium where ours was not found: its stationary solver
 stops anywhere; the tensions of 10 moments within dtIC/10 must be alike."""
+MOVING_WATER = ("1", "WaveKin")  # velocities and accelerations of the water come from outside
 NO_CABLE = "0.0 0.0 0.0 0.0"  # mass, volume, drag area and added mass of a point
 
 
@@ -97,6 +98,8 @@ def _options(config: MooringConfig, time_step: float) -> Iterable[tuple[str, str
     water = config.water
     assert water is not None
     yield from (*QUIET, *RELAXATION)
+    if config.moves_water:
+        yield MOVING_WATER
     yield "200" if config.static_equilibrium else "0", "TmaxIC"
     for value, key in (
         (water.gravity, "g"),

@@ -58,6 +58,8 @@ class LineSystem:
         Name and place [m] of the fairleads in a file that somebody else wrote, in its order.
     notes
         Warnings of every start.
+    course
+        The motion of the water at the nodes, a `water_course.WaterCourse`; None if it stands still.
     parting
         Ends of lines that may part from a fairlead: number of the line, end (0 for A, 1 for B), and
         number of the fairlead.
@@ -91,11 +93,15 @@ class LineSystem:
         drawn=(),
         notes=(),
         parting=(),
+        course=None,
         place=None,
     ):
         self._text = text
         self._y = [None if y is None else float(y) for y in fairleads]
-        self._moordyn = MoorDynSystem(text, y=self._y, lines=len(lines), place=place)
+        self._course = course
+        self._moordyn = MoorDynSystem(
+            text, y=self._y, lines=len(lines), place=place, moving_water=course is not None
+        )
         self._names = list(lines)
         self._fairleads = names or [f"fairlead_{k + 1}" for k in range(len(self._y))]
         self._placed = self._fairleads if placed is None else placed
@@ -120,10 +126,11 @@ class LineSystem:
         """True between `start` and `close`."""
         return self._moordyn.running
 
-    def start(self, position, velocity):
-        """Begin with the fairleads at `position` [m] with `velocity` [m/s], lines at rest.
+    def start(self, position, velocity, t=0.0):
+        """Begin at t [s] with the fairleads at `position` [m] with `velocity` [m/s].
 
-        MooringError if MoorDyn cannot start there.
+        Lines are at rest, in the equilibrium without waves. MooringError if MoorDyn cannot start
+        there.
         """
         position = [tuple(p) for p in position]
         velocity = [tuple(v) for v in velocity]
@@ -131,7 +138,7 @@ class LineSystem:
         if self._net is not None and all(isfinite(c) for place in position for c in place):
             places = [in_space(place, y) for place, y in zip(position, self._y, strict=True)]
             net = net_at(self._net, places)
-            found = net.settle()
+            found = net.settle_in(self._course.current) if self._course else net.settle()
         if found and self._at_rest:
             report = self._moordyn.create(position, search=False, net=net)
         else:
@@ -140,6 +147,8 @@ class LineSystem:
         rest = _still(position)
         self._motion = {"position": position, "velocity": rest, "age": 0.0, "given": rest}
         self._motion |= {"time": 0.0, "last": START_STEP}
+        if self._course:
+            self._course.be_calm(self._moordyn)
         self._evaluate(rest)
         self.warnings = [
             *self._notes,
@@ -150,6 +159,9 @@ class LineSystem:
             *self._implausible(net if found and self._at_rest else None),
             *warnings_in(report, equilibrium_known=found),
         ]
+        if self._course:
+            self._course.begin(self._moordyn, t)
+            self._evaluate(rest)
         self.settle(velocity)
         shortest = min(self._moordyn.lengths)
         self.warnings += misplaced(self._drawn, position, shortest=shortest)
@@ -177,9 +189,12 @@ class LineSystem:
             _each(lambda x, u, a, s=s: x + u * s - a / 2 * s * (h - s), starts, mean, bend)
             for s in bounds
         ]
+        times = [t + bound for bound in bounds]
         for k in range(count):
             size = bounds[k + 1] - bounds[k]
             chord = _each(lambda start, end, size=size: (end - start) / size, way[k], way[k + 1])
+            if self._course:
+                self._course.apply(self._moordyn, times, k)
             self._moordyn.step(way[k], chord, t + bounds[k], size)
         self._motion = {"position": ends, "velocity": mean, "age": h / 2, "time": t + h}
         self._motion |= {"last": last, "given": [tuple(v) for v in velocity]}
@@ -222,6 +237,7 @@ class LineSystem:
             "fairlead_tension": list(self.fairlead_tension),
             "anchor_tension": list(self.anchor_tension),
             "pulls": _copied(self._pulls),
+            "water": self._course.now if self._course else [],
         }
 
     def restore(self, saved):
@@ -239,6 +255,8 @@ class LineSystem:
         self.fairlead_tension = list(saved["fairlead_tension"])
         self.anchor_tension = list(saved["anchor_tension"])
         self._pulls = _copied(saved["pulls"])
+        if self._course:
+            self._course.now = saved["water"]
 
     def close(self):
         """Free MoorDyn's memory and files; the object can be started again."""
@@ -248,6 +266,8 @@ class LineSystem:
         """Take the last part of the step, with this velocity, and read the forces at its end."""
         t, h, ends = (self._motion[key] for key in ("time", "last", "position"))
         begins = _each(lambda end, speed: end - speed * h, ends, velocity)
+        if self._course:
+            self._course.apply_now(self._moordyn)
         force = self._moordyn.step(begins, velocity, t - h, h)
         forces = [tuple(force[k : k + 3]) for k in range(0, len(force), 3)]
         self.force = [self._seen(k, whole) for k, whole in enumerate(forces)]

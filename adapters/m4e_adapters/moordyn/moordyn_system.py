@@ -41,9 +41,10 @@ class _NotInstalled:
 
 
 try:
+    import cmoordyn
     import moordyn
 except ImportError:
-    moordyn = _NotInstalled()
+    moordyn = cmoordyn = _NotInstalled()
 
 
 class MoorDynSystem:
@@ -61,6 +62,8 @@ class MoorDynSystem:
     place
         The folder for MoorDyn's files; the system's temporary one if it is None or cannot be
         used.
+    moving_water
+        True if the water moves as `set_water` says: then `text` has WaveKin 1.
 
     Attributes
     ----------
@@ -68,8 +71,9 @@ class MoorDynSystem:
         Unstretched length [m] and number of segments of each line.
     """
 
-    def __init__(self, text, *, y, lines, place):
+    def __init__(self, text, *, y, lines, place, moving_water=False):
         self._text, self._y, self._count, self._place = text, y, lines, place
+        self._moving_water = moving_water
         self._system = self._folder = None
         self._lines, self.lengths, self.segments = [], [], []
         self._size = 0  # bytes of a saved state
@@ -111,6 +115,8 @@ class MoorDynSystem:
         self.segments = [moordyn.GetLineN(line) for line in self._lines]
         self.lengths = [moordyn.GetLineUnstretchedLength(line) for line in self._lines]
         self._size = 0
+        if self._moving_water:
+            moordyn.ExternalWaveKinInit(self._system)
         return console.text
 
     def _put_nodes(self, path, net):
@@ -144,6 +150,23 @@ class MoorDynSystem:
         ys = self._y if y is None else [y] * len(self._y)
         pairs = zip(places, ys, strict=True)
         return [c for place, y in pairs for c in in_space(place, y)]
+
+    def nodes(self):
+        """Places [m] and velocities [m/s] where the water's motion is wanted: flat, (x, y, z).
+
+        All nodes of the lines come first, then rods, points and bodies, whose velocity is 0 here.
+        """
+        places = moordyn.ExternalWaveKinGetCoordinates(self._system)
+        speeds = [
+            moordyn.GetLineNodeVel(line, k)
+            for line, last in zip(self._lines, self.segments, strict=True)
+            for k in range(last + 1)
+        ]
+        return places, speeds + [(0.0, 0.0, 0.0)] * (len(places) - len(speeds))
+
+    def set_water(self, velocity, acceleration):
+        """Let the water have these at the places of `nodes` until it is set again: flat lists."""
+        cmoordyn.ext_wave_set(self._system, velocity, acceleration, 0.0)
 
     def end_tensions(self):
         """Magnitudes [N] of the forces at end A, and at end B, of every line."""

@@ -6,10 +6,17 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, stable_step
+import numpy as np
+
+from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching, wavenumber
+from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
+HEIGHTS = 101  # at which the fastest current is looked for
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 
@@ -39,6 +46,31 @@ class Fairlead:
 
 
 @dataclass(frozen=True)
+class Sea:
+    """The water around lines, moved by `waves` and a `current`: `gravity` [m/s2], `depth` [m]."""
+
+    waves: tuple[WaveSystem, ...]
+    current: Current | None
+    stretching: Stretching
+    depth: float
+    gravity: float
+
+    @property
+    def speed(self) -> float:
+        """Hardly exceeded by the water [m/s]: four standard deviations and the current."""
+        energy, steady = 0.0, 0.0
+        if self.current is not None:
+            heights = np.linspace(-self.depth, 0.0, HEIGHTS)
+            found = current_velocity(self.current, heights, depth=self.depth)
+            steady = float(np.linalg.norm(found, axis=1).max())
+        for system in self.waves:
+            omega, amplitude = system.configured()
+            number = wavenumber(omega, depth=self.depth, gravity=self.gravity)
+            energy += 0.5 * float(np.sum((omega * amplitude / np.tanh(number * self.depth)) ** 2))
+        return 4.0 * math.sqrt(energy) + steady
+
+
+@dataclass(frozen=True)
 class Mooring:
     """Data of a `LineSystem`.
 
@@ -47,7 +79,7 @@ class Mooring:
     `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
     lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
     has them, to be compared with where they start; `notes` say what in a ready file is taken
-    otherwise than it stands there.
+    otherwise than it stands there. `sea` is None if the water stands still.
     """
 
     text: str
@@ -59,6 +91,7 @@ class Mooring:
     bed: float
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
+    sea: Sea | None = None
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""
@@ -78,10 +111,15 @@ def net_line(
     mass_per_length: float,
     stiffness: float,
     bending: float,
+    drag: float,
+    axial_drag: float,
     density: float,
     gravity: float,
 ) -> dict[str, object]:
-    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI."""
+    """A line as `statics.Net` takes it: `ends` are numbers of points from 0, the rest is SI.
+
+    `drag` and `axial_drag` are coefficients, the latter for the area π d l.
+    """
     return {
         "ends": ends,
         "segments": segments,
@@ -91,6 +129,8 @@ def net_line(
         "weight": mass_per_length * gravity,
         "buoyancy": density * gravity * math.pi * diameter**2 / 4,
         "diameter": diameter,
+        "drag": 0.5 * density * diameter * drag,
+        "axial_drag": 0.5 * density * diameter * math.pi * axial_drag,
     }
 
 
@@ -114,7 +154,7 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
         message = (
             f"internal time step {wanted:g} s is unstable: {worst} allows at most "
             f"{limits[worst]:.3g} s with {scheme}, where it lands on the seabed or moves at up to "
-            f"{SPEED:g} m/s"
+            f"{segments[worst].speed:.3g} m/s"
         )
         advice = "leave the step out to have a stable one chosen, or use fewer segments"
         if scheme == "RK2":

@@ -5,6 +5,7 @@ Travels inside the FMU: imports the standard library only. Source: `Line::getSta
 carry nothing), weight, buoyancy by the submerged share of a segment, the seabed's spring, bending.
 """
 
+from itertools import pairwise
 from math import dist, hypot, inf, sqrt
 from operator import mul
 
@@ -44,6 +45,30 @@ def add_line_forces(net, line, nodes, force, *, add=None, soft=inf):
         for k in range(1, count):
             _add_bending(line["bending"], nodes[k - 1 : k + 2], at[k - 1 : k + 2], force, add)
     return largest
+
+
+def drag_forces(line, places, speeds):
+    """Drag [N] (x, y, z) on each node of a `line` at rest in water that moves.
+
+    Nodes are at `places` [m], the water there has `speeds` [m/s]; `line` has the ``drag`` across
+    and the ``axial_drag`` along it [N s2/m3], per length and square of the speed.
+    """
+    count, unstretched = line["segments"], line["length"] / line["segments"]
+    wet = [
+        submerged(a, b, line["diameter"] / 2, dist(a, b))[0] * unstretched / 2
+        for a, b in pairwise(places)
+    ]
+    found = []
+    for k, speed in enumerate(speeds):
+        low, high = places[max(0, k - 1)], places[min(count, k + 1)]
+        length = dist(low, high) or 1.0
+        q = [(y - x) / length for x, y in zip(low, high, strict=True)]
+        along = sum(map(mul, speed, q))
+        across = [x - along * y for x, y in zip(speed, q, strict=True)]
+        size = sum(wet[max(0, k - 1) : k + 1])
+        first, second = line["drag"] * hypot(*across), line["axial_drag"] * abs(along) * along
+        found.append([size * (first * x + second * y) for x, y in zip(across, q, strict=True)])
+    return found
 
 
 def _add_tension(spring, unstretched, length, ends, places, force, add):

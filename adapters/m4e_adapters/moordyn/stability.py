@@ -11,7 +11,7 @@ the seabed ω = √(kBot d/m'). Further damping only moves λ along its circle t
 
 Decay: MoorDyn's axial dampers BA work in slack segments too, where no spring slows the decay, so
 the bound is that of C alone: x²M − xC + K is positive wherever xM − C is. Rates of line, seabed and
-drag add. A node on the seabed has the rate Γ = cBot d/m_b, drag at SPEED V adds at most
+drag add. A node on the seabed has the rate Γ = cBot d/m_b, drag at a speed V adds at most
 D = ρ d V max(Cd/(m' + ρ A Ca), π CdAx/(m' + ρ A CaAx)) to every mode. Let a vertical chain have one
 node on the seabed, segments on both sides. With c = 2ζω/4 of a segment per mass of a node,
 u_j = r^|j| and λ = −x, its nodes and the one on the seabed give
@@ -38,7 +38,7 @@ from dataclasses import dataclass
 
 SCHEMES = {"RK2": 2, "RK4": 4}  # name → order: R is the exponential series up to that power
 MARGIN = 0.9  # of the longest stable step that is used when nothing else is asked for
-SPEED = 5.0  # [m/s] of a node through the water, up to which drag is in the longest stable step
+SPEED = 5.0  # [m/s] of a node through still water, up to which drag is in the longest stable step
 GROWTH = 1.0001  # |R| up to which a mode counts as stable: drag takes up so slow a growth
 STRAIN = 0.2  # by which a line may be stretched on its way to the seabed
 RESOLUTION = 400  # steps of the search per unit of |λ dt|
@@ -51,7 +51,8 @@ class Segment:
     """One segment of a line, the water around and the seabed below it (SI units).
 
     `damping` is MoorDyn's BA [N·s]; `seabed_stiffness` kBot [Pa/m], `seabed_damping` cBot [Pa·s/m];
-    `friction` [N·s/m] is what seabed friction adds to a node's damping.
+    `friction` [N·s/m] is what seabed friction adds to a node's damping; steps are stable up to the
+    `speed` [m/s] of a node through the water.
     """
 
     length: float
@@ -68,6 +69,7 @@ class Segment:
     axial_drag_coefficient: float = 0.0
     axial_added_mass_coefficient: float = 0.0
     friction: float = 0.0
+    speed: float = SPEED
 
 
 def clear_of_seabed(held: Iterable[float], *, length: float, depth: float) -> bool:
@@ -101,7 +103,7 @@ def decay_rate(segment: Segment) -> float:
     across = m + water * segment.added_mass_coefficient
     along = m + water * segment.axial_added_mass_coefficient
     drag = max(segment.drag_coefficient / across, math.pi * segment.axial_drag_coefficient / along)
-    drag = segment.water_density * d * SPEED * drag + segment.friction / (m * length)
+    drag = segment.water_density * d * segment.speed * drag + segment.friction / (m * length)
     seabed = segment.seabed_damping * d * (1 / m + 1 / across) / 2
     axial = 2 * segment.damping / (m * length**2)  # ζω
     return drag + axial + math.hypot(axial, seabed)

@@ -11,11 +11,12 @@ their nodes. The matrix of a line is banded; free points, to which several lines
 (skyline, L D Lᵀ).
 """
 
-from math import ceil, inf
+from itertools import chain
+from math import ceil, dist, hypot, inf
 from operator import mul
 from sys import float_info
 
-from .node_forces import add_line_forces
+from .node_forces import add_line_forces, drag_forces
 
 STAGES = (1e2, 1e4, 1e6, inf)  # most that EA is of a line's weight, the seabed of weight per length
 ROUGHLY, PRECISION = 1e-3, 1e-6  # largest force left on a node, of a stage and at the end, over the
@@ -25,6 +26,10 @@ REFINEMENT, DIRECT = 4, 2 * COARSE  # more segments than DIRECT start from a 4th
 ROUNDING = 16 * float_info.epsilon  # of a node's place, over its coordinates
 ITERATIONS = 150  # of each stage
 SHIFTS = (1e-9, 1e-3, 1.0)  # least, first and most, over the largest entry of the diagonal
+DRIFTS, LEFT = (
+    100,
+    1e-6,
+)  # rounds of drag and equilibrium; change of drag, over its sum, that is none
 LONGEST_MOVE = 0.25  # of a node in one iteration, over the length of the longest line
 SLOPE, BISECTIONS = 0.5, 12  # share of the slope along a step that may be left, and how it is found
 
@@ -40,7 +45,7 @@ class Net:
     lines
         For each line a dict of ``ends`` (numbers of its points, from 0), ``segments``,
         ``length`` [m] unstretched, ``stiffness`` EA [N], ``bending`` EI [N·m²], ``weight`` in air
-        and ``buoyancy`` [N/m], ``diameter`` [m].
+        and ``buoyancy`` [N/m], ``diameter`` [m]; for `settle_in` ``drag`` and ``axial_drag``.
     bed, bed_stiffness
         z [m] of the flat seabed and its stiffness [Pa/m].
 
@@ -51,13 +56,15 @@ class Net:
         begin on the straight between its ends.
     nodes
         For each line the numbers of its nodes in `position`, from end A to end B.
+    drag
+        For each line the constant forces (x, y, z) [N] on its nodes; empty in still water.
     """
 
     def __init__(self, points, lines, bed, bed_stiffness):
         self.position = [[float(x) for x in point["position"]] for point in points]
         self.loads = [point["force"] for point in points]
         self.lines, self.bed, self.bed_stiffness = lines, bed, bed_stiffness
-        self.nodes = []
+        self.nodes, self.drag = [], []
         for line in lines:
             a, b = line["ends"]
             first, count = len(self.position), line["segments"]
@@ -74,6 +81,26 @@ class Net:
             self._follow(coarse)
         parts = [_Part(self, numbers) for numbers in self._connected()]
         return all(part.settle_from(known) for part in parts if part.order)
+
+    def settle_in(self, current):
+        """As `settle`, in water with the velocities (x, y, z) [m/s] `current` gives for places [m].
+
+        Drag of the lines where they are, and the equilibrium with it, by turns.
+        """
+        found = self.settle()
+        for _ in range(DRIFTS):
+            before = self.drag or [[(0.0, 0.0, 0.0)] * len(nodes) for nodes in self.nodes]
+            self.drag = []
+            for line, nodes in zip(self.lines, self.nodes, strict=True):
+                places = [self.position[k] for k in nodes]
+                self.drag.append(drag_forces(line, places, current(places)))
+            pairs = zip(chain(*before), chain(*self.drag), strict=True)
+            change = sum(dist(old, new) for old, new in pairs)
+            if not found or change <= LEFT * sum(hypot(*force) for force in chain(*self.drag)):
+                return found
+            parts = [_Part(self, numbers) for numbers in self._connected()]
+            found = all(part.settle_from(True) for part in parts if part.order)
+        return False
 
     def _coarse(self):
         """The same points and lines with fewer segments; None if these are few enough."""
@@ -100,11 +127,18 @@ class Net:
     def end_forces(self):
         """(force of end A, of end B), each (x, y, z) [N], of every line on what holds it."""
         found = []
-        for line, nodes in zip(self.lines, self.nodes, strict=True):
+        for number, (line, nodes) in enumerate(zip(self.lines, self.nodes, strict=True)):
             force = {k: [0.0, 0.0, 0.0] for k in nodes}
+            self.add_drag(number, force)
             add_line_forces(self, line, nodes, force)
             found.append((force[nodes[0]], force[nodes[-1]]))
         return found
+
+    def add_drag(self, number, force):
+        """Add the drag on a line, by its number, to `force` [N] of nodes."""
+        drags = self.drag[number] if self.drag else ()
+        for node, drag in zip(self.nodes[number], drags, strict=False):
+            force[node] = [a + b for a, b in zip(force[node], drag, strict=True)]
 
     def _connected(self):
         """The numbers of lines that hang together by free points."""
@@ -121,7 +155,7 @@ class _Part:
     """Lines that hang together; unknown are three coordinates of each free node, in `order`."""
 
     def __init__(self, net, numbers):
-        self.net = net
+        self.net, self.numbers = net, numbers
         self.lines = [(net.lines[k], net.nodes[k]) for k in numbers]
         ends = {end for line, _ in self.lines for end in line["ends"]}
         self.free_points = sorted(end for end in ends if net.loads[end] is not None)
@@ -219,6 +253,8 @@ class _Part:
         force = {k: [0.0, 0.0, 0.0] for _, nodes in self.lines for k in nodes}
         for k in self.free_points:
             force[k] = list(self.net.loads[k])
+        for number in self.numbers:
+            self.net.add_drag(number, force)
         add = None if rows is None else _block_adder(rows, self.first, self.place)
         tension = [
             add_line_forces(self.net, line, nodes, force, add=add, soft=self.soft)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config import Still, Water, Waves
+from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves, current_problems
 from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.config.waves import waves_beyond_the_plane
@@ -19,7 +19,7 @@ TAKEN = "wave"
 
 
 class SeaConfig(Section):
-    """Waves without bodies: what the water does at points.
+    """Waves and a current without bodies: what the water does at points.
 
     `points` [x, z] [m] stay; `moving_points` have their place as an input, which begins at the
     given one. With `dimensions: 3` places are [x, y, z] and waves travel in any direction.
@@ -29,6 +29,7 @@ class SeaConfig(Section):
     dimensions: Literal[2, 3] = 2
     water: Water = Water()
     waves: Waves = Still(spectrum="still")
+    current: Current | None = None
     points: Points = Field(default_factory=dict)
     moving_points: Points = Field(default_factory=dict)
     stretching: Literal["wheeler", "linear"] = "wheeler"
@@ -36,6 +37,10 @@ class SeaConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> SeaConfig:
         wrong = [*self._places()]
+        of_current = current_problems(
+            self.current, depth=self.water.depth, dimensions=self.dimensions
+        )
+        wrong += [_wrong(*problem) for problem in of_current]
         if self.dimensions == 2:
             wrong += [
                 _wrong(("waves", *place), message, remedy)

@@ -1,46 +1,29 @@
 """The undisturbed sea as a Program: Airy waves at fixed and moving points.
 
-The equations are those of `m4e_adapters.hydrodynamics.seas.kinematics`, with one difference: all
-components of a system are multiplied by its ramp, accelerations and pressures too. The elevation at
-x = y = 0 is recorded in the order of the hydrodynamics, so that both give the same bits.
+The equations are those of `m4e_adapters.hydrodynamics.seas.water.recorded_flow`.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from m4e_adapters.hydrodynamics.config import Water
+from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
-from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Flow, RecordedFlow
 from m4e_adapters.sea.config import SeaConfig
 from m4e_fmi.program import (
     Program,
     Recorder,
     Scalar,
     Variable,
-    cos,
-    exp,
-    maximum,
-    minimum,
-    sin,
 )
 
 Number = Scalar | float
 AXES = ("x", "y", "z")
-
-
-@dataclass(frozen=True)
-class Flow:
-    """The water at a point: `elevation` [m], vectors (3,) [m/s, m/s2], pressure [Pa]."""
-
-    elevation: Number
-    velocity: tuple[Number, Number, Number]
-    acceleration: tuple[Number, Number, Number]
-    pressure: Number
 
 
 def sea_program(
@@ -59,41 +42,29 @@ def sea_program(
     recorder = Recorder(name, "undisturbed sea")
     water, in_space = config.water, config.dimensions == 3
     systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    tell_doubts(systems, progress)
-    waves = [system.record(recorder, in_space=in_space) for system in systems]
-    clocks = [_clocks(recorder, own) for own in waves]
-    elevation: Number = 0.0
-    for own, clock in zip(waves, clocks, strict=True):
-        elevation = elevation + own.ramp * _height(own, clock)
-    recorder.output(elevation_at_origin(config.dimensions), elevation)
+    tell_doubts(systems, config.current, progress)
+    flow = RecordedFlow(
+        water=water,
+        time=recorder.time,
+        waves=[system.record(recorder, in_space=in_space) for system in systems],
+        current=record_current(recorder, config.current, depth=water.depth, in_space=in_space),
+        stretching=config.stretching,
+    )
+    recorder.output(elevation_at_origin(config.dimensions), flow.elevation_at_origin())
     for point in (*config.points, *config.moving_points):
         place = record_place(recorder, config, point)
-        flow = _flow(config, waves, clocks, place)
-        record_outputs(recorder, point, flow, place[2], in_space=in_space)
+        record_outputs(recorder, point, flow.at(place), place[2], in_space=in_space)
     return recorder.program()
 
 
-def tell_doubts(systems: Sequence[WaveSystem], progress: Callable[[str], object]) -> None:
-    """Warn of waves that break or are too steep."""
-    for system in systems:
-        for text in system.doubts({}):
-            progress(f"warning: {text}")
-
-
-Clock = list[tuple[Number, Number]]
-"""Cosine and sine of ω t + φ of each component; for a point, of θ = ω t + φ − k · place."""
-
-
-def _clocks(recorder: Recorder, waves: RecordedWaves) -> Clock:
-    angles = [w * recorder.time + p for w, p in zip(waves.omega, waves.phase, strict=True)]
-    return [(cos(angle), sin(angle)) for angle in angles]
-
-
-def _height(waves: RecordedWaves, clock: Clock) -> Number:
-    total: Number = 0.0
-    for amplitude, (cosine, _) in zip(waves.amplitude, clock, strict=True):
-        total = total + amplitude * cosine
-    return total
+def tell_doubts(
+    systems: Sequence[WaveSystem], current: Current | None, progress: Callable[[str], object]
+) -> None:
+    """Warn of waves that break or are too steep, and of waves on a current."""
+    for text in (text for system in systems for text in system.doubts({})):
+        progress(f"warning: {text}")
+    for text in current_doubts(current, has_waves=bool(systems)):
+        progress(f"warning: {text}")
 
 
 def record_place(
@@ -109,88 +80,6 @@ def record_place(
         text = f"{axis} of the point {point}"
         found[axis] = declare(Variable(f"{point}.{axis}", "m", text, start=value))
     return found["x"], found["y"], found["z"]
-
-
-def _flow(
-    config: SeaConfig,
-    waves: Sequence[RecordedWaves],
-    clocks: Sequence[Clock],
-    place: tuple[Number, Number, Number],
-) -> Flow:
-    x, y, z = place
-    here: list[Clock] = []
-    elevation: Number = 0.0
-    for own, clock in zip(waves, clocks, strict=True):
-        moved: Clock = []
-        for k, (cosine, sine) in enumerate(clock):
-            along, across = own.along(k)
-            way = own.number[k] * (x * along + y * across)
-            c, s = cos(way), sin(way)
-            moved.append((cosine * c + sine * s, sine * c - cosine * s))
-        here.append(moved)
-        elevation = elevation + own.ramp * _height(own, moved)
-    level, above = _levels(config, z, elevation)
-    velocity, acceleration, pressure = [0.0] * 3, [0.0] * 3, 0.0
-    for own, moved in zip(waves, here, strict=True):
-        parts = _sums(config.water, own, moved, level, above)
-        velocity = [a + own.ramp * b for a, b in zip(velocity, parts[0:3], strict=True)]
-        acceleration = [a + own.ramp * b for a, b in zip(acceleration, parts[3:6], strict=True)]
-        pressure = pressure + own.ramp * parts[6]
-    weight = config.water.density * config.water.gravity
-    u, v, w = velocity
-    a, b, c = acceleration
-    return Flow(elevation, (u, v, w), (a, b, c), weight * pressure)
-
-
-def _levels(config: SeaConfig, z: Number, elevation: Number) -> tuple[Number, Number]:
-    """Level [m] ≤ 0 at which profiles count, and how far their tangents reach above it."""
-    depth = config.water.depth
-    if config.stretching == "wheeler":
-        level = z - elevation
-        if math.isfinite(depth):
-            level = level * (depth / (depth + elevation))
-        above: Number = 0.0
-        level = minimum(level, 0.0)
-    else:
-        wet = minimum(z, maximum(elevation, 0.0))
-        level = minimum(wet, 0.0)
-        above = wet - level
-    return (maximum(level, -depth) if math.isfinite(depth) else level), above
-
-
-def _sums(
-    water: Water, waves: RecordedWaves, clock: Clock, level: Number, above: Number
-) -> list[Number]:
-    """Velocity (3), acceleration (3) and pressure over ρ g of a system, without its ramp."""
-    total: list[Number] = [0.0] * 7
-    for k, (cosine, sine) in enumerate(clock):
-        number, rate = waves.number[k], waves.omega[k] * waves.amplitude[k]
-        up, down, over_sinh, over_cosh = _profile(water, number, level)
-        along, upwards = (up + down) * over_sinh, (up - down) * over_sinh
-        rise = number * above
-        along, upwards = along + rise * upwards, upwards + rise * along
-        c, s = waves.along(k)
-        horizontal, faster = rate * along, waves.omega[k] * rate
-        terms = (
-            horizontal * c * cosine,
-            horizontal * s * cosine,
-            -(rate * upwards) * sine,
-            -(faster * along) * c * sine,
-            -(faster * along) * s * sine,
-            -(faster * upwards) * cosine,
-            waves.amplitude[k] * (up + down) * over_cosh * cosine,
-        )
-        total = [a + b for a, b in zip(total, terms, strict=True)]
-    return total
-
-
-def _profile(water: Water, number: Number, level: Number) -> tuple[Number, Number, Number, Number]:
-    """e^{kz}, e^{−k(z + 2h)}, and what makes profiles of their sums, as in `kinematics`."""
-    up = exp(number * level)
-    if math.isinf(water.depth):
-        return up, 0.0, 1.0, 1.0
-    bed = exp(-2.0 * water.depth * number)
-    return up, bed / up, 1.0 / (1.0 - bed), 1.0 / (1.0 + bed)
 
 
 def record_outputs(

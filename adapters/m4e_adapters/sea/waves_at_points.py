@@ -15,14 +15,19 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import depth_profiles
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.kinematics import (
+    depth_profiles,
+    velocity_per_amplitude,
+    wavenumber,
+)
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Flow
 from m4e_adapters.sea.config import SeaConfig
-from m4e_adapters.sea.program import AXES, Flow, record_outputs, record_place, tell_doubts
+from m4e_adapters.sea.program import AXES, record_outputs, record_place, tell_doubts
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
@@ -71,9 +76,11 @@ class PointWaves:
             way = at["x"] * np.cos(directions) + at.get("y", 0.0) * np.sin(directions)
             crest = np.exp(1j * number * way)
             level = max(min(at["z"], 0.0), -water.depth)
-            along, upwards, pressing = depth_profiles(number, level, water.depth)
-            u, w = omega * along * crest, -1j * omega * upwards * crest
-            flow = [u * np.cos(directions), u * np.sin(directions), w]
+            _, _, pressing = depth_profiles(number, level, water.depth)
+            here = (at["x"], at.get("y", 0.0), at["z"])
+            flow = velocity_per_amplitude(
+                omega, directions, here, depth=water.depth, number=number
+            ).T
             kept = [k for k, axis in enumerate(AXES) if axis in axes]
             columns.append(crest)
             columns += [flow[k] for k in kept]
@@ -112,18 +119,21 @@ def sea_in_waves(
     recorder = Recorder(name, "undisturbed sea")
     water, in_space = config.water, config.dimensions == 3
     systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    tell_doubts(systems, progress)
+    tell_doubts(systems, config.current, progress)
     for system in systems:
         system.record(recorder, in_space=in_space)
+    current = record_current(recorder, config.current, depth=water.depth, in_space=in_space)
     text = "elevation of the undisturbed water at x = y = 0"
     elevation = recorder.input(Variable(ELEVATION, "m", text))
     recorder.output(elevation_at_origin(config.dimensions), elevation)
     for point in (*config.points, *config.moving_points):
         _, _, z = record_place(recorder, config, point)
         given = {v.name: recorder.input(v) for v in point_inputs(config, point)}
+        u, v, w = _vector(given, f"{point}.wave_velocity")
+        along_x, along_y = current.velocity(z)
         flow = Flow(
             given[f"{point}.wave_elevation"],
-            _vector(given, f"{point}.wave_velocity"),
+            (u + along_x, v + along_y, w),
             _vector(given, f"{point}.wave_acceleration"),
             given[f"{point}.wave_dynamic_pressure"],
         )

@@ -8,12 +8,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from m4e_adapters import moordyn
+from m4e_adapters.hydrodynamics.seas.system_seas import water_program
+from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
-from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_adapters.moordyn.mooring import Sea
+from m4e_adapters.sea.program import tell_doubts
+from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
+from m4e_fmi.program.python_form import python_source
 from m4e_fmi.report.animation.shown import End, Shown, ShownCable
 
 TRAVELS = (
@@ -58,7 +64,7 @@ def make(
         "parting": _parting(mooring),
         "nodes": {line: _nodes(mooring, line) for line in mooring.lines},
     }
-    return PythonSource(
+    source = PythonSource(
         description=ModelDescription(
             name, f"mooring lines {', '.join(mooring.lines)} by MoorDyn", _variables(mooring)
         ),
@@ -68,6 +74,43 @@ def make(
             **{name: adapter / name for name in TRAVELS},
         },
         data={"lines.txt": mooring.text.encode(), "mooring.json": json.dumps(system).encode()},
+    )
+    if mooring.sea is None:
+        return source
+    tell_doubts(mooring.sea.waves, mooring.sea.current, progress)
+    return _in_moving_water(source, mooring.sea, in_space=config.dimensions == 3)
+
+
+def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
+    """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
+    program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
+    parameters = [v for v in describe(program).variables if v.causality == "parameter"]
+    variables = [
+        replace(v, initial_dependencies=None) if v.causality == "output" else v
+        for v in source.description.variables
+    ]
+    water = {
+        "parameters": [v.name for v in parameters],
+        "counts": [len(system.omega) for system in sea.waves],
+        "current": sea.current is not None,
+        "depth": sea.depth,
+        "gravity": sea.gravity,
+        "stretching": sea.stretching,
+    }
+    adapter, seas = Path(moordyn.__file__).parent, Path(moving_water.__file__).parent
+    return replace(
+        source,
+        description=replace(source.description, variables=(*variables, *parameters)),
+        modules={
+            **source.modules,
+            "water_course.py": adapter / "water_course.py",
+            **{name: seas / name for name in ("moving_water.py", "kinematics.py")},
+        },
+        data={
+            **source.data,
+            "water.py": python_source(program).encode(),
+            "water.json": json.dumps(water).encode(),
+        },
     )
 
 

@@ -9,7 +9,10 @@ from .slave_base import M4eSlave  # type: ignore
 
 
 class MooringSlave(M4eSlave):
-    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`."""
+    """Mooring lines: a `LineSystem` with the input `lines.txt` and arguments `mooring.json`.
+
+    Where `water.json` is, the water moves.
+    """
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -17,8 +20,9 @@ class MooringSlave(M4eSlave):
         system = json.loads((self.resources / "mooring.json").read_text(encoding="utf-8"))
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
-        nodes = system.pop("nodes")
-        self._lines = LineSystem(text, place=self.resources, **system)
+        self._water, self._of_water, self._values_of_water = None, [], []
+        course, nodes = self._moving_water(), system.pop("nodes")
+        self._lines = LineSystem(text, course=course, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
         self._nodes = {
             (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
@@ -29,6 +33,28 @@ class MooringSlave(M4eSlave):
         self._nodes_known = True
         self._started_with = None
 
+    def _moving_water(self):
+        """The course of the water of `water.json`; None if there is none: it stands still."""
+        file = self.resources / "water.json"
+        if not file.exists():
+            return None
+        from . import water as code  # type: ignore
+        from .moving_water import MovingWater  # type: ignore
+        from .water_course import WaterCourse  # type: ignore
+
+        water = json.loads(file.read_text(encoding="utf-8"))
+        self._of_water = [self.index[name] for name in water.pop("parameters")]
+        self._water = MovingWater(code, **water)
+        return WaterCourse(self._water)
+
+    def _set_water(self):
+        """Give the water the values of its parameters; return them."""
+        values = [self.values[k] for k in self._of_water]
+        if self._water is not None and values != self._values_of_water:
+            self._water.set(values)
+            self._values_of_water = values
+        return values
+
     def _of_fairleads(self, kind):
         """The inputs of this kind, "" for places and "v" for velocities, of each fairlead."""
         return [
@@ -37,11 +63,12 @@ class MooringSlave(M4eSlave):
         ]
 
     def initialise(self):
-        """Start the lines, unless they have started with the same motion."""
+        """Start the lines, unless they have started with the same motion and waves."""
         motion = (self._of_fairleads(""), self._of_fairleads("v"))
-        if motion != self._started_with:
-            self._lines.start(*motion)
-            self._started_with = motion
+        given = (*motion, self._set_water())
+        if given != self._started_with:
+            self._lines.start(*motion, self.time)
+            self._started_with = given
             self._warn(self._lines.warnings)
 
     def _warn(self, texts):
@@ -50,6 +77,7 @@ class MooringSlave(M4eSlave):
 
     def step(self, t, h):
         """Advance from t over h [s]."""
+        self._set_water()
         self._lines.advance(t, h, self._of_fairleads(""), self._of_fairleads("v"))
 
     def update(self):
@@ -91,6 +119,7 @@ class MooringSlave(M4eSlave):
         """Go back to what `save` returned."""
         self._started_with = None
         self._nodes_known = False
+        self._set_water()
         if saved:
             self._lines.restore(saved)
 

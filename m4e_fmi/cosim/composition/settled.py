@@ -11,7 +11,9 @@ from m4e_fmi.cosim.composition.static_law import Inputs, StaticLaw, law_program
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring, is_varying
 from m4e_fmi.cosim.preparation.components import Tell, ready_fmus
 from m4e_fmi.cosim.preparation.hosts import available, hosts
+from m4e_fmi.cosim.preparation.surroundings import is_of_waves
 from m4e_fmi.cosim.preparation.trial_instances import Instances
+from m4e_fmi.cosim.system.component import Component, Kind
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu import Description, read_description
@@ -41,7 +43,7 @@ def stand_ins(
         return {}
     small = replace(
         system,
-        components=tuple(c for c in system.components if c.name in settled),
+        components=tuple(_in_still_water(c) for c in system.components if c.name in settled),
         connections=(),
         inputs={},
         outputs={},
@@ -73,6 +75,16 @@ def stand_ins(
         every = [known[target] for target in links]
         found[name] = law_program(name, inputs, every, outputs), law
     return found
+
+
+def _in_still_water(component: Component) -> Component:
+    """`component` without waves, if its kind's configuration can leave them out."""
+    source = component.source
+    calm = getattr(source.config, "in_still_water", None) if isinstance(source, Kind) else None
+    if not isinstance(source, Kind) or calm is None:
+        return component
+    start = {name: value for name, value in component.start.items() if not is_of_waves(name)}
+    return replace(component, source=replace(source, config=calm()), start=start)
 
 
 def _real_links(

@@ -1,7 +1,8 @@
 """Water, waves and gravity that differ between components which belong to one place.
 
 A kind whose configuration has a section `water` is in water of that density, depth and gravity, and
-one with `waves` in that sea. A model that such a component acts on has a gravity, too.
+one with `waves` or a `current` in that sea, unless its waves are the word `none`. A model that such
+a component acts on has a gravity, too.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from m4e_fmi.fmu import Description
 UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
 WAVES = "wave"
 """Beginning of the names of parameters of waves."""
+SHARED = {"waves": "sea", "current": "stream"}
+"""Sections that components of one sea share, and the YAML anchors that remedies propose."""
 SAME = 1e-3
 """Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
 
@@ -41,38 +44,54 @@ def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> lis
                     f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
                     "components in one water need the same"
                 )
-    return [*differences, *_seas(system), *_weights(system, descriptions, wiring, waters)]
+    return [
+        *differences,
+        *_seas(system, "waves"),
+        *_seas(system, "current"),
+        *_weights(system, descriptions, wiring, waters),
+    ]
 
 
-def _seas(system: System) -> Iterator[str]:
-    """Waves that are not those of another component, by their section or by start values."""
+def _seas(system: System, key: str) -> Iterator[str]:
+    """Waves or currents (`key`) that are not those of another component.
+
+    By their section or by start values; no `current` is one of 0, which differs from others.
+    """
     seas = {
-        c.name: (waves, _start_of_waves(c))
+        c.name: (section, {name: x for name, x in c.start.items() if _is_of(name, key)})
         for c in system.components
-        if (waves := _section(c, "waves")) is not None
+        if (section := _section(c, key)) not in ("none", None) or key in _may_be_left_out(c)
     }
     for (first, one), (second, other) in combinations(seas.items(), 2):
         if one == other:
             continue
         if one[0] == other[0]:
-            how, remedy = "start values of waves", "set them in all of them"
+            how, remedy = f"start values of {key}", "set them in all of them"
         else:
-            how = "waves"
-            remedy = "write the section once, `waves: &sea {…}`, and `waves: *sea` elsewhere"
+            how, name = key, SHARED[key]
+            remedy = f"write the section once, `{key}: &{name} {{…}}`, and `{key}: *{name}`"
+            remedy += " elsewhere"
         yield (
-            f"the {how} of {first}{_line(system, first, 'waves')} and of "
-            f"{second}{_line(system, second, 'waves')} differ: components in one sea need the "
+            f"the {how} of {first}{_line(system, first, key)} and of "
+            f"{second}{_line(system, second, key)} differ: components in one sea need the "
             f"same: {remedy}"
         )
 
 
-def _start_of_waves(component: Component) -> dict[str, object]:
-    """Start values of parameters of the waves."""
-    return {
-        name: value
-        for name, value in component.start.items()
-        if re.split(r"[.[]", name)[0] == WAVES
-    }
+def _may_be_left_out(component: Component) -> tuple[str, ...]:
+    """Keys whose absence means that there is none of it."""
+    source = component.source
+    return ("current",) if isinstance(source, Kind) and hasattr(source.config, "current") else ()
+
+
+def _is_of(name: str, key: str) -> bool:
+    """True of the `name` of a parameter of waves or a current."""
+    return re.split(r"[.[]", name)[0] == (WAVES if key == "waves" else key)
+
+
+def is_of_waves(name: str) -> bool:
+    """True of the `name` of a parameter of waves."""
+    return _is_of(name, "waves")
 
 
 def _weights(

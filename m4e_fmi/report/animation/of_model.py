@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.model import Model
+from m4e_fmi.model.elements import inertia_of, parameter_values, quantity
 from m4e_fmi.model.shapes import MOST_TRIANGLES
 from m4e_fmi.report.animation.scene import COORDINATES, Body, Followed, Rope, Scene, Value
 from m4e_fmi.report.drawing.parts import ranks
@@ -37,7 +38,8 @@ def scene_of_model(
     """
     prefix = f"{component}." if component else ""
     if model.dimensions == 2:
-        return _planar(model, unmoved_scene(model, values or {}), prefix)
+        shown = unmoved_scene(model, values or {})
+        return _planar(model, shown, prefix, THICKNESS * _size(shown) or _gyration(model))
     return _spatial(model, solids(model, values, most=most), prefix)
 
 
@@ -74,9 +76,8 @@ def _ranks(ends: Sequence[frozenset[Spot]]) -> Iterator[float]:
         seen[pair] += 1
 
 
-def _planar(model: Model, shown: PlanarScene, prefix: str) -> Scene:
-    """Bodies as flat outlines at y = 0."""
-    radius = THICKNESS * _size(shown)
+def _planar(model: Model, shown: PlanarScene, prefix: str, radius: float) -> Scene:
+    """Bodies as flat outlines at y = 0, of that `radius` [m] about their points."""
     bodies = tuple(
         Body(f"{prefix}{name}", _motion(prefix, name, IN_PLANE), (_flat(shown, k, radius),))
         for k, name in enumerate(shown.bodies)
@@ -100,9 +101,20 @@ def _planar(model: Model, shown: PlanarScene, prefix: str) -> Scene:
 
 
 def _size(shown: PlanarScene) -> float:
-    """A length of the model [m]: that from a joint, or centre of gravity, to the farthest point."""
+    """A length of the model [m]: twice the longest arm from a centre of gravity; 0 if none."""
     arms = [np.hypot(*np.array(held).T).max() for held in shown.attachments]
-    return 2.0 * float(max(arms, default=0.0)) or 1.0
+    return 2.0 * float(max(arms, default=0.0))
+
+
+def _gyration(model: Model) -> float:
+    """The largest radius of gyration [m] of bodies with known mass and inertia, else 1 m."""
+    values = parameter_values(model.parameters)
+    bodies = (body for body in model.bodies.values() if not body.is_neutral)
+    squares = (
+        float(inertia_of(body)[0].evaluate(values)) / float(quantity(body, "mass").evaluate(values))
+        for body in bodies
+    )
+    return max(squares, default=0.0) ** 0.5 or 1.0
 
 
 def _flat(shown: PlanarScene, body: int, radius: float) -> Hull:

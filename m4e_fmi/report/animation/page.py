@@ -138,11 +138,13 @@ def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
 
 
 def _near(scene: Scene, shown: Frames) -> Floats:
-    """Lower and upper corner (2, 3) [m] of bodies that move, and of joints on the ground.
+    """Lower and upper corner (2, 3) [m] of bodies, and of joints on the ground.
 
-    Of all that there is, if nothing else is.
+    Without water also of other points of the ground; of the cables, if nothing else is.
     """
     ground = [spot.at for spot, _ in scene.hinges if spot.body < 0]
+    if scene.water is None:
+        ground += [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
     seen = [np.reshape(ground, (-1, 3))]
     count = len(shown.times)
     for body, one in enumerate(scene.bodies):

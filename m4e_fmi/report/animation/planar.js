@@ -67,7 +67,7 @@ function drawTrails() {
     }
     points.push(place(point, posesAt(time)));
     pen.globalAlpha = 0.5;
-    stroke(points, data.bodies[point[0]].colour, 1.5);
+    stroke(points, data.bodies[point[0]].hue, 1.5);
     pen.globalAlpha = 1;
   }
 }
@@ -114,7 +114,7 @@ function paint(at) {
   for (const k of drawn) {
     const body = data.bodies[k];
     pen.globalAlpha = 0.9;
-    fill(body.outline.map(([x, z]) => place([k, x, z], at)), body.pale, body.colour, 1.6);
+    fill(body.outline.map(([x, z]) => place([k, x, z], at)), body.pale, body.hue, 1.6);
     pen.globalAlpha = 1;
   }
   for (const joint of data.joints) {
@@ -129,7 +129,7 @@ function heightOver(width) {
 }
 
 function prepare() {
-  for (const body of data.bodies) body.pale = mixed(body.colour, 0.28);
+  for (const body of data.bodies) body.pale = mixed(body.hue, 0.28);
 }
 
 function shown() {

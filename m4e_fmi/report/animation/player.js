@@ -21,6 +21,13 @@ function unpacked() {
   return found;
 }
 
+// the colour of a body: on dark paper a lighter one
+function hueOf(colour) {
+  const dark = parseInt(hues.paper.slice(1, 3), 16) < 128;
+  const parts = [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16)).map(part => Math.round(dark ? part + 0.45 * (255 - part) : part));
+  return "#" + parts.map(part => part.toString(16).padStart(2, "0")).join("");
+}
+
 function calm() {
   return window.matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
@@ -50,9 +57,9 @@ function posesAt(t) {
 }
 
 // a colour between that of the paper (0) and another (1)
-function mixed(colour, share) {
+function mixed(colour, weight) {
   const [from, to] = [hues.paper, colour].map(hue => [1, 3, 5].map(k => parseInt(hue.slice(k, k + 2), 16)));
-  return `rgb(${from.map((part, k) => Math.round(part + share * (to[k] - part)))})`;
+  return `rgb(${from.map((part, k) => Math.round(part + weight * (to[k] - part)))})`;
 }
 
 "@painter@"
@@ -78,6 +85,7 @@ function resize() {
 function dress() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["ink", "grey", "line", "paper", "water", "bed", "rope"]) hues[name] = style.getPropertyValue("--" + name).trim();
+  for (const body of data.bodies) body.hue = hueOf(body.colour);
   prepare();
   resize();
 }

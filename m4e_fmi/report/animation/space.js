@@ -10,7 +10,7 @@ function focus([low, high]) {
 // pixels for a metre with which all corners are seen at first
 function fitting() {
   const seen = corners.map(corner => flat(corner, first)), most = c => Math.max(...seen.map(place => Math.abs(place[c]))) || 1e-9;
-  return 0.46 * Math.min(view.width / most(0), view.height / most(1));
+  return (data.water ? 0.36 : 0.46) * Math.min(view.width / most(0), view.height / most(1));
 }
 focus(data.near);
 
@@ -73,7 +73,7 @@ function drawTrails() {
     const points = [];
     for (let k = Math.max(0, end - 150); k <= end; k++) points.push(flat(frame(k, b).slice(0, 3)));
     pen.globalAlpha = 0.5;
-    if (points.length > 1) lines(points, body.colour, 1.2);
+    if (points.length > 1) lines(points, body.hue, 1.2);
     pen.globalAlpha = 1;
   });
 }
@@ -105,7 +105,7 @@ function shaded(colours, points) {
 // 33 colours from aslant to ahead, or of water from its slopes away from the light to those towards it
 function prepare() {
   const shades = (colour, from, to) => Array.from({ length: 33 }, (_, n) => mixed(colour, from + (to - from) * n / 32));
-  for (const body of data.bodies) body.shades = shades(body.colour, 0.65, 0.28);
+  for (const body of data.bodies) body.shades = shades(body.hue, 0.65, 0.28);
   if (data.water) data.water.shades = shades(hues.water, 0.95, 0.35);
 }
 
@@ -279,8 +279,8 @@ function drawPart(part) {
   } else if (part.closed) {
     const shade = shaded(part.body.shades, part.points);
     pen.globalAlpha = part.edged ? 0.85 : 1;
-    lines(part.points, part.edged ? part.body.colour : shade, part.edged ? 0.8 : 0.5, true, shade);
-  } else lines(part.points, part.body.colour, part.width);
+    lines(part.points, part.edged ? part.body.hue : shade, part.edged ? 0.8 : 0.5, true, shade);
+  } else lines(part.points, part.body.hue, part.width);
   pen.globalAlpha = 1;
 }
 

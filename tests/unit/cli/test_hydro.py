@@ -23,6 +23,8 @@ def test_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "A∞ is that of the file" in printed
     assert "cost: 26 states," in printed
     assert "energy: B has a negative eigenvalue, 0.4" in printed
+    assert "convolution: sphere heave: convolution over 28.4 s by 64 polynomials" in printed
+    assert "the state space differs by up to 0." in printed
     assert f"wrote {output}" in printed
     assert output.with_suffix(".png").stat().st_size > 50_000
     with xarray.open_dataset(output) as found:

@@ -7,14 +7,16 @@ one it floats in at rest: world frame, z = 0 the still-water level. Start readin
 from m4e_adapters.hydrodynamics.config.component import (
     Body,
     BodyPoint,
-    Drag,
     Frequencies,
+    GapLid,
     HydrodynamicsConfig,
     Loads,
     Radiation,
     Water,
 )
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
@@ -51,10 +53,12 @@ __all__ = [
     "Box",
     "Component",
     "ComponentWaves",
+    "Current",
     "Cylinder",
     "Drag",
     "Drift",
     "Frequencies",
+    "GapLid",
     "HorizontalCylinder",
     "HydrodynamicsConfig",
     "Jonswap",
@@ -74,6 +78,7 @@ __all__ = [
     "Water",
     "WaveSection",
     "Waves",
+    "current_problems",
     "keys_without_effect",
     "wave_sections",
 ]

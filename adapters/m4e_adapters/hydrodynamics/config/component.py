@@ -9,11 +9,13 @@ from typing import Annotated, Literal, Protocol
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
+from m4e_adapters.hydrodynamics.config.drag import Drag, drag_beyond_the_plane
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
+    Coordinate,
     Depth,
     Finite,
-    NotNegative,
     Order,
     Place,
     Positive,
@@ -35,21 +37,6 @@ class Water(Section):
     density: Positive = 1025.0
     depth: Depth = math.inf
     gravity: Positive = 9.81
-
-
-class Drag(Section):
-    """Quadratic drag F = −c |v| v at the centre of gravity, in still water.
-
-    `surge`, `sway`, `heave` in N/(m/s)2, `roll`, `pitch`, `yaw` in N.m/(rad/s)2. Default 0: none.
-    Sway, roll and yaw are motions of space.
-    """
-
-    surge: NotNegative = 0.0
-    sway: NotNegative = 0.0
-    heave: NotNegative = 0.0
-    roll: NotNegative = 0.0
-    pitch: NotNegative = 0.0
-    yaw: NotNegative = 0.0
 
 
 class Body(Section):
@@ -149,8 +136,23 @@ class Loads(Section):
         return tuple(name for name, law in given.items() if law != "none")
 
 
+class GapLid(Section):
+    """A rectangle of water between hulls with `damping` [1/s]: `length` [m] along X, `width` [m]
+    along Y, its middle at (`center_x`, `center_y`) [m] in the reference pose.
+
+    What hulls cover of it does not count. A resistance of density times damping acts on the
+    vertical velocity of the water per area: the literature's epsilon times the frequency.
+    """
+
+    length: Positive
+    width: Positive
+    damping: Positive
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
+
+
 class HydrodynamicsConfig(Section):
-    """Floating bodies in water: linear potential flow, quadratic drag, waves in one direction.
+    """Floating bodies in water: linear potential flow, drag, waves, a current that makes drag.
 
     `dimensions: 2` (default) is the X-Z plane with surge, heave and pitch; `dimensions: 3` has all
     six motions and waves in any direction. There `heading` [deg] is the angle from +X, towards +Y,
@@ -159,7 +161,8 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. Of `points` the height above the undisturbed waves is an output.
+    body's motion on another. `gap_lids` damp the water in gaps. Of `points` the height above
+    the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -169,16 +172,18 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    gap_lids: tuple[GapLid, ...] = ()
     points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
     waves: Waves = Still(spectrum="still")
+    current: Current | None = None
     loads: Loads = Loads()
 
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
-        wrong += _of_its_source(self)
+        wrong += [*_of_its_source(self), *_of_current(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -248,6 +253,22 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
 
 
+def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """A current that does not suit the water, or moves nothing."""
+    current = config.current
+    yield from (
+        _wrong(*problem)
+        for problem in current_problems(
+            current, depth=config.water.depth, dimensions=config.dimensions
+        )
+    )
+    moving = [body for body in config.bodies.values() if not body.fixed]
+    still = all(body.drag.water == "still" for body in moving)
+    if current is not None and (still or config.loads.drag == "none"):
+        text = "'current' has no effect: it acts by drag, which is switched off or 'water: still'"
+        yield _wrong(("current",), text, "remove it, or let a body have drag in moving water")
+
+
 def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that are missing or have no effect, with shapes or with a file of coefficients."""
     if config.coefficients is not None:
@@ -275,6 +296,9 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     if "frequencies" in config.model_fields_set:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    if config.gap_lids:
+        text = "'gap_lids' has no effect on coefficients of a file"
+        yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
         for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
@@ -305,12 +329,14 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
+    for k, lid in enumerate(config.gap_lids):
+        if lid.center_y:
+            yield _wrong(("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
-        for motion in ("sway", "roll", "yaw"):
-            if motion in body.drag.model_fields_set:
-                yield _wrong(("bodies", name, "drag", motion), f"'{motion}' is of space", OF_SPACE)
+        for keys in drag_beyond_the_plane(body.drag):
+            yield _wrong(("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE)
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:

@@ -252,7 +252,16 @@ class Shape(Part):
     Parts of a union overlap, touch or stand apart; its surface is that around all of them.
     """
 
-    union: Annotated[tuple[Part, ...], Field(min_length=2)] | None = None
+    union: tuple[Part, ...] | None = None
+
+    @model_validator(mode="after")
+    def _of_several(self) -> Shape:
+        if self.union is not None and len(self.union) < 2:
+            raise rejected(
+                f"the union has {len(self.union)} of at least two parts",
+                "write union: [{...}, {...}], or the shape itself",
+            )
+        return self
 
     @property
     def parts(self) -> tuple[Part, ...]:

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Shape
 from m4e_adapters.hydrodynamics.config.component import Placed
-from m4e_adapters.hydrodynamics.geometry.mesh import drawn_panels
+from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config.shapes import Part
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_fmi.model.shapes import reduced
 from m4e_fmi.report.animation.shown import ShownHull
 from m4e_fmi.report.drawing.space.hulls import CORNERS, SIDES, Hull, ring_hull, turned_hull
@@ -29,7 +30,7 @@ def drawn_hulls(bodies: Mapping[str, Placed], folder: Path) -> tuple[ShownHull, 
     mesh files that cannot be read.
     """
     shaped = {name: body for name, body in bodies.items() if body.shape.kind}
-    meshes = sum(body.shape.mesh is not None for body in shaped.values())
+    meshes = sum(part.mesh is not None for body in shaped.values() for part in body.shape.parts)
     most = MOST_TRIANGLES // max(1, meshes)
     found: list[ShownHull] = []
     for name, body in shaped.items():
@@ -41,9 +42,21 @@ def drawn_hulls(bodies: Mapping[str, Placed], folder: Path) -> tuple[ShownHull, 
 
 
 def _surface(name: str, body: Placed, folder: Path, most: int) -> Hull:
-    """The surface of a body in the reference pose."""
-    if body.shape.mesh is not None:
-        panels = drawn_panels(name, body.shape, body.center_of_gravity, folder)
+    """The surface of a body in the reference pose; of a union the surfaces of its parts."""
+    hulls = [_part(name, part, body.center_of_gravity, folder, most) for part in body.shape.parts]
+    if len(hulls) == 1:
+        return hulls[0]
+    first, faces = 0, list[tuple[int, ...]]()
+    for hull in hulls:
+        faces += [tuple(first + k for k in face) for face in hull.faces]
+        first += len(hull.vertices)
+    return Hull(np.concatenate([hull.vertices for hull in hulls]), tuple(faces), edged=False)
+
+
+def _part(name: str, shape: Part, center: Place, folder: Path, most: int) -> Hull:
+    """The surface of a shape that is no union."""
+    if shape.mesh is not None:
+        panels = drawn_panels(name, shape, center, folder)
         corners = panels.corners
         upper = corners[panels.faces[:, 2] != panels.faces[:, 3]]
         triangles = np.concatenate([corners[:, [0, 1, 2]], upper[:, [0, 2, 3]]])
@@ -51,10 +64,10 @@ def _surface(name: str, body: Placed, folder: Path, most: int) -> Hull:
             reduced(triangles, most).reshape(-1, 3), axis=0, return_inverse=True
         )
         return Hull(points, tuple(map(tuple, index.reshape(-1, 3).tolist())), edged=False)
-    return _built_in(body.shape)
+    return _built_in(shape)
 
 
-def _built_in(shape: Shape) -> Hull:
+def _built_in(shape: Part) -> Hull:
     """A built-in shape, up to its deck where that is given, else to the still water."""
     if (one := shape.box) is not None:
         low, high = -one.draft, one.freeboard or one.top_z

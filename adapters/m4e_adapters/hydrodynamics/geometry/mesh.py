@@ -318,7 +318,15 @@ def _union_panels(
             keys=keys,
         )
     try:
-        panels = checked(on_the_bed(even_panels(solid, body.panels, wetted=True), bed), name)
+        panels = on_the_bed(even_panels(solid, body.panels, wetted=True), bed)
+        many = [edge for edge, sides in panels.edges().items() if len(sides) > 2]
+        if many:
+            x = panels.vertices[list(many[0])].mean(axis=0)
+            raise InputError.single(
+                f"body {name!r}: parts of the union touch along an edge only, {place(x)}",
+                "let them overlap, or leave a gap",
+            )
+        checked(panels, name)
     except InputError as error:
         raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
     vertices, triangles = opened(solid, [2])

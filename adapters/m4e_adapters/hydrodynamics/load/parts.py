@@ -1,11 +1,8 @@
-"""The parts of the load: memory, hydrostatics, drag."""
+"""The parts of the load: memory, hydrostatics."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.config import Drag
 from m4e_adapters.hydrodynamics.load.past import add_convolution, record_past
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
@@ -104,27 +101,4 @@ def record_hydrostatics(
         text = f"mass of the water that {body} displaces in the reference pose"
         neutral = Variable(f"{body}.neutral_mass", "kg", text)
         recorder.calculate(neutral, carried / coefficients.gravity)
-    return force
-
-
-def record_drag(
-    recorder: Recorder,
-    coefficients: Coefficients,
-    drag: Mapping[str, Drag],
-    velocity: Vector,
-) -> Vector:
-    """Quadratic drag on all motions; its coefficients are parameters, those of `drag` by body."""
-    force: Vector = []
-    for k, body in enumerate(coefficients.bodies):
-        given, own = drag.get(body, Drag()), velocity[coefficients.own(k)]
-        for motion, v in zip(coefficients.body_motions, own, strict=True):
-            variable = Variable(
-                f"{body}.drag_{motion.name}",
-                motion.drag_unit,
-                f"quadratic drag in {motion.name}: force -c |v| v",
-                start=getattr(given, motion.name),
-                minimum=0.0,
-                tunable=True,
-            )
-            force.append(-recorder.parameter(variable) * abs(v) * v)
     return force

@@ -23,6 +23,7 @@ from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import (
     AnyWaves,
     BodyPoint,
+    Current,
     Drag,
     Loads,
     Radiation,
@@ -36,6 +37,11 @@ from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
+from m4e_adapters.hydrodynamics.load.drag import (
+    bodies_in_moving_water,
+    record_drag,
+    record_water_velocity,
+)
 from m4e_adapters.hydrodynamics.load.matched_sea import matched_sea
 from m4e_adapters.hydrodynamics.load.motions import Motions, record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
@@ -44,13 +50,13 @@ from m4e_adapters.hydrodynamics.load.outputs import (
     record_outputs,
 )
 from m4e_adapters.hydrodynamics.load.parts import (
-    record_drag,
     record_hydrostatics,
     record_memory,
 )
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Scalar
 
@@ -70,6 +76,7 @@ class RecordSea(Protocol):
         heading: Number,
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
+        waters: Sequence[Triple],
     ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
@@ -85,6 +92,7 @@ def hydrodynamics_program(
     name: str = "hydrodynamics",
     waves: AnyWaves | None = None,
     drag: Mapping[str, Drag] | None = None,
+    current: Current | None = None,
     radiation: Radiation | None = None,
     heading: Heading | None = None,
     loads: Loads | None = None,
@@ -101,7 +109,8 @@ def hydrodynamics_program(
     ----------
     waves : None for still water; otherwise they must travel in directions that `coefficients` are
         for.
-    drag : quadratic drag by body name; bodies left out start with none (it stays tunable).
+    drag : drag by body name; bodies left out start with none (it stays tunable).
+    current : of the water, which drag is relative to.
     radiation : kind and order of the radiation memory; None: a state space, automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
@@ -145,6 +154,8 @@ def hydrodynamics_program(
         )
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     on_bodies = points_on_bodies(coefficients, points or {})
+    acts_drag = acting.drag != "none"
+    in_water = bodies_in_moving_water(coefficients, drag or {}, current) if acts_drag else ()
     waves_on = sea(
         recorder,
         matched.systems,
@@ -153,14 +164,18 @@ def hydrodynamics_program(
         heading=moved.axes.angle if moved.axes else 0.0,
         places=moved.places,
         gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
+        waters=[body.place(coefficients, moved.reference) for body in in_water],
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
     if acting.hydrostatics != "none":
         restoring = record_hydrostatics(recorder, coefficients, moved.displacement)
         parts = {"hydrostatic": restoring, **parts}
-    if acting.drag != "none":
-        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity)
+    if acts_drag:
+        water = record_water_velocity(
+            recorder, coefficients, current, moved, in_water, waves_on.velocities
+        )
+        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity, water)
     if drifts:
         parts["drift"] = record_drifts(
             recorder, drifts, matched.drifts, waves_on.waves, coefficients, moved

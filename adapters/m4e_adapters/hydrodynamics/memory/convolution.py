@@ -120,8 +120,9 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
     surcharge = _surcharge(weights / values.scale, duration=duration, highest=highest)
     more, steps = history.quadrature(kernel.longest - duration, highest)
     rest = _transformed(omega, duration + more, steps, kernel) / values.scale
-    found = history.responses(values.omega, duration=duration, count=len(weights))
-    found = np.tensordot(found, weights, axes=1) + surcharge * np.diag(values.own)
+    states = history.responses(values.omega, duration=duration, count=len(weights))
+    found = np.tensordot(states, weights.astype(complex), axes=1)
+    found += surcharge * np.diag(values.own)
     surplus, misfits = _with_added_mass(values, found)
     return ConvolutionGroup(
         motions=values.motions,
@@ -195,9 +196,8 @@ def _surcharge(weights: np.ndarray, *, duration: float, highest: float) -> float
     `highest` [rad/s], above which it falls as 1/ω², and SAMPLES times in each of its waves 2π/T.
     """
     omega = np.linspace(0.0, highest, 1 + int(SAMPLES * highest * duration / (2 * np.pi)))
-    found = np.tensordot(
-        history.responses(omega, duration=duration, count=len(weights)), weights, axes=1
-    ).real
+    states = history.responses(omega, duration=duration, count=len(weights))
+    found = np.tensordot(np.real(states), weights, axes=1)
     least = np.linalg.eigvalsh(0.5 * (found + found.swapaxes(1, 2))).min()
     return float(MARGIN * max(0.0, -least))
 

@@ -3,7 +3,7 @@
     K(t) = (2/π) ∫₀^∞ B(ω) cos ωt dω.
 
 B is a cubic spline through its data, less what is negative in them, and 0 at ω = 0; beyond the last
-of them it falls as ω⁻ᵖ.
+of them it falls as a mean of powers ω⁻ᵖ, that with which A(ω) − A∞ is most nearly what K says.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from m4e_adapters.hydrodynamics.memory.group_data import GroupData
 
 NODES = 6  # of Gauss in each step of the frequencies, which spans at most half a wave of cos ωt
-POWERS = (3, 5, 7, 9)  # of the tail; 3 is that of excitation as ω⁻³, 7 that of a heaving half-ball
+POWERS = (2, 3, 5, 9)  # of the tail; that of a wall's surge is 3, of a half-ball's heave 7
+FIRM = 1e3  # weight of the tail's first value against those of A
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Kernel:
     end : frequency [rad/s] where the tail begins.
     last : (m, m) [N.s/m, N.s, N.m.s], B there, that of the tail.
     longest : time [s] up to which the frequencies, by their spacing, tell the memory.
-    power : p of the tail [1].
+    shares : (4,) of POWERS in the tail [1], together 1.
     """
 
     nodes: np.ndarray
@@ -37,7 +38,7 @@ class Kernel:
     end: float
     last: np.ndarray
     longest: float
-    power: int = POWERS[0]
+    shares: np.ndarray
 
     @classmethod
     def of(cls, data: GroupData) -> Kernel:
@@ -57,8 +58,9 @@ class Kernel:
             end=float(omega[-1]),
             last=values[-1],
             longest=np.pi / float(np.median(2.0 * half)),
+            shares=np.eye(len(POWERS))[0],
         )
-        return replace(plain, power=plain._best_power(data))
+        return replace(plain, shares=plain._best_shares(data))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """K (n, m, m) [N/m, N, N.m] at `time` (n,) [s] ≥ 0."""
@@ -69,35 +71,49 @@ class Kernel:
         return (2.0 / np.pi) * np.tensordot(waves, self.damping, axes=1)
 
     def _of_tail(self, time: np.ndarray) -> np.ndarray:
-        return (2.0 / np.pi) * self._tail(time)[:, None, None] * self.last
+        return (2.0 / np.pi) * (self._tails(time) @ self.shares)[:, None, None] * self.last
 
-    def _best_power(self, data: GroupData) -> int:
-        """That of the tail with which A(ω) − A∞ varies most as B says."""
+    def _tails(self, time: np.ndarray) -> np.ndarray:
+        """∫ (end/ω)ᵖ cos ωt dω from the end on, (n, 4) [rad/s], at `time` (n,) [s]."""
+        from scipy.special import exp1
+
+        z = 1j * np.maximum(self.end * time, 1e-9)
+        found = [exp1(z)]
+        for k in range(1, max(POWERS)):
+            found.append((np.exp(-z) - z * found[-1]) / k)
+        return self.end * np.stack([found[p - 1].real for p in POWERS], axis=1)
+
+    def _best_shares(self, data: GroupData) -> np.ndarray:
+        """Those of the tail with which A(ω) − A∞ is most nearly what B says; with another A∞ if
+        that halves the difference.
+        """
+        from scipy.optimize import nnls
+
         time = np.linspace(0.0, self.longest, 1 + 4 * int(self.longest * self.end))
         steps = np.full(len(time), time[1])
         steps[[0, -1]] *= 0.5
         trusted = data.known.all(axis=1)
-        omega, given = data.omega[trusted], data.added_mass[trusted]
+        omega = data.omega[trusted]
         waves = np.sin(np.outer(omega, time)) * steps / omega[:, None]
-        size = np.sqrt(np.outer(data.inertia, data.inertia))
-        known = self._of_data(time)
+        size = np.sqrt(np.outer(data.inertia, data.inertia))[data.rows, data.columns]
 
-        def apart(power: int) -> float:
-            memory = known + replace(self, power=power)._of_tail(time)
-            mass = -np.tensordot(waves, memory, axes=1)
-            return float(((given - mass).std(axis=0) / size).sum())
+        def upper(mass: np.ndarray) -> np.ndarray:
+            """Values (n, pairs) [1] over A∞."""
+            return mass[:, data.rows, data.columns] / size
 
-        return min(POWERS, key=apart)
+        rest = upper(data.added_mass[trusted] + np.tensordot(waves, self._of_data(time), axes=1))
+        own = -(2.0 / np.pi) * waves @ self._tails(time)
+        tails = np.stack([upper(t[:, None, None] * self.last) for t in own.T], axis=-1)
 
-    def _tail(self, time: np.ndarray) -> np.ndarray:
-        """∫ (end/ω)ᵖ cos ωt dω from the end on, (n,) [rad/s], at `time` (n,) [s]."""
-        from scipy.special import exp1
+        def fitted(wanted: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, float]:
+            matrix = columns.reshape(-1, len(POWERS))
+            firm = np.full((1, len(POWERS)), FIRM)
+            shares, error = nnls(np.vstack([matrix, firm]), np.append(wanted.ravel(), FIRM))
+            return shares / shares.sum(), error
 
-        z = 1j * np.maximum(self.end * time, 1e-9)
-        found = exp1(z)
-        for k in range(1, self.power):
-            found = (np.exp(-z) - z * found) / k
-        return self.end * found.real
+        given = fitted(rest, tails)
+        other = fitted(rest - rest.mean(axis=0), tails - tails.mean(axis=0))
+        return (other if other[1] < given[1] / 2 else given)[0]
 
 
 def _positive(matrices: np.ndarray, scale: np.ndarray) -> np.ndarray:

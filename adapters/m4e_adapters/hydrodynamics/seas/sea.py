@@ -10,8 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow, Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
@@ -22,12 +24,14 @@ ELEVATION = "wave.elevation"
 class RecordedSea:
     """The excitation of each motion [N, N.m], in the hulls' axes, and the `waves` that make it.
 
-    Without waves, if they are not those of a sea. `levels` [m] are the elevations at the gauges.
+    Without waves, if they are not those of a sea. `levels` [m] are the elevations at the gauges,
+    `velocities` (x, y, z) [m/s] those of the waters.
     """
 
     excitation: list[Number]
     waves: tuple[RecordedWaves, ...] = field(default=(), repr=False)
     levels: tuple[Number, ...] = ()
+    velocities: tuple[Triple, ...] = ()
 
 
 def needed_frequency(waves: Sequence[WaveSystem]) -> float:
@@ -72,12 +76,14 @@ def record_sea(
     heading: Number = 0.0,
     places: Sequence[tuple[Number, Number]] = (),
     gauges: Sequence[tuple[Number, Number]] = (),
+    waters: Sequence[Triple] = (),
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
     `directed` are the coefficients for each system, of `towards_each`. In space the axes have the
     `heading` [rad], and the bodies' reference `places` are (x, y) [m], as are the `gauges`, at
-    which the ramped elevation is recorded too.
+    which the ramped elevation is recorded too; at the places `waters` (x, y, z) [m], z ≤ 0, the
+    ramped velocity by linear theory.
     """
     levels: list[Number] = [0.0] * len(gauges)
     check_frequencies(waves, coefficients)
@@ -106,7 +112,10 @@ def record_sea(
             level + own.ramp * own_level for level, own_level in zip(levels, heights, strict=True)
         ]
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
-    return RecordedSea(forces, tuple(recorded), tuple(levels))
+    water = Water(depth=coefficients.depth, gravity=coefficients.gravity)
+    flow = RecordedFlow(water, recorder.time, recorded)
+    velocities = tuple(flow.linear_velocity(place) for place in waters)
+    return RecordedSea(forces, tuple(recorded), tuple(levels), velocities)
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -12,7 +12,7 @@ from m4e_adapters.hydrodynamics.config import Water, Waves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import ELEVATION
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.report.animation.scene import Train
 from m4e_fmi.report.animation.scene import Water as ShownWater
 

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.wave_files import Density, Samples
-from m4e_adapters.hydrodynamics.seas.waves import LOGARITHMIC, wavenumber
+from m4e_adapters.hydrodynamics.seas.waves import LOGARITHMIC
 
 TAPERED = 0.05  # of a record, at each end
 NEGLIGIBLE = 1e-8  # of the energy of a record, which may be left out

@@ -1,4 +1,4 @@
-"""Sums of systems of waves as numbers: with phases, or as the response to waves takes them."""
+"""Sums of systems of waves: with phases, as the response to waves takes them, and as a program."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.kinematics import Components
+from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
+from m4e_adapters.hydrodynamics.seas.water.moving_water import MOVED
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError
+from m4e_fmi.program import Program, Recorder, Variable
 
 COMPONENTS = 300  # of a sea that is asked for
 
@@ -39,6 +43,35 @@ def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> C
     return Components(
         omega, amplitude, phase, direction, depth=waves[0].depth, gravity=waves[0].gravity
     )
+
+
+def water_program(
+    waves: Sequence[WaveSystem], current: Current | None, *, depth: float, in_space: bool
+) -> Program:
+    """A program of the parameters of `waves` and a `current`, for `moving_water.MovingWater`.
+
+    Its calculated parameters are the components' frequencies, amplitudes, phases and directions
+    (`MOVED`), each of all systems; its outputs the ramps of the systems, and the velocity (x, y) of
+    the current at the height of its input. `depth` in m.
+    """
+    recorder = Recorder("water", "waves and a current")
+    recorded = [(system.name, system.record(recorder, in_space=in_space)) for system in waves]
+    columns = {name: list[Number]() for name in MOVED}
+    for name, own in recorded:
+        columns["omega"] += own.omega
+        columns["amplitude"] += own.amplitude
+        columns["phase"] += own.phase
+        columns["direction"] += [own.direction + offset for offset in own.offsets.tolist()]
+        recorder.output(Variable(f"{name}.ramp", "1", f"ramp of {name}"), own.ramp)
+    for (column, values), unit in zip(columns.items(), ("rad/s", "m", "rad", "rad"), strict=True):
+        for k, value in enumerate(values):
+            text = f"{column} of a component of the waves"
+            recorder.calculate(Variable(f"{column}[{k + 1}]", unit, text), value)
+    flowing = record_current(recorder, current, depth=depth, in_space=in_space)
+    height = recorder.input(Variable("z", "m", "height"))
+    for axis, value in zip("xy", flowing.velocity(height), strict=True):
+        recorder.output(Variable(f"current_{axis}", "m/s", f"current along {axis}"), value)
+    return recorder.program()
 
 
 def own_direction(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> float | None:

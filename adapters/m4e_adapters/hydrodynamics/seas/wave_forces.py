@@ -16,12 +16,14 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.body_points import OnBody
+from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.system_seas import asked_sea, own_direction, own_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.program import Recorder, Variable
 
@@ -37,14 +39,15 @@ class HullWaves:
 
     coefficients: Coefficients
     points: Sequence[OnBody] = ()
+    in_water: Sequence[InWater] = ()
     drift: tuple[str, ...] = ()
     _waves: tuple[WaveSystem, ...] = field(default=(), repr=False)
 
     @property
     def inputs(self) -> list[str]:
-        """The elevation at x = y = 0, the force on each motion of each body, and the elevation at
-        each point."""
-        return [ELEVATION, *self._forces, *self._elevations]
+        """The elevation at x = y = 0, the force on each motion of each body, the elevation at
+        each point, and the velocity of the water at each body that has drag against it."""
+        return [ELEVATION, *self._forces, *self._elevations, *self._velocities]
 
     @property
     def _forces(self) -> list[str]:
@@ -54,6 +57,13 @@ class HullWaves:
     @property
     def _elevations(self) -> list[str]:
         return [f"{point.name}.elevation_input" for point in self.points]
+
+    @property
+    def _velocities(self) -> list[str]:
+        c = self.coefficients
+        axes = "xyz" if c.dimensions == 3 else "xz"
+        bodies = [c.bodies[body.body] for body in self.in_water]
+        return [f"{body}.wave_velocity_{axis}" for body in bodies for axis in axes]
 
     @property
     def highest(self) -> float:
@@ -78,13 +88,14 @@ class HullWaves:
         heading: Number,
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
+        waters: Sequence[Triple],
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
         Other than of a sea, directions, `heading` and places are asked for by `per_amplitude`
         only.
         """
-        del directed, heading, places, gauges
+        del directed, heading, places, gauges, waters
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -100,7 +111,9 @@ class HullWaves:
         ]
         text = "elevation of the undisturbed water at the point"
         levels = [recorder.input(Variable(name, "m", text)) for name in self._elevations]
-        return RecordedSea(forces, levels=tuple(levels))
+        text = "velocity of the water in waves at the reference place of the body, world frame"
+        given = [recorder.input(Variable(name, "m/s", text)) for name in self._velocities]
+        return RecordedSea(forces, levels=tuple(levels), velocities=_triples(coefficients, given))
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -126,7 +139,14 @@ class HullWaves:
         along = np.stack([np.cos(directions), np.sin(directions)])
         number = wavenumber(omega, depth=c.depth, gravity=c.gravity)
         elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
-        return np.concatenate([np.ones((len(omega), 1)), forces, elevations], axis=1)
+        columns = [np.ones((len(omega), 1)), forces, elevations]
+        for body in self.in_water:
+            x, y, z = (float(value) for value in body.place(c, reference))
+            flow = velocity_per_amplitude(
+                omega, directions, (x, y, z), depth=c.depth, number=number
+            )
+            columns.append(flow if c.dimensions == 3 else flow[:, [0, 2]])
+        return np.concatenate(columns, axis=1)
 
     def breaking_heights(self, omega: np.ndarray) -> np.ndarray:
         """Heights (k,) [m] at which regular waves of `omega` (k,) [rad/s] break."""
@@ -150,6 +170,13 @@ class HullWaves:
             significant_height, peak_period, enhancement, direction,
             depth=c.depth, gravity=c.gravity,
         )  # fmt: skip
+
+
+def _triples(coefficients: Coefficients, given: Sequence[Number]) -> tuple[Triple, ...]:
+    """Velocities (x, y, z) of components that are those of the plane or of space."""
+    if coefficients.dimensions == 2:
+        return tuple((x, 0.0, z) for x, z in zip(given[::2], given[1::2], strict=True))
+    return tuple(zip(given[::3], given[1::3], given[2::3], strict=True))
 
 
 def _directed(

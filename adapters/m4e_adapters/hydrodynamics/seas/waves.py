@@ -1,4 +1,4 @@
-"""Linear long-crested waves: dispersion, spectra, components of a sea.
+"""Linear long-crested waves: spectra, components of a sea.
 
 The elevation is a sum of components, η(x, t) = Σ a_k cos(ω_k t − k_k x cos β + φ_k), β = 0 or
 180 deg. Spectra are those of Hasselmann et al. (1973, JONSWAP) and Bretschneider's two-parameter
@@ -19,38 +19,13 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS
 from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, maximum, sign, sqrt, tanh
 
 BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02
 LOGARITHMIC = 0.2  # share of the parts that are equal steps of log ω; the others have equal energy
 _KNOTS = 4000  # of the spectrum's integral: energies of parts to 1e-5 of the whole
-_STEPS = 12  # of Newton's method, which ends at rounding for every depth
-
-
-def angular_frequency(wavenumber: ArrayLike, *, depth: float, gravity: float) -> np.ndarray:
-    """ω (n,) or scalar [rad/s] of `wavenumber` (n,) or scalar [rad/m]: ω² = g k tanh(k h)."""
-    k = np.asarray(wavenumber, dtype=float)
-    return np.sqrt(gravity * k * np.tanh(k * depth if math.isfinite(depth) else np.inf))
-
-
-def wavenumber(omega: np.ndarray, *, depth: float, gravity: float) -> np.ndarray:
-    """k (n,) [rad/m] of waves of `omega` (n,) or scalar [rad/s] ≥ 0: root of ω² = g k tanh(k h).
-
-    Newton's method on y tanh y = ω² h/g, y = k h, from a start that is close in deep and in
-    shallow water alike; it converges from above, quadratically.
-    """
-    omega = np.asarray(omega, dtype=float)
-    deep = omega**2 / gravity
-    if math.isinf(depth):
-        return deep
-    target = deep * depth
-    y = np.maximum(np.sqrt(target), target)
-    for _ in range(_STEPS):
-        slope = np.tanh(y) + y / np.cosh(np.minimum(y, 300.0)) ** 2
-        y = y - np.where(target > 0, (y * np.tanh(y) - target) / np.where(slope > 0, slope, 1), 0)
-    return y / depth
 
 
 def recorded_wavenumber(omega: ScalarLike, *, depth: float, gravity: float) -> AnyScalar:
@@ -60,7 +35,7 @@ def recorded_wavenumber(omega: ScalarLike, *, depth: float, gravity: float) -> A
         return deep
     target = deep * depth
     y = maximum(sqrt(target), target)
-    for _ in range(_STEPS):
+    for _ in range(STEPS):
         t = tanh(y)
         y = y - (y * t - target) / (t + y * (1.0 - t * t))
     return y * (1.0 / depth)

@@ -8,16 +8,22 @@ turned off, its internal step is written out, and what is taken otherwise is in 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from m4e_adapters.moordyn.line_file import QUIET, RELAXATION, header
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, internal_step, net_line
+from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header
+from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, Sea, internal_step, net_line
 from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, POINT_END, Attachments
 from m4e_adapters.moordyn.ready_files.file_checks import check, check_places
 from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force, option_name
 from m4e_adapters.moordyn.ready_files.sections import Row
-from m4e_adapters.moordyn.stability import SCHEMES, Segment, clear_of_seabed, damping_of_ratio
+from m4e_adapters.moordyn.stability import (
+    SCHEMES,
+    SPEED,
+    Segment,
+    clear_of_seabed,
+    damping_of_ratio,
+)
 from m4e_fmi.errors import InputError
 
 SEABED = {"kbot": 3.0e6, "cbot": 3.0e5}  # MoorDyn's own, Pa/m and Pa·s/m
@@ -29,9 +35,14 @@ SEGMENTS = {"rods": 9, "lines": 5}  # column of their number; outputs stand behi
 
 
 def ready_mooring(
-    path: str | Path, *, fairleads: Mapping[str, tuple[float, ...] | None]
+    path: str | Path,
+    *,
+    fairleads: Mapping[str, tuple[float, ...] | None],
+    sea: Callable[[float, float], Sea | None] = lambda *_: None,
 ) -> Mooring:
     """The mooring of a MoorDyn file; its moved points are the fairleads, in file order.
+
+    `sea` gives the water's motion for its depth [m] and gravity [m/s2].
 
     Moved are coupled points and the points of coupled bodies. `fairleads` names them and may give
     their start (x, z) or (x, y, z) [m]; empty: fairlead_1, fairlead_2, …
@@ -46,14 +57,18 @@ def ready_mooring(
     points = _fairleads(file, attached, fairleads)
     if file.problems:
         raise InputError(file.problems)
-    segments = _segments(file, attached)
+    moved = sea(file.depth, file.option("g", WATER["g"]))
+    segments = _segments(file, attached, speed=SPEED + (moved.speed if moved else 0.0))
     scheme, step, notes = _integration(file, segments)
-    notes = (*notes, *_notes(file, simple=attached.simple()))
+    notes = (*notes, *_notes(file, simple=attached.simple(), still=moved is None))
     if file.problems:
         raise InputError(file.problems)
     net = _net(file, attached) if attached.simple() else None
+    integration = [(repr(step), "dtM"), (scheme, "tScheme")]
+    if moved:
+        integration.append(MOVING_WATER)
     return Mooring(
-        text=_text(file, attached, [(repr(step), "dtM"), (scheme, "tScheme")], known=bool(net)),
+        text=_text(file, attached, integration, known=bool(net)),
         fairleads=points,
         lines=tuple(f"line_{k + 1}" for k in range(len(file.rows("lines")))),
         time_step=step,
@@ -62,6 +77,7 @@ def ready_mooring(
         bed=-file.depth,
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
+        sea=moved,
     )
 
 
@@ -121,11 +137,12 @@ def _integration(
     return scheme, chosen, notes
 
 
-def _notes(file: ReadFile, *, simple: bool) -> list[str]:
+def _notes(file: ReadFile, *, simple: bool, still: bool) -> list[str]:
     notes = []
-    if file.option("wavekin", 0.0) == 1:
+    if still and file.option("wavekin", 0.0) == 1:
         notes.append(
-            "WaveKin 1 of the file: nothing gives water kinematics, lines are in still water"
+            "WaveKin 1 of the file: nothing gives water kinematics, lines are in still water: "
+            "the section `waves` of the component moves it"
         )
     row = file.options.get("fileic")
     if row and row.words[0] != "0" and not simple:
@@ -139,8 +156,8 @@ def _notes(file: ReadFile, *, simple: bool) -> list[str]:
     return notes
 
 
-def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
-    """A segment of every line that has moving nodes."""
+def _segments(file: ReadFile, attached: Attachments, *, speed: float) -> dict[str, Segment]:
+    """A segment of every line that has moving nodes, at most at `speed` [m/s] in the water."""
     types = {row.words[0]: row.words for row in file.rows("line types")}
     free = {row.words[0] for row in file.rows("points") if attached.free(row)}
     held = {r.words[0]: float(r.words[4]) for r in file.rows("points") if attached.held(r)}
@@ -170,6 +187,7 @@ def _segments(file: ReadFile, attached: Attachments) -> dict[str, Segment]:
             axial_drag_coefficient=cdax,
             axial_added_mass_coefficient=caax,
             friction=friction,
+            speed=speed,
         )
     return found
 
@@ -192,7 +210,7 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
     types = {row.words[0]: row.words for row in file.rows("line types")}
     lines = []
     for row in file.rows("lines"):
-        d, m, ea, _, ei = (float(word) for word in types[row.words[1]][1:6])
+        d, m, ea, _, ei, cd, _, cdax = (float(word) for word in types[row.words[1]][1:9])
         a, b = (int(end) - 1 for end in _ends(row))
         lines.append(
             net_line(
@@ -203,6 +221,8 @@ def _net(file: ReadFile, attached: Attachments) -> NetData:
                 mass_per_length=m,
                 stiffness=ea,
                 bending=ei,
+                drag=cd,
+                axial_drag=cdax,
                 density=density,
                 gravity=gravity,
             )

@@ -10,7 +10,7 @@ import pytest
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
 from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Regular, WaveSection
 from m4e_adapters.hydrodynamics.heading import Heading
-from m4e_adapters.hydrodynamics.seas.waves import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, evaluated
 

@@ -7,17 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.seas.kinematics import (
+from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
     Stretching,
-    acceleration,
-    dynamic_pressure,
     elevation,
-    velocity,
+    flow,
 )
 
 STEP = 1e-4
 DENSITY = 1025.0
+WEIGHT = DENSITY * 9.81
 
 
 def some_waves(depth: float) -> Components:
@@ -39,22 +38,17 @@ TIMES = np.array([0.0, 3.0, 11.0])
 def test_below_still_water_the_flow_is_a_potential_flow(depth: float) -> None:
     """Continuity, no vorticity, and ρ ∂u/∂t = −∇p; central differences leave 1e-7."""
     waves = some_waves(depth)
-    flow = velocity(waves, TIMES, PLACES, stretching="linear")
+    found = flow(waves, TIMES, PLACES, stretching="linear")
     slopes = np.empty((3, 3, 3))
     force = np.empty((3, 3))
     for axis, shift in enumerate(STEP * np.eye(3)):
-        there = [velocity(waves, TIMES, PLACES + s, stretching="linear") for s in (shift, -shift)]
-        slopes[:, :, axis] = (there[0] - there[1]) / (2 * STEP)
-        ends = [
-            dynamic_pressure(waves, TIMES, PLACES + s, density=DENSITY, stretching="linear")
-            for s in (shift, -shift)
-        ]
-        force[:, axis] = -(ends[0] - ends[1]) / (2 * STEP)
-    assert np.abs(flow).max() > 0.1
+        there = [flow(waves, TIMES, PLACES + s, stretching="linear") for s in (shift, -shift)]
+        slopes[:, :, axis] = (there[0].velocity - there[1].velocity) / (2 * STEP)
+        force[:, axis] = -WEIGHT * (there[0].head - there[1].head) / (2 * STEP)
+    assert np.abs(found.velocity).max() > 0.1
     assert np.abs(np.trace(slopes, axis1=1, axis2=2)).max() < 1e-7
     assert np.abs(slopes - slopes.swapaxes(1, 2)).max() < 1e-7
-    given = DENSITY * acceleration(waves, TIMES, PLACES, stretching="linear")
-    np.testing.assert_allclose(force, given, atol=1e-4)
+    np.testing.assert_allclose(force, DENSITY * found.acceleration, atol=1e-4)
 
 
 @pytest.mark.parametrize("stretching", ["wheeler", "linear"])
@@ -63,9 +57,9 @@ def test_acceleration_is_the_rate_of_velocity_at_still_water(stretching: Stretch
     scale = 1e-7 if stretching == "wheeler" else 1.0
     full = some_waves(8.0)
     waves = Components(full.omega, scale * full.amplitude, full.phase, full.direction, full.depth)
-    after = velocity(waves, TIMES + STEP, PLACES, stretching=stretching)
-    before = velocity(waves, TIMES - STEP, PLACES, stretching=stretching)
-    found = acceleration(waves, TIMES, PLACES, stretching=stretching)
+    after = flow(waves, TIMES + STEP, PLACES, stretching=stretching).velocity
+    before = flow(waves, TIMES - STEP, PLACES, stretching=stretching).velocity
+    found = flow(waves, TIMES, PLACES, stretching=stretching).acceleration
     assert np.abs(found).max() > 0.1 * scale
     np.testing.assert_allclose(found, (after - before) / (2 * STEP), atol=1e-6 * scale)
 
@@ -77,12 +71,12 @@ def test_the_surface_moves_with_the_water_and_has_no_pressure(depth: float) -> N
     height = elevation(waves, TIMES, x, y)
     rate = elevation(waves, TIMES + STEP, x, y) - elevation(waves, TIMES - STEP, x, y)
     still = np.stack([x, y, np.zeros(3)], axis=1)
-    up = velocity(waves, TIMES, still, stretching="linear")[:, 2]
+    up = flow(waves, TIMES, still, stretching="linear").velocity[:, 2]
     np.testing.assert_allclose(up, rate / (2 * STEP), atol=1e-7)
     for stretching in ("wheeler", "linear"):
         surface = np.stack([x, y, np.maximum(height, 0.0 if stretching == "linear" else height)], 1)
-        pressure = dynamic_pressure(waves, TIMES, surface, density=DENSITY, stretching=stretching)
-        np.testing.assert_allclose(pressure, DENSITY * 9.81 * height, rtol=1e-12)
+        head = flow(waves, TIMES, surface, stretching=stretching).head
+        np.testing.assert_allclose(head, height, rtol=1e-12)
 
 
 def test_wheeler_takes_the_surface_for_still_water_and_the_bed_for_itself() -> None:
@@ -93,20 +87,33 @@ def test_wheeler_takes_the_surface_for_still_water_and_the_bed_for_itself() -> N
     for level, still in ((height, 0.0), (np.full(3, -8.0), -8.0)):
         there = np.stack([np.full(3, 5.0), np.zeros(3), level], axis=1)
         same = np.stack([np.full(3, 5.0), np.zeros(3), np.full(3, still)], axis=1)
-        for flow in (velocity, acceleration):
-            stretched = flow(waves, TIMES, there, stretching="wheeler")
-            unmoved = flow(waves, TIMES, same, stretching="linear")
-            np.testing.assert_allclose(stretched, unmoved, rtol=1e-12, atol=1e-15)
+        stretched = flow(waves, TIMES, there, stretching="wheeler")
+        unmoved = flow(waves, TIMES, same, stretching="linear")
+        for a, b in (
+            (stretched.velocity, unmoved.velocity),
+            (stretched.acceleration, unmoved.acceleration),
+        ):
+            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-15)
     bed = np.array([5.0, 0.0, -8.0])
-    assert abs(velocity(waves, 3.0, bed)[2]) < 1e-15
+    assert abs(flow(waves, 3.0, bed).velocity[2]) < 1e-15
 
 
 def test_linear_stretching_follows_the_tangent_up_to_the_surface() -> None:
     waves = Components(np.array([1.0]), np.array([1.0]), np.zeros(1), np.zeros(1))
     k = 1.0 / 9.81
     for z, expected in ((-2.0, math.exp(-2 * k)), (0.0, 1.0), (0.5, 1 + 0.5 * k), (3.0, 1 + k)):
-        u = velocity(waves, 0.0, np.array([0.0, 0.0, z]), stretching="linear")[0]
+        u = flow(waves, 0.0, np.array([0.0, 0.0, z]), stretching="linear").velocity[0]
         assert u == pytest.approx(expected, rel=1e-14)
+
+
+def test_short_waves_leave_deep_water_at_rest() -> None:
+    """On the bed, where e^{kz} and e^{−2kh} are both 0 in floating point."""
+    waves = Components(np.array([8.0]), np.array([0.1]), np.zeros(1), np.zeros(1), depth=400.0)
+    for z in (-400.0, -300.0):
+        found = flow(waves, 1.0, np.array([0.0, 0.0, z]))
+        assert not found.velocity.any()
+        assert not found.acceleration.any()
+        assert found.head == 0.0
 
 
 def test_one_value_per_component_is_required() -> None:

@@ -82,6 +82,15 @@ def test_meshes_of_a_file(tmp_path: Path) -> None:
     assert counts({"mesh": "a.gdf"}, tmp_path) == [9 * count, 36 * count]
 
 
+def test_meshes_of_a_union() -> None:
+    """As of a file: the coarsest mesh is that of a build."""
+    keel = {"box": {"length": 9, "width": 9, "draft": 5, "top_z": -3}}
+    parts = [{"cylinder": {"radius": 4, "draft": 3}}, keel]
+    first, second, *_ = counts({"union": parts}, Path(), panels=300)
+    assert 250 < first < 450
+    assert second == 4 * first
+
+
 def test_the_statement_of_a_study() -> None:
     """A line for each motion, and for surge with pitch, which couple."""
     lines = str(stored("hemisphere")).splitlines()

@@ -15,6 +15,7 @@ from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Body, Box, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.checks import checked
+from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
@@ -148,6 +149,19 @@ def test_righting_arms_and_pressure_take_the_whole_union() -> None:
     assert volume == pytest.approx(math.pi * (16 * 21 + 81 * 3), rel=2e-4)
 
 
+def test_pictures_have_all_parts(tmp_path: Path) -> None:
+    (tmp_path / "a.gdf").write_text(
+        mesh_writers.gdf(box_panels(Box(length=2, width=2, draft=1, top_z=-0.5, center_x=50), 60))
+    )
+    shape = {"union": [*SPAR, {"mesh": "a.gdf"}]}
+    body = Body.model_validate({"shape": shape, "center_of_gravity": [0, -8]})
+    (hull,) = drawn_hulls({"spar": body}, tmp_path)
+    low, high = hull.surface.vertices.min(axis=0), hull.surface.vertices.max(axis=0)
+    np.testing.assert_allclose(low, [-9, -9, -18 + 8], atol=1e-9)
+    np.testing.assert_allclose(high, [51, 9, 6 + 8], atol=1e-9)
+    assert max(map(max, hull.surface.faces)) == len(hull.surface.vertices) - 1
+
+
 def problems(shape: dict, folder: Path, **more: object) -> list[str]:
     body = {"shape": shape, "center_of_gravity": [0, -1], "panels": 300}
     config = HydrodynamicsConfig.model_validate({**more, "bodies": {"a": body}})
@@ -171,6 +185,17 @@ REFUSED = {
             {"box": {"length": 9, "width": 9, "draft": 12, "top_z": -8.05}},
         ],
         "bodies.a.shape.union: the gap between parts of the union of body 'a' is about 0.05 m",
+    ),
+    "edge": (
+        [
+            {"box": {"length": 4, "width": 4, "draft": 2}},
+            {"box": {"length": 4, "width": 4, "draft": 4, "top_z": -2, "center_x": 4}},
+        ],
+        "bodies.a.shape.union: body 'a': parts of the union touch along an edge only, near x = 2,",
+    ),
+    "twice": (
+        [{"sphere": {"radius": 2}}, {"sphere": {"radius": 2}}],
+        "bodies.a.shape.union.0.sphere: body 'a': part 1 of the union, a sphere, lies inside",
     ),
     "missing": (
         [{"mesh": "gone.stl"}, {"sphere": {"radius": 1}}, {"mesh": "open.gdf"}],
@@ -206,7 +231,7 @@ def test_a_missing_library_is_named(
 @pytest.mark.parametrize(
     ("union", "message"),
     [
-        ([SPAR[0]], "at least 2"),
+        ([SPAR[0]], "the union has 1 of at least two parts"),
         ([{"union": SPAR}, SPAR[0]], "Extra inputs"),
         ([{}, SPAR[0]], "a part of a union has one shape, got none"),
     ],
@@ -214,6 +239,13 @@ def test_a_missing_library_is_named(
 def test_wrong_lists(union: list, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Body.model_validate({"shape": {"union": union}, "center_of_gravity": [0, -1]})
+
+
+def test_a_dry_part_has_one_message() -> None:
+    parts = [{"sphere": {"radius": 1, "center_z": 2}}, SPAR[0]]
+    with pytest.raises(ValueError, match="does not touch the water") as caught:
+        Body.model_validate({"shape": {"union": parts}, "center_of_gravity": [0, -1]})
+    assert len(caught.value.errors()) == 1  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def test_pressure_needs_the_freeboard_of_each_part() -> None:

@@ -5,16 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency, wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import (
     BAND,
     LOGARITHMIC,
-    angular_frequency,
     component_amplitudes,
     component_frequencies,
     component_phases,
     part_edges,
     relative_spectrum,
-    wavenumber,
 )
 
 

@@ -58,6 +58,15 @@ def test_a_good_section_is_accepted():
         ("[f1]", "[f1, f1]", 12, "f1 is listed twice", "its name"),
         ("[f1]", "[f1, f2]", 13, "no line ends at fairlead 'f2'", "remove the fairlead"),
         ("[f1]", "[f 1]", 12, "match pattern", ""),
+        (
+            "[f1]",
+            "[f1]\nwaves: {spectrum: regular, height: 1, period: 8, direction: 90}",
+            13,
+            "wave direction 90 deg leaves the X-Z plane",
+            "dimensions: 3",
+        ),
+        ("[f1]", "[f1]\nwaves: {spectrum: regular, height: 1}", 13, "missing", ""),
+        ("[f1]", "[f1]\nwaves: nothing", 13, "", ""),
         ("axial_damping_ratio: 1", "axial_damping: -1", 7, "greater than or equal to 0", ""),
         (
             "axial_damping_ratio: 1",

@@ -100,6 +100,16 @@ def test_a_ready_file_runs_as_it_is():
     assert force_z < 0
 
 
+def test_waves_move_the_water_around_a_ready_file():
+    """In the depth and gravity of the file."""
+    text = f"file: {CASE1}\nwaves: {{spectrum: regular, height: 2, period: 8}}\n"
+    made = mooring(Document.parse(text).validate(MooringConfig))
+    assert made.sea is not None
+    assert (made.sea.depth, made.sea.gravity) == (300.0, 9.80665)
+    assert "\n1 WaveKin\n" in made.text
+    assert "WaveKin" not in mooring(Document.parse(f"file: {CASE1}").validate(MooringConfig)).text
+
+
 def test_a_ready_file_keeps_what_is_not_ours():
     before, after = tables(CASE1.read_text()), tables(ready_mooring(CASE1, fairleads={}).text)
     assert [r.words for r in after["line types"]] == [r.words for r in before["line types"]]
@@ -122,6 +132,7 @@ def test_fairleads_of_a_ready_file_get_the_names_that_are_given(tmp_path):
     assert (bow.x, bow.y, bow.z) == (4.0, 2.0, -5.0)
     source = mooring_kind.make(config, name="lines", folder=tmp_path)
     layout = json.loads(source.data["mooring.json"])
+    del layout["nodes"]  # which of them the FMU shows
     assert layout["drawn"] == [["bow", 1.0, -3.0]]
     layout["net"]["lines"][0] |= {"length": 860, "segments": 2}
     lines = LineSystem(source.data["lines.txt"].decode().replace("900.00 40", "860 2"), **layout)

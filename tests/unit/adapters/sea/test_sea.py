@@ -12,13 +12,8 @@ from support.calm_water import calm
 
 from m4e_adapters.hydrodynamics import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import (
-    acceleration,
-    dynamic_pressure,
-    elevation,
-    velocity,
-)
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_adapters.sea.waves_at_points import sea_in_waves
 from m4e_fmi.errors import InputError
@@ -71,19 +66,25 @@ def test_outputs_are_those_of_the_equations(stretching: str, depth: str) -> None
         inputs = {f"above.{axis}": x for axis, x in zip("xyz", moved.tolist(), strict=True)}
         values = outputs(found, time, inputs)
         for name, place in {"below": np.array([30.0, -12.0, -2.5]), "above": moved}.items():
-            height = float(elevation(waves, time, place[0], place[1]))
+            water = flow(waves, time, place, stretching=given.stretching)
+            height = float(water.elevation)
             heights.append(height - place[2])
             assert values[f"{name}.elevation"] == pytest.approx(height, abs=1e-12)
             assert values[f"{name}.submergence"] == pytest.approx(height - place[2], abs=1e-12)
-            for what, law in (("velocity", velocity), ("acceleration", acceleration)):
-                expected = law(waves, time, place, stretching=given.stretching)
+            expected = {"velocity": water.velocity, "acceleration": water.acceleration}
+            for what, vector in expected.items():
                 shown = [values[f"{name}.{what}_{axis}"] for axis in "xyz"]
-                np.testing.assert_allclose(shown, expected, atol=1e-12)
-            pressure = dynamic_pressure(
-                waves, time, place, density=1025.0, stretching=given.stretching
-            )
-            assert values[f"{name}.dynamic_pressure"] == pytest.approx(float(pressure), abs=1e-8)
+                np.testing.assert_allclose(shown, vector, atol=1e-12)
+            pressure = 1025.0 * 9.81 * float(water.head)
+            assert values[f"{name}.dynamic_pressure"] == pytest.approx(pressure, abs=1e-8)
     assert min(heights) < 0 < max(heights)
+
+
+def test_short_waves_leave_deep_water_at_rest() -> None:
+    waves = "{spectrum: regular, height: 0.05, period: 0.8, ramp_time: 0}"
+    found = program(f"water: {{depth: 400}}\nwaves: {waves}\npoints: {{bed: [0, -400]}}\n")
+    values = outputs(found, 0.3)
+    assert values["bed.velocity_x"] == values["bed.dynamic_pressure"] == 0.0
 
 
 @pytest.mark.parametrize(
@@ -194,3 +195,20 @@ def test_seas_that_there_are_not_are_told() -> None:
     sea_program(config(text), name="sea", folder=Path(), progress=told.append)
     (line,) = told
     assert line.startswith("warning: the sea is too steep")
+
+
+def test_a_current_adds_its_velocity_at_the_height_of_the_point() -> None:
+    still = SEA.format(stretching="wheeler", depth=40)
+    moving = still + "current: {speed: 1.4, direction: 60, profile: 0.2}\n"
+    told: list[str] = []
+    flowing = sea_program(config(moving), name="sea", folder=Path(), progress=told.append)
+    assert any("no Doppler shift" in text for text in told)
+    without, with_it = outputs(program(still), 7.0), outputs(flowing, 7.0)
+    beta, speed = math.radians(60), 1.4 * ((40 - 2.5) / 40) ** 0.2
+    added = {"below.velocity_x": speed * math.cos(beta), "below.velocity_y": speed * math.sin(beta)}
+    for name, value in without.items():
+        if not name.startswith(("origin.velocity", "above.velocity")):
+            assert with_it[name] == pytest.approx(value + added.get(name, 0.0), abs=1e-12), name
+    assert with_it["above.velocity_x"] - without["above.velocity_x"] == pytest.approx(0.7)
+    in_waves, _ = sea_in_waves(config(moving), name="sea", folder=Path(), progress=tell_nothing)
+    assert outputs(in_waves, 0.0)["below.velocity_x"] == pytest.approx(speed * math.cos(beta))

@@ -222,6 +222,22 @@ def test_a_mass_on_a_mooring_line(hanging: Program) -> None:
     assert found == pytest.approx([math.sqrt(k / 10.0) for k in stiffness], rel=1e-3)
 
 
+def test_lines_at_rest_are_in_still_water(tmp_path: Path) -> None:
+    """A line whose water moves never comes to rest; start values of its waves are left out."""
+    hanging_system(tmp_path)
+    text = HANGING.replace("density: 0, depth", "density: 1, depth").replace(
+        "    line_types:",
+        "    waves: {spectrum: regular, height: 2, period: 5, ramp_time: 0}\n"
+        "    start: {wave.height: 3}\n    line_types:",
+    )
+    (tmp_path / "system.yaml").write_text(
+        text.replace("drag_coefficient: 0", "drag_coefficient: 1")
+    )
+    given = load_system(tmp_path / "system.yaml")
+    point = equilibrium(system_program(given, settled=["line"], build_directory=tmp_path))
+    assert point["mass.body.mass.x"] == pytest.approx(0.0, abs=1e-7)
+
+
 def test_a_tension_that_is_asked_for(hanging: Program) -> None:
     wanted = {"line.l.fairlead_tension": "0.2 kN"}
     point = trimmed(hanging, such_that=wanted, vary=["mass.m"])

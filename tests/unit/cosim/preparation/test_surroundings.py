@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from support.described import described
 
 from m4e_fmi.cosim import load_system
@@ -128,3 +129,42 @@ def test_seas_that_differ_are_told(tmp_path: Path) -> None:
         "the start values of waves of hydro (line 6) and of gauge (line 12) differ: components in "
         "one sea need the same: set them in all of them"
     )
+
+
+LINES = """\
+  mooring:
+    kind: mooring
+    water: *water
+    waves: {waves}
+    line_types: {{c: {{diameter: 0.1, mass_per_length: 50, axial_stiffness: 1e8,
+      axial_damping_ratio: 1, drag_coefficient: 1, added_mass_coefficient: 1}}}}
+    anchors: {{a: [-50, -40]}}
+    fairleads: [f]
+    lines: {{l: {{type: c, from: a, to: f, unstretched_length: 70, segments: 4}}}}
+connections: []
+"""
+
+
+@pytest.mark.parametrize(("waves", "count"), [("*sea", 0), ("none", 0), ("{spectrum: still}", 2)])
+def test_lines_belong_to_the_sea_or_say_that_they_do_not(
+    tmp_path: Path, waves: str, count: int
+) -> None:
+    text = SEAS.format(waves="*sea", start="").replace(
+        "connections: []\n", LINES.format(waves=waves)
+    )
+    (tmp_path / "seas.yaml").write_text(text)
+    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
+    assert len(found) == count
+    assert all("of mooring (line 17) differ: components in one sea need" in line for line in found)
+
+
+@pytest.mark.parametrize(("speed", "count"), [("2", 0), ("1", 1), ("", 1)])
+def test_currents_that_differ_are_told(tmp_path: Path, speed: str, count: int) -> None:
+    """Another speed, or none."""
+    text = SEAS.format(waves="*sea", start="")
+    text = text.replace("    bodies:", "    current: {speed: 2}\n    bodies:")
+    if speed:
+        text = text.replace("    points:", f"    current: {{speed: {speed}}}\n    points:")
+    (tmp_path / "seas.yaml").write_text(text)
+    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
+    assert [line[:33] for line in found] == ["the current of hydro (line 7) and"] * count
