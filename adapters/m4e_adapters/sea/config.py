@@ -15,7 +15,7 @@ from m4e_adapters.hydrodynamics.config.waves import waves_beyond_the_plane
 from m4e_fmi.files.document import Section, rejected
 
 Points = dict[Annotated[str, Field(pattern=NAME)], Place]
-TAKEN = "wave"
+TAKEN = {"wave": "waves", "current": "current"}
 
 
 class SeaConfig(Section):
@@ -54,8 +54,8 @@ class SeaConfig(Section):
         axes = "[x, z]" if self.dimensions == 2 else "[x, y, z]"
         for key, points in (("points", self.points), ("moving_points", self.moving_points)):
             for name, place in points.items():
-                if name == TAKEN:
-                    text = f"{name!r} is the name of the waves"
+                if name in TAKEN:
+                    text = f"{name!r} is the name of the {TAKEN[name]}"
                     yield _wrong((key, name), text, "give the point another name")
                 if key == "moving_points" and name in self.points:
                     text = f"{name!r} stays and moves"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, model_validator
@@ -30,7 +30,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
-OWN_NAMES = ("wave", "heading")
+OWN_NAMES = ("wave", "current", "heading")
 """First parts of names of variables that are of no body."""
 NAME = r"^[A-Za-z_][A-Za-z0-9_]*$"
 OF_SPACE = "remove it, or write 'dimensions: 3' on top of the component"
@@ -196,6 +196,7 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
+        wrong += _named_otherwise("bodies", OWN_NAMES, self.bodies)
         wrong += [*_of_its_source(self), *_of_current(self), *_of_displaced(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
@@ -339,16 +340,24 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             yield _wrong(("bodies", name, "fixed"), text, remedy)
 
 
+def _named_otherwise(
+    key: str, taken: Collection[str], names: Iterable[str]
+) -> Iterator[InitErrorDetails]:
+    """Those of the `names` under `key` that are `taken`."""
+    for name in names:
+        if name in taken:
+            text = f"the name {name!r} has another meaning here"
+            yield _wrong((key, name), text, "give it another name")
+
+
 def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Points of bodies that are not there, with names of others or with wrong coordinates."""
+    yield from _named_otherwise("points", (*OWN_NAMES, *config.bodies), config.points)
     axes = "[x, z]" if config.dimensions == 2 else "[x, y, z]"
     for name, point in config.points.items():
         if point.body not in config.bodies:
             text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
             yield _wrong(("points", name, "body"), text, remedy)
-        if name in config.bodies or name in OWN_NAMES:
-            text = f"the name {name!r} has another meaning here"
-            yield _wrong(("points", name), text, "give the point another name")
         if len(point.at) != config.dimensions:
             text = f"'at' has {len(point.at)} coordinates, expected {axes}"
             yield _wrong(("points", name, "at"), text, f"write {axes}")

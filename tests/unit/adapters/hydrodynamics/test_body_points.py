@@ -124,6 +124,7 @@ def in_waves(config: HydrodynamicsConfig) -> tuple[Program, HullWaves]:
         ("{deck: {body: barge, at: [40, 0, 2]}}", r"expected \[x, z\]"),
         ("{barge: {body: barge, at: [40, 2]}}", "has another meaning here"),
         ("{wave: {body: barge, at: [40, 2]}}", "has another meaning here"),
+        ("{current: {body: barge, at: [40, 2]}}", "has another meaning here"),
     ],
 )
 def test_refusals(point: str, said: str) -> None:

@@ -81,6 +81,8 @@ def test_defaults() -> None:
         ("jonswap,", "jonswap, direction: 90,", 6, "leaves the X-Z plane"),
         ("spectrum: jonswap", "spectrum: pierson_moskowitz, peak_enhancement: 2", 6, "unknown key"),
         ("float:", "my float:", 3, "pattern"),
+        ("float:", "wave:", 3, "the name 'wave' has another meaning here"),
+        ("float:", "current:", 3, "the name 'current' has another meaning here"),
     ],
 )
 def test_one_mistake_is_found_where_it_is(old: str, new: str, line: int, message: str) -> None:

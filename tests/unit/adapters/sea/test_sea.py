@@ -172,6 +172,7 @@ def test_small_waves_are_those_of_the_response_to_waves(depth: float) -> None:
         ("points: {p: [1, 2, 3]}", 1, "'p' has 3 coordinates, expected [x, z]"),
         ("dimensions: 3\npoints: {p: [1, 2]}", 2, "'p' has 2 coordinates, expected [x, y, z]"),
         ("points: {wave: [1, 2]}", 1, "'wave' is the name of the waves"),
+        ("moving_points: {current: [1, -2]}", 1, "'current' is the name of the current"),
         ("points: {p: [1, 2]}\nmoving_points: {p: [1, 2]}", 2, "'p' stays and moves"),
         ("water: {depth: 10}\npoints: {p: [1, -12]}", 2, "'p' is 2 m below the sea bed"),
         ("points: {1p: [1, 2]}", 1, "match pattern"),
