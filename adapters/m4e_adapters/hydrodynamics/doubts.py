@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Drag, HydrodynamicsConfig, Water, wave_sections
+from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
@@ -62,11 +62,5 @@ def stability_doubts(hulls: Sequence[Hull], water: Water) -> Iterator[str]:
 def flow_doubts(config: HydrodynamicsConfig) -> Iterator[str]:
     """A current beside waves, or one that acts on nothing; a line each."""
     yield from current_doubts(config.current, has_waves=bool(wave_sections(config.waves)))
-    drags = [body.drag for body in config.bodies.values() if body.drag.water != "still"]
-    if config.current is not None and not any(map(_slows, drags)):
+    if config.current is not None and not config.feels_current:
         yield "the current acts on nothing: no body has drag in moving water (drag: {surge: …})"
-
-
-def _slows(drag: Drag) -> bool:
-    """True of drag in a horizontal motion."""
-    return any((drag.surge, drag.sway, drag.linear.surge, drag.linear.sway))

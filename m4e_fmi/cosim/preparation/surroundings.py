@@ -55,7 +55,8 @@ def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> lis
 def _seas(system: System, key: str) -> Iterator[str]:
     """Waves or currents (`key`) that are not those of another component.
 
-    By their section or by start values; no `current` is one of 0, which differs from others.
+    By their section or by start values; no `current` is one of 0, which differs from others, unless
+    the component would not feel one.
     """
     seas = {
         c.name: (section, {name: x for name, x in c.start.items() if _is_of(name, key)})
@@ -79,9 +80,14 @@ def _seas(system: System, key: str) -> Iterator[str]:
 
 
 def _may_be_left_out(component: Component) -> tuple[str, ...]:
-    """Keys whose absence means that there is none of it."""
+    """Keys whose absence means that there is none of it.
+
+    A configuration whose `feels_current` is False may leave out the current of others.
+    """
     source = component.source
-    return ("current",) if isinstance(source, Kind) and hasattr(source.config, "current") else ()
+    if not isinstance(source, Kind) or not hasattr(source.config, "current"):
+        return ()
+    return ("current",) if getattr(source.config, "feels_current", True) else ()
 
 
 def _is_of(name: str, key: str) -> bool:

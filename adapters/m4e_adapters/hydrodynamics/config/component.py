@@ -210,6 +210,12 @@ class HydrodynamicsConfig(Section):
             raise ValidationError.from_exception_data("hydrodynamics", wrong)
         return self
 
+    @property
+    def feels_current(self) -> bool:
+        """True if a current acts on a body, or would if there was one."""
+        drags = [body.drag for body in self.bodies.values()]
+        return self.loads.drag != "none" and any(drag.feels_current for drag in drags)
+
 
 def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
     return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)

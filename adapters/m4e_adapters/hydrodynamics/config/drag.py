@@ -38,6 +38,12 @@ class Drag(Section):
     linear: LinearDrag = LinearDrag()
     water: Literal["still", "moving"] | None = None
 
+    @property
+    def feels_current(self) -> bool:
+        """True of drag in a horizontal motion, in moving water."""
+        slows = any((self.surge, self.sway, self.linear.surge, self.linear.sway))
+        return slows and self.water != "still"
+
 
 OF_SPACE = ("sway", "roll", "yaw")
 

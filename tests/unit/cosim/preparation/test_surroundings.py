@@ -168,3 +168,23 @@ def test_currents_that_differ_are_told(tmp_path: Path, speed: str, count: int) -
     (tmp_path / "seas.yaml").write_text(text)
     found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
     assert [line[:33] for line in found] == ["the current of hydro (line 7) and"] * count
+
+
+@pytest.mark.parametrize(
+    ("drag", "count"),
+    [
+        ("{}", 0),
+        ("{heave: 1e4}", 0),
+        ("{surge: 1e4, water: still}", 0),
+        ("{surge: 1e4}", 1),
+        ("{linear: {surge: 1e4}}", 1),
+    ],
+)
+def test_a_hull_that_feels_no_current_needs_none(tmp_path: Path, drag: str, count: int) -> None:
+    """Beside another component in a current; with horizontal drag it would feel it."""
+    text = SEAS.format(waves="*sea", start="")
+    text = text.replace("    points:", "    current: {speed: 1}\n    points:")
+    text = text.replace("[0, -1]}", f"[0, -1], drag: {drag}}}")
+    (tmp_path / "seas.yaml").write_text(text)
+    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
+    assert [line[:21] for line in found] == ["the current of hydro "] * count
