@@ -6,7 +6,9 @@ import math
 from pathlib import Path
 
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmpy.validation import validate_fmu
+from support.fmu_instance import Instance
 from support.lines_in_waves import line_system
 from support.running_fmu import Running
 
@@ -74,6 +76,34 @@ def test_steps_repeat_to_the_bit_after_going_back(file: Path, tmp_path: Path) ->
         assert [step(again, k) for k in range(10, 20)] == expected[10:]
         again.close()
     lines.close()
+
+
+ROPE = """\
+water: {density: 1025, depth: 60}
+current: {speed: 1}
+seabed: {stiffness: 100, damping: 0}
+line_types:
+  rope: {diameter: 0.1, mass_per_length: 10, axial_stiffness: 1.0e+5, axial_damping_ratio: 0.1,
+         drag_coefficient: 2, added_mass_coefficient: 1}
+anchors: {left: [-150, -60]}
+fairleads: {f1: [-5, -3]}
+lines:
+  l1: {type: rope, from: left, to: f1, unstretched_length: 156, segments: 6}
+"""
+
+
+def test_a_current_beyond_the_internal_step_ends_the_run(tmp_path: Path) -> None:
+    """Of a light rope whose step is bounded by its drag; the margin of the step may be used."""
+    config = Document.parse(ROPE).validate(mooring.Config)
+    source = mooring.make(config, name="mooring", folder=tmp_path, progress=lambda _: None)
+    with Instance(build_fmu(source, tmp_path / "mooring.fmu"), tmp_path / "run") as fmu:
+        fmu.initialise({"current.speed": 1.2})
+        fmu.set({"current.speed": 1.5})
+        fmu.step(0.0, STEP)
+        fmu.set({"current.speed": 4.0})
+        with pytest.raises(FMICallException):
+            fmu.step(STEP, STEP)
+        assert "waves and current reach 4 m/s" in fmu.last_error
 
 
 def test_waves_are_parameters(file: Path, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from m4e_adapters.moordyn.mooring import (
     Mooring,
     NetData,
     Sea,
+    fastest_water,
     internal_step,
     net_line,
 )
@@ -53,6 +54,7 @@ def mooring(config: MooringConfig, *, folder: str | Path = ".") -> Mooring:
         at_rest=config.static_equilibrium,
         bed=-water.depth,
         sea=sea,
+        fastest=fastest_water(segments, scheme=config.solver.scheme, step=step),
     )
 
 

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
-from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching, wavenumber
-from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
+from m4e_adapters.hydrodynamics.seas.water.moving_water import HEIGHTS, water_speed
+from m4e_adapters.moordyn.stability import MARGIN, SPEED, Segment, fastest, stable_step
 from m4e_fmi.errors import InputError, Problem
 
 FREE_STEP = 1.0  # [s] internal step where nothing moves inside the lines
-HEIGHTS = 101  # at which the fastest current is looked for
 SHORTEST = 1e-6  # [s] internal step: a million of them a second
 
 
@@ -57,17 +58,12 @@ class Sea:
 
     @property
     def speed(self) -> float:
-        """Hardly exceeded by the water [m/s]: four standard deviations and the current."""
-        energy, steady = 0.0, 0.0
+        """Hardly exceeded by the water [m/s], as configured; see `water_speed`."""
+        current = np.zeros((1, 3))
         if self.current is not None:
             heights = np.linspace(-self.depth, 0.0, HEIGHTS)
-            found = current_velocity(self.current, heights, depth=self.depth)
-            steady = float(np.linalg.norm(found, axis=1).max())
-        for system in self.waves:
-            omega, amplitude = system.configured()
-            number = wavenumber(omega, depth=self.depth, gravity=self.gravity)
-            energy += 0.5 * float(np.sum((omega * amplitude / np.tanh(number * self.depth)) ** 2))
-        return 4.0 * math.sqrt(energy) + steady
+            current = current_velocity(self.current, heights, depth=self.depth)
+        return water_speed(components_of(self.waves, {}) if self.waves else None, current)
 
 
 @dataclass(frozen=True)
@@ -79,7 +75,8 @@ class Mooring:
     `rest.net_at`; JSON values), None where only MoorDyn can look for it; `at_rest` says whether
     lines start there. `bed` is z [m] of the seabed. `drawn` are the fairleads where a ready file
     has them, to be compared with where they start; `notes` say what in a ready file is taken
-    otherwise than it stands there. `sea` is None if the water stands still.
+    otherwise than it stands there. `sea` is None if the water stands still. `fastest` [m/s] is the
+    speed of the water up to which the internal step is stable.
     """
 
     text: str
@@ -92,6 +89,7 @@ class Mooring:
     drawn: tuple[Fairlead, ...] = ()
     notes: tuple[str, ...] = ()
     sea: Sea | None = None
+    fastest: float = math.inf
 
     def in_space(self) -> Mooring:
         """The same with fairleads that move along Y, too."""
@@ -161,6 +159,12 @@ def internal_step(segments: dict[str, Segment], *, scheme: str, wanted: float | 
             advice += ", or scheme RK4"
         raise InputError([Problem(message, advice, keys=("solver", "time_step"))])
     return wanted
+
+
+def fastest_water(segments: dict[str, Segment], *, scheme: str, step: float) -> float:
+    """The speed of the water [m/s] up to which an internal `step` [s] is stable."""
+    found = (fastest(segment, step, scheme) for segment in segments.values())
+    return min(found, default=math.inf) - SPEED
 
 
 def _longest(segment: Segment, scheme: str) -> float:

@@ -34,7 +34,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 SCHEMES = {"RK2": 2, "RK4": 4}  # name → order: R is the exponential series up to that power
 MARGIN = 0.9  # of the longest stable step that is used when nothing else is asked for
@@ -117,6 +117,14 @@ def stable_step(segment: Segment, scheme: str) -> float:
         ratios = (least + (1.0 - least) * k / ANGLES for k in range(ANGLES + 1))
         limits.append(min(_limit(scheme, r) for r in ratios) / omega)
     return min(limits)
+
+
+def fastest(segment: Segment, step: float, scheme: str) -> float:
+    """The speed [m/s] of a node through the water up to which drag lets `step` [s] be stable."""
+    still = decay_rate(replace(segment, speed=0.0))
+    drag = replace(segment, speed=1.0, damping=0.0, seabed_damping=0.0, friction=0.0)
+    slope = decay_rate(drag)  # the rate is linear in the speed
+    return (_limit(scheme, 1.0) / step - still) / slope if slope else math.inf
 
 
 def _axial_ratio(segment: Segment) -> float:

@@ -7,6 +7,7 @@ is said in README.md. Imports the moordyn adapter and m4e_fmi.fmu; `slave.py` tr
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -78,11 +79,18 @@ def make(
     if mooring.sea is None:
         return source
     tell_doubts(mooring.sea.waves, mooring.sea.current, progress)
-    return _in_moving_water(source, mooring.sea, in_space=config.dimensions == 3)
+    return _in_moving_water(
+        source, mooring.sea, in_space=config.dimensions == 3, fastest=mooring.fastest
+    )
 
 
-def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> PythonSource:
-    """`source` with what moves the water of a sea: its parameters, and code in the FMU."""
+def _in_moving_water(
+    source: PythonSource, sea: Sea, *, in_space: bool, fastest: float
+) -> PythonSource:
+    """`source` with what moves the water of a sea: its parameters, and code in the FMU.
+
+    The water may move at up to `fastest` [m/s].
+    """
     program = water_program(sea.waves, sea.current, depth=sea.depth, in_space=in_space)
     parameters = [v for v in describe(program).variables if v.causality == "parameter"]
     variables = [
@@ -96,6 +104,7 @@ def _in_moving_water(source: PythonSource, sea: Sea, *, in_space: bool) -> Pytho
         "depth": sea.depth,
         "gravity": sea.gravity,
         "stretching": sea.stretching,
+        "fastest": fastest if math.isfinite(fastest) else None,
     }
     adapter, seas = Path(moordyn.__file__).parent, Path(moving_water.__file__).parent
     return replace(

@@ -12,7 +12,15 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from m4e_adapters.moordyn.line_file import MOVING_WATER, QUIET, RELAXATION, header
-from m4e_adapters.moordyn.mooring import Fairlead, Mooring, NetData, Sea, internal_step, net_line
+from m4e_adapters.moordyn.mooring import (
+    Fairlead,
+    Mooring,
+    NetData,
+    Sea,
+    fastest_water,
+    internal_step,
+    net_line,
+)
 from m4e_adapters.moordyn.ready_files.attachments import BODY, COUPLED, POINT_END, Attachments
 from m4e_adapters.moordyn.ready_files.file_checks import check, check_places
 from m4e_adapters.moordyn.ready_files.read_file import ReadFile, has_force, option_name
@@ -78,6 +86,7 @@ def ready_mooring(
         drawn=_fairleads(file, attached, dict.fromkeys(fairleads)),
         notes=notes,
         sea=moved,
+        fastest=fastest_water(segments, scheme=scheme, step=step),
     )
 
 

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.sea_motion import holds, random_mooring, tensions
 
 from m4e_adapters.moordyn import MooringConfig, mooring
-from m4e_adapters.moordyn.stability import SPEED, Segment, decay_rate, oscillations, stable_step
+from m4e_adapters.moordyn.stability import (
+    SPEED,
+    Segment,
+    decay_rate,
+    fastest,
+    oscillations,
+    stable_step,
+)
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 
@@ -114,6 +122,18 @@ def test_a_step_that_failed_when_the_line_landed_is_refused_with_both_numbers():
     (problem,) = caught.value.problems
     assert "time step 0.003 s is unstable: l allows at most 0.0018" in problem.message
     assert f"moves at up to {SPEED:g} m/s" in problem.message
+
+
+@pytest.mark.parametrize("scheme", ["RK2", "RK4"])
+def test_the_fastest_water_is_that_of_the_longest_step(scheme: str):
+    """Of a rope whose limit is its drag, and of one without drag."""
+    rope = Segment(
+        length=10.0, diameter=0.1, mass_per_length=10.0, axial_stiffness=1e4, damping=2e3,
+        bending_stiffness=0.0, seabed_stiffness=0.0, seabed_damping=10.0, water_density=1025.0,
+        drag_coefficient=1.5, friction=30.0, speed=40.0,
+    )  # fmt: skip
+    assert fastest(rope, stable_step(rope, scheme), scheme) == pytest.approx(40.0, rel=1e-9)
+    assert fastest(replace(rope, water_density=0.0), 0.01, scheme) == math.inf
 
 
 def test_moorings_in_a_sea_hold_below_the_longest_step():
