@@ -41,6 +41,7 @@ bench: .venv-bench/ready
 	cd tests && ../.venv-bench/bin/python -m benchmark.pinocchio_trees
 	cd tests && ../.venv-bench/bin/python -m benchmark.space
 	cd tests && ../.venv-bench/bin/python -m benchmark.whole
+	cd tests && ../.venv-bench/bin/python -m benchmark.hydrodynamics
 
 # a peer that cannot be installed is reported by the benchmark, not here
 .venv-bench/ready: pyproject.toml constraints.txt tests/benchmark/constraints.txt tests/benchmark/install

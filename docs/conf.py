@@ -37,6 +37,8 @@ SCRIPTS = (
     "paper_cases/spiderfloat_lists.py",
     "cart_pole/cart_pole.py",
     "tuned_mass_damper/tuned_mass_damper.py",
+    "sphere_decay/published_curves.py",
+    "two_flaps/two_flaps.py",
 )
 GENERATED = DOCS / "generated"
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.joints import QUATERNION, TURNING
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.program.functions import AnyScalar
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +56,7 @@ def attitudes(program: Program) -> list[Attitude]:
     return found
 
 
-def twice_tangent(e: Sequence[Any] | Floats) -> list[list[Any]]:
+def twice_tangent(e: Sequence[AnyScalar] | Floats) -> list[list[AnyScalar]]:
     """2 T of `tangent_of`, of any numbers: rows of (4, 3)."""
     w, x, y, z = e
     return [[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]]
@@ -71,7 +72,7 @@ def rotated(e: Floats, step: Floats) -> Floats:
     angle = float(np.linalg.norm(step))
     axis = step / angle if angle else step
     w, (x, y, z) = np.cos(angle / 2), np.sin(angle / 2) * axis
-    turn: Any = [[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]
+    turn = [[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]]
     turned = np.array(turn) @ e
     return turned / np.linalg.norm(turned)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim import System
     from m4e_fmi.files.document import Section
 
-DATA, CONFIG = "hydrodynamic_data", "config_of_file"
+DATA, CONFIG, REFINE = "hydrodynamic_data", "config_of_file", "refine"
 """Functions of a kind with coefficients: docs/adapters.md."""
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
@@ -38,13 +38,24 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("--json", action="store_true", help="print all numbers as JSON")
     command.add_argument(
-        "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_hydro.nc"
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help="netCDF, build/NAME_hydro.nc; a picture with --refine",
+    )
+    command.add_argument(
+        "--refine",
+        action="store_true",
+        help="of a system: convergence with finer panels, and the errors of each mesh",
     )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
     command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> None:
+    if options.refine:
+        _refine(options)
+        return
     import json
 
     from m4e_fmi.files.file_names import file_stem
@@ -87,8 +98,46 @@ def _kinds() -> list[ModuleType]:
     return found
 
 
+def _refine(options: argparse.Namespace) -> None:
+    """Print a convergence study of a component in water, and draw it."""
+    import json
+
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.report import check_picture_path
+
+    if options.source.suffix.lower() not in SYSTEMS:
+        message = f"{options.source}: --refine is of a system, not of a file of coefficients"
+        raise InputError.single(message, "give a system file with shapes or meshes of bodies")
+    system, chosen, title = _chosen(options)
+    module, config = _in_water(system)[chosen]
+    if not hasattr(module, REFINE):
+        message = f"the kind of component {chosen!r} has no panels to refine"
+        raise InputError.single(message, "choose another one with --component")
+    picture = None
+    if not options.no_plot:
+        picture = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(title)}_refine.png"
+        check_picture_path(picture)
+    try:
+        text, numbers = module.refine(config, folder=system.folder, picture=picture, progress=tell)
+    except InputError as error:
+        raise InputError([system.located(chosen, p) for p in error.problems]) from None
+    print(json.dumps(numbers, indent=2) if options.json else text)
+    if picture is not None and not options.json:
+        print_files([picture])
+
+
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:
     """The data of a component in water."""
+    system, chosen, title = _chosen(options)
+    module, config = _in_water(system)[chosen]
+    try:
+        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=tell)
+    except InputError as error:
+        raise InputError([system.located(chosen, p) for p in error.problems]) from None
+
+
+def _chosen(options: argparse.Namespace) -> tuple[System, str, str]:
+    """The system, its component in water that is meant, and a title."""
     if not is_system(options.source):
         message = f"{options.source}: a model alone is in no water"
         raise InputError.single(message, "give a system with a component in water, or a file")
@@ -106,12 +155,7 @@ def _of_system(options: argparse.Namespace) -> HydrodynamicData:
         message = f"{system.name}: {len(there) or 'no'} components are in water"
         remedy = f"choose one with --component: {names}" if there else "give a file of coefficients"
         raise InputError.single(f"{message}: {names}" if there else message, remedy)
-    module, config = there[chosen]
-    title = system.name if len(there) == 1 else f"{system.name}_{chosen}"
-    try:
-        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=tell)
-    except InputError as error:
-        raise InputError([system.located(chosen, p) for p in error.problems]) from None
+    return system, chosen, system.name if len(there) == 1 else f"{system.name}_{chosen}"
 
 
 def _in_water(system: System) -> dict[str, tuple[ModuleType, Section]]:

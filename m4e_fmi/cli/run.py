@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     Gathered,
+    add_animate,
     add_build_folder,
     add_native,
     add_output_file,
     add_start_values,
+    animation_file,
     load_system,
     output_file,
     print_files,
@@ -94,6 +96,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="FACTOR",
         help="pass no point before its wall time; FACTOR: simulated over wall time, default 1",
     )
+    add_animate(command, "write an animation (.html)")
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -147,6 +150,7 @@ def _system(options: argparse.Namespace) -> System:
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
+        gathered.of(animation_file, options, "system", (".html",))
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
@@ -193,10 +197,11 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import plot_run, progress_bar, run_summary, say_beside
+    from m4e_fmi.report import animate_run, plot_run, progress_bar, run_summary, say_beside
     from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
+    animation = animation_file(options, system.name, (".html",))
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)
     program = system_program(system) if options.reference else None
@@ -225,6 +230,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 beside=[picture],
                 resume=options.resume,
                 real_time=options.real_time,
+                animated=animation is not None,
             )
     except ExportError as error:
         print(run_summary(error.outcome, told))
@@ -238,3 +244,5 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])
+    if animation:
+        print_files([animate_run(outcome.path, animation)])

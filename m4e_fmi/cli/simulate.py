@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    add_animate,
     add_open,
     add_output_file,
     add_start_values,
+    animation_file,
     is_system,
-    load_equations,
+    load_only_model,
     load_program,
     load_system,
     output_file,
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim import System
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
+    from m4e_fmi.report.animation.scene import Scene
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -57,14 +61,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
     add_start_values(command, "NAME")
     add_output_file(command)
-    command.add_argument(
-        "--animate",
-        nargs="?",
-        type=Path,
-        const=Path(),
-        metavar="FILE",
-        help="write an animation (.html or .gif); default build/NAME.html",
-    )
+    add_animate(command, "write an animation (.html, of a model also .gif)")
     command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
     command.add_argument(
         "--variables",
@@ -82,21 +79,33 @@ def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.program import Program
     from m4e_fmi.results.results_file import stream_of
 
-    source, name = _source(options)
-    output = output_file(options, name)
-    animation = _animation_file(options, name)
-    if animation and isinstance(source, Program):
-        message = "--animate is for a model: bodies of a system are drawn one model at a time"
-        raise InputError.single(message, "leave it out")
+    source = _source(options)
+    output = output_file(options, source.name)
+    forms = (".html",) if isinstance(source.equations, Program) else (".html", ".gif")
+    animation = animation_file(options, source.name, forms)
+    if animation and source.scene is None:
+        raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
     with claimed(stream_of(output)):  # and the pictures
         _simulate_to(output, animation, source, options)
 
 
-def _source(options: argparse.Namespace) -> tuple[Model | Program, str]:
-    """The model, or the program of the system, and a name for the results.
+@dataclass(frozen=True)
+class _Source:
+    """A model, or the program of a system; the `name` of the results, and what they show."""
+
+    equations: Model | Program
+    name: str
+    scene: Scene | None
+
+
+def _source(options: argparse.Namespace) -> _Source:
+    """The model, or the program of the system.
 
     Times that are not given become those of the system, or the default.
     """
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.report.animation.of_model import scene_of_model
+
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
         system = load_system(options.model)
@@ -107,19 +116,33 @@ def _source(options: argparse.Namespace) -> tuple[Model | Program, str]:
         stop_time, interval = times.stop_time, times.output_interval or times.step_size
         program = load_program(system, options)
         _warn_of_start(system, program, options)
-        found: tuple[Model | Program, str] = program, f"{system.name}_whole"
+        found = _Source(program, f"{system.name}_whole", _system_scene(system, options))
         if system.scenario:
             print(
                 "warning: the scenario takes no part: one program has no actions", file=sys.stderr
             )
     else:
-        model = load_equations(options)
-        found = model, model.name
+        model = load_only_model(options)
+        known = {n: v for n, v in start_values(options).items() if not isinstance(v, str)}
+        scene = scene_of_model(model, file_stem(model.name), known)
+        found = _Source(model, model.name, scene)
     if options.stop_time is None:
         options.stop_time = stop_time
     if options.output_interval is None:
         options.output_interval = interval
     return found
+
+
+def _system_scene(system: System, options: argparse.Namespace) -> Scene | None:
+    from m4e_fmi.cosim import scene_without_build
+
+    names = {component.name for component in system.components}
+    given = {
+        name: value
+        for name, value in start_values(options).items()
+        if name.partition(".")[0] in names
+    }
+    return scene_without_build(system.changed(start=given, origin="command line"))
 
 
 def _warn_of_start(system: System, program: Program, options: argparse.Namespace) -> None:
@@ -132,11 +155,12 @@ def _warn_of_start(system: System, program: Program, options: argparse.Namespace
 
 
 def _simulate_to(
-    output: Path, animation: Path | None, model: Model | Program, options: argparse.Namespace
+    output: Path, animation: Path | None, source: _Source, options: argparse.Namespace
 ) -> None:
     from m4e_fmi.program import Program
     from m4e_fmi.report import (
         animate,
+        animate_run,
         plot_simulation,
         progress_bar,
         simulation_summary,
@@ -144,6 +168,7 @@ def _simulate_to(
     )
     from m4e_fmi.simulate import Watch, simulate
 
+    model = source.equations
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
     with progress_bar(options.stop_time) as progress:
@@ -159,7 +184,7 @@ def _simulate_to(
             needed=options.variables,
             progress=progress,
         )
-    files = write_simulation(result, output)
+    files = write_simulation(result, output, scene=source.scene)
     print(simulation_summary(result))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
         print(f"  note: joint {name!r} starts where the parameters in the file put it")
@@ -168,8 +193,13 @@ def _simulate_to(
     if not options.no_plot:
         picture = output.with_suffix(".png")
         print_files([plot_simulation(result, picture, variables=options.variables)])
-    if animation and not isinstance(model, Program):
-        print_files([animate(model, result, animation)])
+    if animation:
+        made = (
+            animate_run(files[0], animation)
+            if isinstance(model, Program)
+            else animate(model, result, animation)
+        )
+        print_files([made])
 
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:
@@ -182,15 +212,3 @@ def _unmoved(model: Model, given: Iterable[str]) -> list[str]:
         for name, joint in model.joints.items()
         if any(names & as_expression(value).names() for value in joint.initial.values())
     ]
-
-
-def _animation_file(options: argparse.Namespace, name: str) -> Path | None:
-    """Path of the animation; None if none is wanted."""
-    from m4e_fmi.report import check_animation_path
-
-    if options.animate is None:
-        return None
-    default = output_file(options, name).with_suffix(".html")
-    path = options.animate if options.animate.name else default
-    check_animation_path(path)
-    return path

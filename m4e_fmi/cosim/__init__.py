@@ -24,6 +24,7 @@ from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.monitoring.program_start import program_start_warnings
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.results.system_scene import scene_without_build
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.scenario_section import Action
@@ -71,6 +72,7 @@ __all__ = [
     "reference",
     "run",
     "save_system",
+    "scene_without_build",
     "start",
     "system_in_waves",
     "system_program",

@@ -46,7 +46,7 @@ def check_suffix(path: str | Path, suffixes: Sequence[str], what: str) -> None:
     if suffix.lower() not in suffixes:
         *others, last = suffixes
         form = repr(suffix) if suffix else "a file without a suffix"
-        remedy = f"use {', '.join(others)} or {last}"
+        remedy = f"use {', '.join(others)} or {last}" if others else f"use {last}"
         raise InputError.single(f"{what} cannot be written as {form}", remedy, str(path))
 
 

@@ -31,7 +31,7 @@ from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody.kinematics import in_space
 from m4e_fmi.multibody.motion import Motion
-from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, tanh
+from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
 from m4e_fmi.space import (
     ABOUT_Y,
     TURN,
@@ -291,7 +291,10 @@ def _stop(
         back = stiffness * depth
         energy = energy + back * depth / 2
         if quantity(load, "damping") != NOTHING:
-            more = minimum(maximum(damping * (rate if side > 0 else -rate), -back), back)
+            # at rest without contact both bounds and the rate are 0, where minimum and maximum have
+            # derivatives by the rate: sign has none, and is 0 there
+            speed = sign(depth) * (rate if side > 0 else -rate)
+            more = minimum(maximum(damping * speed, -back), back)
             lost = lost + more if side > 0 else lost - more
             back = back + more
         total = total + back if side > 0 else total - back

@@ -5,7 +5,8 @@ Drawings and animations start from a `scene`, a model in numbers at any pose; `s
 give its outlines, `style` the colours.
 """
 
-from m4e_fmi.report.drawing.animation import animate, check_animation_path
+from m4e_fmi.report.animation.results_page import animate_run
+from m4e_fmi.report.drawing.animation import animate
 from m4e_fmi.report.drawing.decay_figure import plot_decay
 from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
 from m4e_fmi.report.drawing.hydro_figure import plot_hydro
@@ -38,7 +39,7 @@ from m4e_fmi.report.wave_file import write_sea, write_waves
 
 __all__ = [
     "animate",
-    "check_animation_path",
+    "animate_run",
     "check_picture_path",
     "comparison_json",
     "comparison_text",

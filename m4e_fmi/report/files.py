@@ -9,6 +9,8 @@ import numpy as np
 
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.locks import claimed
+from m4e_fmi.report.animation.scene import Scene
+from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
 from m4e_fmi.results.row_header import Column, Section
 
@@ -16,8 +18,12 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
+def write_simulation(
+    simulation: Simulation, path: Path, *, scene: Scene | None = None
+) -> list[Path]:
     """Write a simulation to `path`, as a run's results; returns the files that are there now.
+
+    They carry the `scene`, which says what an animation of them shows.
 
     netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
     writes to these files.
@@ -25,12 +31,12 @@ def write_simulation(simulation: Simulation, path: Path) -> list[Path]:
     check_export(path)
     stream = stream_of(path)
     with claimed(stream):
-        _write_netcdf(simulation, stream)
+        _write_netcdf(simulation, stream, scene)
         export(stream, path)
     return list(dict.fromkeys((stream, path)))
 
 
-def _write_netcdf(simulation: Simulation, path: Path) -> None:
+def _write_netcdf(simulation: Simulation, path: Path, scene: Scene | None) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
     given = simulation.start_values.items()
     attributes = {
@@ -39,6 +45,7 @@ def _write_netcdf(simulation: Simulation, path: Path) -> None:
         "method": simulation.method,
         "tolerance": "none" if simulation.tolerance is None else f"{simulation.tolerance:g}",
         "start_values": "\n".join(f"{name} = {value}" for name, value in given),
+        **carried(scene),
     }
     sections = _sections(simulation)
     rows = [np.array([values[name] for name in names]).T for _, names in sections]

@@ -40,8 +40,10 @@ class EnergyAudit:
 
     @property
     def relative(self) -> float:
-        """The largest residual, of the scale; 0 if nothing happened."""
-        return float(np.abs(self.residual).max()) / self.scale if self.scale else 0.0
+        """The largest residual, of the scale; 0 if nothing happened but rounding of the total."""
+        rounding = float(np.finfo(float).eps * np.abs(self.total).max())
+        happened = self.scale > rounding
+        return float(np.abs(self.residual).max()) / self.scale if happened else 0.0
 
 
 def with_works(program: Program) -> tuple[Program, int]:

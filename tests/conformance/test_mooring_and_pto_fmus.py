@@ -127,3 +127,31 @@ def test_the_folder_of_moordyn_is_in_that_of_its_fmu(files, tmp_path, monkeypatc
     assert seen
     assert all(path.parts[0].startswith("m4e_fmi_") for path in seen)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_places_of_nodes_are_those_of_the_state_whenever_they_are_read(files, tmp_path):
+    """Ends included; after a step back, and after the end."""
+    fmu = Running(files["mooring"], tmp_path / "nodes")
+    names = [[f"l1.node_{axis}[{k}]" for axis in "xyz"] for k in range(1, 8)]
+
+    def nodes() -> list[list[float]]:
+        return [[fmu.get(name) for name in node] for node in names]
+
+    start = nodes()
+    assert start[0] == [-150.0, 0.0, -60.0]
+    assert start[-1] == pytest.approx([-5.0, 0.0, -3.0])
+    assert start[1][2] == pytest.approx(-60.0, abs=0.01)  # on the bed: MoorDyn's is a spring
+    fmu.slave.exitInitializationMode()
+    saved = fmu.slave.getFMUState()
+    fmu.set(f1__x=-5.0, f1__vx=2.0)
+    fmu.slave.doStep(0.0, 0.1)
+    moved = nodes()
+    assert moved[-1] == pytest.approx([-4.8, 0.0, -3.0])
+    assert moved[-2] != start[-2]
+    fmu.slave.setFMUState(saved)
+    assert nodes() == start
+    fmu.set(f1__x=-5.0, f1__vx=2.0)
+    fmu.slave.doStep(0.0, 0.1)
+    fmu.slave.terminate()
+    assert nodes() == moved
+    fmu.slave.freeInstance()

@@ -52,6 +52,29 @@ class TestStates:
         instance.fmu.freeFMUstate(state)
         assert runs[0] == runs[1] == runs[2]
 
+    def test_over_a_change_of_a_parameter(self, load_native: Load) -> None:
+        """What follows from parameters is that of the restored ones, in values and derivatives."""
+        instance = load_native().initialise()
+        instance.step(0.0, 0.1)
+
+        def found() -> tuple[float, float, list[float]]:
+            names = ("a", "x")
+            unknown, known = ([instance.references[name]] for name in names)
+            slope = instance.fmu.getDirectionalDerivative(unknown, known, [1.0])
+            return instance["frequency"], instance["a"], slope
+
+        states, seen = [], []
+        for stiffness in (30.0, 47.0):
+            instance.set({"stiffness": stiffness})
+            states.append(instance.fmu.getFMUstate())
+            seen.append(found())
+        for k in (0, 1, 1, 0):
+            instance.fmu.setFMUstate(states[k])
+            assert found() == seen[k]
+        assert seen[0][0] != seen[1][0]
+        for state in states:
+            instance.fmu.freeFMUstate(state)
+
     def test_into_another_instance_and_process(
         self, load_native: Load, native_fmus: dict[str, Path], tmp_path: Path
     ) -> None:

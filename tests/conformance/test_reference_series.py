@@ -27,10 +27,12 @@ REST = {
     "joint_pid": (0.0, 0.0),
     "mooring": (-4.0, -2.0),
     "hydrodynamics": (0.0, -1.2),
+    "morison": (0.0, -6.0),
     "sea": (0.0, -1.0),
     "hull_pressure": (0.0, -1.2),
     "sum": (1.0, 2.0),
     "table": (0.0, 0.0),
+    "wind": (0.0, 12.0),
 }
 # Nine digits are written, and solvers repeat to rounding: with other BLAS kernels and numbers of
 # threads the same nine come out. The hydrodynamics is in deep water for that: in finite depth the
@@ -41,10 +43,12 @@ CONNECTORS = {
     "joint_pid": ["elbow"],
     "mooring": ["fairlead"],
     "hydrodynamics": ["float"],
+    "morison": ["spar"],
     "sea": ["fairlead"],
     "hull_pressure": ["float"],
     "sum": ["float", "barge"],
     "table": [],
+    "wind": ["mast"],
 }
 
 

@@ -74,10 +74,6 @@ CASES: dict[str, dict[str, str]] = {
     "a planar body in water of space": {"space.model": "plane.model", BOW: ""},
     "a planar point on lines of space": {"space.model": "plane.model", HULL: ""},
     "added mass of space for a planar body": {"space.model": "plane.model", BOW: "", HULL: ""},
-    "added mass that turns for a planar body": {
-        "space.model": "plane.model", BOW: "", HULL: "", WATER: FILTER,
-        "hydro.added_mass -> barge.added_mass": "hydro.added_mass[1,1] -> barge.added_mass[1,1]",
-    },
     "water of space without dimensions": {WATER: "kind: hydrodynamics\n"},
     "lines of space without dimensions": {LINES: "kind: mooring\n"},
     "a planar centre of gravity": {"center_of_gravity: [0, 0, -0.5]": "center_of_gravity: [0, -1]"},

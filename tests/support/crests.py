@@ -14,8 +14,8 @@ from scipy.special import ndtr
 from m4e_adapters.hydrodynamics.config import SpectrumTable
 from m4e_adapters.hydrodynamics.config.waves import WaveSection
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.waves import relative_spectrum
 
 STEP, COARSE, PIECES = 0.25, 15.0, 40  # s, s, pieces of a record of ten minutes

@@ -13,6 +13,12 @@ from m4e_fmi.cosim import System, load_system
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+def example_files(*patterns: str) -> list[str]:
+    """All files of examples/ that match one of the patterns, by their paths in it."""
+    found = {path for pattern in patterns for path in EXAMPLES.rglob(pattern)}
+    return sorted(path.relative_to(EXAMPLES).as_posix() for path in found)
+
+
 @contextmanager
 def hydraulic_kinds(site: Path) -> Iterator[None]:
     """The kinds of examples/hydraulic_pto, as if its package were installed in `site`."""

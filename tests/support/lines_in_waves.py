@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_adapters.hydrodynamics.seas.moving_water import MovingWater
 from m4e_adapters.hydrodynamics.seas.system_seas import water_program
+from m4e_adapters.hydrodynamics.seas.water.moving_water import MovingWater
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.water_course import WaterCourse

@@ -21,18 +21,21 @@ function element(name) {
   };
   return elements[name];
 }
-global.document = { getElementById: element, createElement: () => element("new"), addEventListener() {} };
-global.window = { devicePixelRatio: 1, innerHeight: 800, addEventListener() {} };
+const root = { querySelector: name => element(name.slice(1)), documentElement: {} };
+global.document = { ...root, querySelector: () => root, createElement: () => element("new"), addEventListener() {} };
+global.window = { devicePixelRatio: 1, innerHeight: 800, addEventListener() {}, matchMedia: () => ({ matches: false, addEventListener() {} }) };
+global.getComputedStyle = () => ({ getPropertyValue: () => "#ffffff" });
 global.Option = class { constructor(label, value, _, chosen) { this.value = value; this.chosen = chosen; } };
 global.requestAnimationFrame = action => { frames.push(action); };
 global.atob = packed => Buffer.from(packed, "base64").toString("binary");
-(0, eval)(script + "; globalThis.shown = () => time; globalThis.page = data;");
+const wrapped = script.replace(/const player = animation\((.*?), /, "globalThis.page = ").replace(/, document\);\s*$/, "; globalThis.player = animation(document.querySelector(\"\"), page, document);");
+(0, eval)(wrapped);
 frames[0](0);
 frames[0](80); // 80 ms later: it plays
-const played = shown();
+const played = player.time();
 elements.slider.value = process.argv[3];
 elements.slider.input();
 frames[0](1000); // it stands still once the slider was moved
 const { poses, ...rest } = page;
-console.log(JSON.stringify({ page: rest, polygons: notes, played, time: shown(),
+console.log(JSON.stringify({ page: rest, polygons: notes, played, time: player.time(),
   button: elements.play.textContent, clock: elements.clock.textContent }));

@@ -16,7 +16,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics import Coefficients, Hull, Refinement, make_hull, solve_hulls
 from m4e_adapters.hydrodynamics.config import Body, Water
 from m4e_adapters.hydrodynamics.refinement import COARSE, FINE, study
-from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics" / "refined"
 RADIUS, RHO, G = 5.0, 1000.0, 9.81

@@ -14,14 +14,18 @@ from doc_tools.schema_page import models, schema_text
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.moordyn.config import MooringConfig
+from m4e_adapters.morison import MorisonConfig
 from m4e_adapters.sea import SeaConfig
+from m4e_adapters.wind import WindConfig
 
 PAGE = Path(__file__).parents[2] / "docs" / "fmus" / "keys.md"
 KINDS = {
     "hydrodynamics": HydrodynamicsConfig,
     "hull_pressure": HullPressureConfig,
     "mooring": MooringConfig,
+    "morison": MorisonConfig,
     "sea": SeaConfig,
+    "wind": WindConfig,
 }
 
 

@@ -20,7 +20,7 @@ from m4e_adapters.hydrodynamics import (
 )
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.drift.far_field import far_field_drift, write_csv
-from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 
 RHO, G = 1000.0, 9.81
 

@@ -14,6 +14,7 @@ import pytest
 import sympy as sp
 from support.programs import Evaluated
 
+from m4e_fmi.analysis import linearize
 from m4e_fmi.model import (
     Body,
     BodyDrag,
@@ -283,6 +284,15 @@ class TestStops:
         assert acceleration(model, 0.6, 9.0) == pytest.approx(-20 / MASS, rel=1e-13)
         assert acceleration(model, 0.6, -9.0) == 0
         assert acceleration(model, -0.6, 9.0) == 0
+
+    @pytest.mark.parametrize("q", [0.0, 0.2])
+    def test_without_contact_it_has_no_damping_at_rest(self, q: float) -> None:
+        """Bounds of the damping and the speed are all 0 there."""
+        model = sliding(JointStop("rail", 100.0, -0.5, 0.5, 10.0))
+        linear = linearize(model, at={"joint.rail.q": q})
+        assert linear.A[1].tolist() == [0.0, 0.0]
+        inside = linearize(model, at={"joint.rail.q": 0.6, "joint.rail.u": 0.1})
+        assert inside.A[1] == pytest.approx([-100.0 / MASS, -10.0 / MASS], rel=1e-13)
 
     def test_a_block_bounces_off(self) -> None:
         """It touches for half a period, π√(m/k), as deep as v√(m/k), and leaves as it came."""

@@ -9,8 +9,8 @@ import pytest
 
 from m4e_adapters.hydrodynamics.config import Jonswap
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import flow
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
 from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.results.results_file import Results
 

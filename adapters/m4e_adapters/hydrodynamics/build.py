@@ -16,15 +16,16 @@ from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stabilit
 from m4e_adapters.hydrodynamics.drift.bodies import drifts_and_problems
 from m4e_adapters.hydrodynamics.flow.bem import moving_hulls, solve_hulls, without_flow
 from m4e_adapters.hydrodynamics.flow.froude_krylov import excited_by
+from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
 from m4e_adapters.hydrodynamics.load.drag import bodies_in_moving_water
 from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program
@@ -96,6 +97,7 @@ def coefficients_of(
         omega=omega,
         wave_direction=_direction(config),
         needed=needed,
+        gap_lid=damped_lid(config.gap_lids, hulls),
         progress=progress,
     )
     return excited_by(found, moving_hulls(hulls), config.loads.excitation)
@@ -227,6 +229,10 @@ def check_config(config: HydrodynamicsConfig, *, folder: Path) -> Program:
         problems += error.problems
     centers = {name: b.center_of_gravity for name, b in config.bodies.items() if not b.fixed}
     problems += drifts_and_problems(config, folder, centers=centers, water=config.water)[1]
+    try:
+        damped_lid(config.gap_lids if hulls else (), hulls)
+    except InputError as error:
+        problems += error.problems
     if moving_hulls(hulls):
         omega, wrong = table_and_problems(config, hulls, waves=waves)
         problems += wrong

@@ -314,7 +314,7 @@ class Coefficients:
 
         `omega` (k,) [rad/s], `direction` β [deg].
         """
-        from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+        from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 
         k = wavenumber(np.asarray(omega), depth=self.depth, gravity=self.gravity)[:, None]
         x, y, _ = np.repeat(self.places, self.per_body, axis=0).T

@@ -9,8 +9,8 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Drag, HydrodynamicsConfig, Water, wave_sections
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.seas.current import current_doubts
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts
 
 LENGTHS = (0.01, 1000.0)  # [m] of hulls
 BODIES_APART = 1000.0  # length of a hull over that of the shortest

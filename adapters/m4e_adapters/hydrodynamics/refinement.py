@@ -7,7 +7,8 @@ edge at the waterline, and one of second order. Three meshes remove both:
 
 The difference between x₀ and the limit that two meshes give with order 1.5, times `SAFETY`, is the
 stated error of x₀; with the distance of x from x₀, it is that of x. At infinite frequency, where
-the edge rules, order 1 counts too, times `SAFETY_OF_EDGE`. Two meshes alone give x₀ with order 1.5,
+the edge may rule, order 1 counts too, times `SAFETY_OF_EDGE`, unless the three meshes show an order
+of at least 1.5. Two meshes alone give x₀ with order 1.5,
 and its error from orders 1 and 2.
 """
 
@@ -24,7 +25,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.build import coefficients_of, frequency_table
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull, make_hulls, sliding_hulls
 from m4e_fmi.errors import InputError
 
 SAFETY, SAFETY_OF_EDGE = 1.5, 3.0
@@ -47,15 +48,36 @@ class Convergence:
     Attributes
     ----------
     scale : largest value over the frequencies [SI]; of couplings that of the motions they couple.
-    error, remaining : stated errors of the finest mesh and of the limit [SI], their largest values
-        over the frequencies.
+    errors : (meshes, …) stated errors of each mesh [SI], their largest values over the frequencies.
+    remaining : that of the limit [SI].
     order : observed order in the size of the panels [1]; nan where meshes do not differ.
     """
 
     scale: np.ndarray
-    error: np.ndarray
+    errors: np.ndarray
     remaining: np.ndarray
     order: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """The stated error (n, n) or (n,) of the finest mesh [SI]."""
+        return self.errors[-1]
+
+
+@dataclass(frozen=True)
+class Row:
+    """Convergence of one coefficient: its `largest` value [SI] over the frequencies.
+
+    Stated `errors` of each mesh and the `remaining` one of the limit, over that value [1]; observed
+    `order` [1], nan where meshes do not differ.
+    """
+
+    quantity: str
+    motions: str
+    largest: float
+    errors: tuple[float, ...]
+    remaining: float
+    order: float
 
 
 @dataclass(frozen=True)
@@ -87,29 +109,44 @@ class Refinement:
     def lines(self) -> Iterator[str]:
         """The study as a table: a line for each coefficient that matters."""
         counts = ", ".join(map(str, self.panels))
-        yield f"meshes of {counts} panels; errors up to {self.highest:.4g} rad/s, of the largest"
-        yield f"value; order in the size of the panels; error of {self.panels[-1]} panels; of limit"
+        yield f"meshes of {counts} panels; errors up to {self.highest:.4g} rad/s, as stated, over"
+        yield "the largest value of the limit; observed order in the size of the panels"
+        heads = "".join(f" {count:>9}" for count in self.panels)
+        yield f"{'':<42} {'largest':>11}{heads} {'limit':>9}  order"
+        yield from (_line(row) for row in self.rows())
+
+    def rows(self) -> Iterator[Row]:
+        """The convergence of each coefficient that matters."""
         names = self.limit.motions
         for quantity in (*TABLES[:2], "added_mass_inf"):
-            found: Convergence = getattr(self, quantity)
             for i, j in combinations_with_replacement(range(len(names)), 2):
                 pair = names[i] if i == j else f"{names[i]} - {names[j]}"
                 if i == j or self._couples(i, j):
-                    yield _line(f"{quantity} {pair}", found, (i, j))
+                    yield self._row(quantity, pair, (i, j))
         for i, name in enumerate(names):
-            yield _line(f"excitation {name}", self.excitation, (i,))
+            yield self._row("excitation", name, (i,))
+
+    def _row(self, quantity: str, motions: str, place: tuple[int, ...]) -> Row:
+        found: Convergence = getattr(self, quantity)
+        scale = float(found.scale[place])
+        return Row(
+            quantity,
+            motions,
+            largest=scale,
+            errors=tuple((found.errors[:, *place] / (scale or 1.0)).tolist()),
+            remaining=float(found.remaining[place]) / (scale or 1.0),
+            order=float(found.order[place]),
+        )
 
     def _couples(self, i: int, j: int) -> bool:
         table = self.limit.added_mass_inf
         return abs(table[i, j]) > SMALL * math.sqrt(abs(table[i, i] * table[j, j]))
 
 
-def _line(name: str, found: Convergence, place: tuple[int, ...]) -> str:
-    scale = found.scale[place] or 1.0
-    order = found.order[place]
-    told = "order  -  " if math.isnan(order) else f"order {order:4.2f}"
-    error, remaining = (100 * part[place] / scale for part in (found.error, found.remaining))
-    return f"{name:<48} {told}  {error:8.3g} %  {remaining:8.3g} %"
+def _line(row: Row) -> str:
+    told = "    -" if math.isnan(row.order) else f" {row.order:4.2f}"
+    errors = "".join(f" {100 * e:7.2g} %" for e in (*row.errors, row.remaining))
+    return f"{row.quantity + ' ' + row.motions:<42} {row.largest:11.5g}{errors} {told}"
 
 
 def refinement(
@@ -118,9 +155,15 @@ def refinement(
     """The coefficients with fewer panels too, or with finer ones if there are mesh files.
 
     The finest mesh of built-in shapes has about their `panels`: the others take half of its work.
-    With mesh files the coarsest has those of the files. The curvature that a file lacks stays
+    With mesh files and unions the coarsest has those of a build. The curvature that they lack stays
     lacking. InputError as of a build, and for panels that resolve no wave of the table.
     """
+    if config.coefficients is not None:
+        raise InputError.single(
+            f"coefficients of the file {config.coefficients!r} have no panels to refine",
+            "give the bodies a 'shape' in place of 'coefficients'",
+            keys=("coefficients",),
+        )
     meshes = similar_hulls(config, folder, progress=progress)
     omega = frequency_table(config, meshes[-1], folder=folder)
     found: list[Coefficients] = []
@@ -136,7 +179,7 @@ def similar_hulls(
     """The hulls of all bodies with coarse panels, and with these divided; InputError."""
     given = make_hulls(config, folder, progress=progress)
     parts, bodies = COARSE, dict(config.bodies)
-    if any(body.shape.mesh is not None for body in bodies.values()):
+    if any(body.shape.kind in ("mesh", "union") for body in bodies.values()):
         count = sum(len(hull.panels.faces) for hull in given)
         parts = parts[: 3 if parts[-1] ** 2 * count <= MOST_PANELS else 2]
     else:
@@ -146,13 +189,17 @@ def similar_hulls(
             fewer = round(body.panels / parts[-1] ** 2)
             bodies[name] = body.model_copy(update={"panels": fewer})
     depth = config.water.depth
-    return [
-        [
+    meshes = []
+    for finer in parts:
+        hulls = [
             make_hull(name, body, folder, depth=depth, finer=finer, progress=_silent)
             for name, body in bodies.items()
         ]
-        for finer in parts
-    ]
+        hulls, problems = sliding_hulls(hulls, bodies)
+        if problems:
+            raise InputError(problems)
+        meshes.append(hulls)
+    return meshes
 
 
 def _count(hulls: Sequence[Hull]) -> int:
@@ -198,7 +245,8 @@ def study(panels: Sequence[int], meshes: Sequence[Coefficients]) -> Refinement:
 def _limit(sizes: np.ndarray, values: np.ndarray, *, edge: bool) -> tuple[np.ndarray, np.ndarray]:
     """The limit of `values` (meshes, …) for panels of no size, and its stated error, in SI.
 
-    The error of those that the `edge` at the waterline rules may be of first order alone.
+    The error of those that the `edge` at the waterline rules may be of first order alone, if their
+    differences do not shrink faster.
     """
     powers = np.array([[1.0, MIDDLE, 2.0]]).T
     ratio = (sizes[-2] / sizes[-1]) ** powers.reshape(3, *(1,) * (values.ndim - 1)) - 1.0
@@ -209,7 +257,8 @@ def _limit(sizes: np.ndarray, values: np.ndarray, *, edge: bool) -> tuple[np.nda
     limit = np.tensordot(np.linalg.inv(vandermonde)[0], values, axes=1)
     if edge:
         apart = np.maximum(np.abs(limit - middle), np.abs(limit - first))
-        return limit, SAFETY_OF_EDGE * apart
+        steep = _order(sizes, values[:, None], np.abs(limit)) >= MIDDLE
+        return limit, np.where(steep, SAFETY * np.abs(limit - middle), SAFETY_OF_EDGE * apart)
     return limit, SAFETY * np.abs(limit - middle)
 
 
@@ -221,9 +270,9 @@ def _convergence(
     if largest.ndim == 2:
         diagonal = np.sqrt(largest.diagonal())
         largest = np.maximum(largest, np.outer(diagonal, diagonal))
-    error = np.abs(values[-1] - limit) + remaining
+    errors = (np.abs(values - limit) + remaining).max(axis=1)
     order = _order(sizes, values, largest)
-    return Convergence(largest, error.max(axis=0), remaining.max(axis=0), order)
+    return Convergence(largest, errors, remaining.max(axis=0), order)
 
 
 def _order(sizes: np.ndarray, values: np.ndarray, scale: np.ndarray) -> np.ndarray:

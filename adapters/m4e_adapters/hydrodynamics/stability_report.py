@@ -11,9 +11,10 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Water
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics
-from m4e_adapters.hydrodynamics.geometry.mesh import Hull, drawn_panels, make_hulls
+from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.stability import (
     HEEL,
     PITCH,
@@ -21,26 +22,32 @@ from m4e_adapters.hydrodynamics.geometry.stability import (
     WholeHull,
     heel_and_trim,
 )
-from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
+from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape, whole_union
+from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
 
 FINE = 3000
 """Panels of a round hull at least: those of a ball are then right to 0.02 % of its size."""
 ANGLES = (0, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 75, 90)
 """Of the table of righting arms [deg]."""
+PRODUCTS = 1e-4
+"""Of the largest moment of inertia, below which products are not shown."""
 
 
 @dataclass(frozen=True)
 class Stability:
     """A body in still water: `hydrostatics` in the reference pose, righting arms at any angle.
 
-    `rest` is heave [m], heel and trim [rad] of the pose in which it floats by itself with the mass
-    of the displaced water at `center` (x, y, z) [m]; None if it capsizes, or its part above the
-    water is not known. `curves` are by turn, heel and pitch, without one about the other axis.
+    `inertias` are tensors (3, 3) about the centre of gravity over the mass [m2], of a homogeneous
+    solid and of a shell of one thickness. `rest` is heave [m], heel and trim [rad] of the pose in
+    which it floats by itself with the mass of the displaced water at `center` (x, y, z) [m]; None
+    if it capsizes, or its part above the water is not known. `curves` are by turn, heel and pitch,
+    without one about the other axis.
     """
 
     name: str
     center: tuple[float, float, float]
     hydrostatics: Hydrostatics
+    inertias: dict[str, np.ndarray]
     rest: tuple[float, float, float] | None
     curves: dict[str, Curve]
 
@@ -54,6 +61,8 @@ def stability_of(config: HydrodynamicsConfig, folder: Path) -> list[Stability]:
 def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | None:
     """The hull with its part above the water, None if that is not known."""
     body = config.bodies[hull.name]
+    if body.shape.union is not None:
+        return whole_union(hull.name, body.shape, body.center_of_gravity, folder)
     if body.shape.mesh is None:
         return whole_shape(body.shape, max(FINE, body.panels))
     drawn = drawn_panels(hull.name, body.shape, body.center_of_gravity, folder)
@@ -64,8 +73,14 @@ def _whole(hull: Hull, config: HydrodynamicsConfig, folder: Path) -> Panels | No
 
 def _stability(hull: Hull, whole: Panels | None) -> Stability:
     center = point_in_space(hull.center)
+    surface = (whole or hull.closed).triangles
+    part = "" if whole is not None else ", below the water"
+    inertias = {
+        f"homogeneous solid{part}": solid_inertia(surface, center),
+        f"shell of one thickness{part}": shell_inertia(surface, center),
+    }
     if whole is None:
-        return Stability(hull.name, center, hull.hydrostatics, None, {})
+        return Stability(hull.name, center, hull.hydrostatics, inertias, None, {})
     afloat = WholeHull(whole, center, hull.hydrostatics.volume)
     angles = np.radians(ANGLES).tolist()
     curves = {about: afloat.arms(angles, about=about) for about in (HEEL, PITCH)}
@@ -73,7 +88,7 @@ def _stability(hull: Hull, whole: Panels | None) -> Stability:
     if found is not None:
         heel, trim = heel_and_trim(found[1])
         rest = (found[0].height - center[2], heel, trim)
-    return Stability(hull.name, center, hull.hydrostatics, rest, curves)
+    return Stability(hull.name, center, hull.hydrostatics, inertias, rest, curves)
 
 
 def stability_text(found: Sequence[Stability], water: Water) -> str:
@@ -105,6 +120,14 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
     ]
     for name, values, unit in rows:
         yield f"  {name:<44}" + "".join(f" {round(v, 9) + 0.0:12.6g}" for v in values) + f"  {unit}"
+    yield "  moments of inertia of that mass about x, y, z through G:"
+    for shape, tensor in one.inertias.items():
+        moments = water.density * known.volume * tensor.diagonal()
+        cells = "".join(f" {v:12.6g}" for v in moments)
+        yield f"    {shape:<42}{cells}  kg.m2"
+        xy, yz, zx = water.density * known.volume * tensor[[0, 1, 2], [1, 2, 0]]
+        if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
+            yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
     if not one.curves:
         yield (
             "  righting arms: the part above the water is not known; give a box or a cylinder a "

@@ -28,7 +28,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     wave_sections,
     waves_beyond_the_plane,
 )
-from m4e_adapters.hydrodynamics.seas.kinematics import Stretching
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.errors import suggestion

@@ -224,6 +224,10 @@ class LineSystem:
         left = [1 - parted.get(line, 0.0) for line in range(len(self._names))]
         return force, *([a * x for a, x in zip(left, one, strict=True)] for one in tensions)
 
+    def node_position(self, line, node):
+        """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
+        return self._moordyn.node_position(line, node)
+
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
         return {

@@ -203,7 +203,11 @@ class MoorDynSystem:
 
     def end_position(self, line, end):
         """(x, y, z) [m] of end A (0) or B (1) of a line, by its number from 0."""
-        return moordyn.GetLineNodePos(self._lines[line], end * self.segments[line])
+        return self.node_position(line, end * self.segments[line])
+
+    def node_position(self, line, node):
+        """(x, y, z) [m] of a node of a line, both by their numbers from 0."""
+        return moordyn.GetLineNodePos(self._lines[line], node)
 
     def state(self):
         """All of MoorDyn's state, as bytes."""

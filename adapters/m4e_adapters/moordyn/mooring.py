@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.current import current_velocity
-from m4e_adapters.hydrodynamics.seas.kinematics import Stretching, wavenumber
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching, wavenumber
 from m4e_adapters.moordyn.stability import MARGIN, Segment, stable_step
 from m4e_fmi.errors import InputError, Problem
 

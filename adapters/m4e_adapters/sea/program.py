@@ -1,6 +1,6 @@
 """The undisturbed sea as a Program: Airy waves at fixed and moving points.
 
-The equations are those of `m4e_adapters.hydrodynamics.seas.recorded_flow`.
+The equations are those of `m4e_adapters.hydrodynamics.seas.water.recorded_flow`.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.current import current_doubts, record_current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Flow, RecordedFlow
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Flow, RecordedFlow
 from m4e_adapters.sea.config import SeaConfig
 from m4e_fmi.program import (
     Program,

@@ -14,17 +14,17 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.current import record_current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import (
+from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     depth_profiles,
     velocity_per_amplitude,
     wavenumber,
 )
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Flow
-from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
-from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Flow
 from m4e_adapters.sea.config import SeaConfig
 from m4e_adapters.sea.program import AXES, record_outputs, record_place, tell_doubts
 from m4e_fmi.program import Program, Recorder, Scalar, Variable

@@ -7,11 +7,12 @@ said in README.md. `slave.py` and the modules of `TRAVELS` travel in the FMU.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics import pressure
 from m4e_adapters.hydrodynamics.config import wave_sections
+from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, Motion, point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.pressure.closed_hull import body_triangles, closed_hulls
@@ -20,7 +21,9 @@ from m4e_adapters.hydrodynamics.pressure.hull_load import HullLoad
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullData, PressureData
 from m4e_adapters.hydrodynamics.pressure.sea import wave_data
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
+from m4e_adapters.hydrodynamics.seas.shown_water import floor_of, shown_water
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
+from m4e_fmi.report.animation.shown import Shown
 
 TRAVELS = ("clipped_surface.py", "hull_load.py", "hull_outputs.py", "incident_waves.py")
 MANY = 5000  # triangles of a hull, from which its cost is told
@@ -54,6 +57,15 @@ def make(
         slave="slave:HullPressureSlave",
         modules={"slave.py": here / "slave.py", **{file: travels / file for file in TRAVELS}},
         data={"hulls.json": json.dumps(data).encode()},
+    )
+
+
+def scene(config: Config, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """The hulls and the water; `values` are those of parameters at the start."""
+    return Shown(
+        hulls=drawn_hulls(config.bodies, folder),
+        water=shown_water(config.water, config.waves, folder=folder, values=values),
+        floor=floor_of(config.water),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from m4e_adapters.hydrodynamics.build import (
@@ -12,13 +12,17 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.refinement import refinement
+from m4e_adapters.hydrodynamics.refinement_report import plot_refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
+from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import (
     plot_stability,
     stability_of,
     stability_text,
 )
 from m4e_fmi.program import Program
+from m4e_fmi.report.animation.shown import Shown
 
 __all__ = [
     "TAKES_LONG",
@@ -71,3 +75,25 @@ def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None
     if picture is not None:
         plot_stability(found, picture)
     return stability_text(found, config.water)
+
+
+def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """The hulls and the water, with waves for `values` of their parameters at the start."""
+    return shown(config, folder=folder, values=values)
+
+
+def refine(
+    config: HydrodynamicsConfig,
+    *,
+    folder: Path,
+    picture: Path | None,
+    progress: Callable[[str], object] = print,
+) -> tuple[str, dict[str, object]]:
+    """A convergence study of the coefficients, as text and as JSON; drawn to `picture`, if given.
+
+    InputError for coefficients of a file.
+    """
+    study = refinement(config, folder=folder, progress=progress)
+    if picture is not None:
+        plot_refinement(study, picture)
+    return str(study), refinement_json(study)

@@ -7,19 +7,20 @@ is said in README.md. Imports the moordyn adapter and m4e_fmi.fmu; `slave.py` tr
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from m4e_adapters import moordyn
-from m4e_adapters.hydrodynamics.seas import moving_water
 from m4e_adapters.hydrodynamics.seas.system_seas import water_program
+from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
 from m4e_adapters.moordyn.mooring import Sea
 from m4e_adapters.sea.program import tell_doubts
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
+from m4e_fmi.report.animation.shown import End, Shown, ShownCable
 
 TRAVELS = (
     "console.py",
@@ -31,6 +32,9 @@ TRAVELS = (
     "rest.py",
     "statics.py",
 )
+
+MOST_PIECES = 40
+"""Of a line between the nodes whose places are outputs."""
 
 __all__ = ["Config", "make"]
 
@@ -58,6 +62,7 @@ def make(
         "bed": mooring.bed,
         "notes": list(mooring.notes),
         "parting": _parting(mooring),
+        "nodes": {line: _nodes(mooring, line) for line in mooring.lines},
     }
     source = PythonSource(
         description=ModelDescription(
@@ -115,7 +120,8 @@ def _variables(mooring: Mooring) -> tuple[FmuVariable, ...]:
     outputs = [v for fairlead in mooring.fairleads for v in _force(fairlead, names)]
     tensions = [v for line in mooring.lines for v in _tensions(line, names)]
     parting = dict.fromkeys(mooring.lines[line] for line, _, _ in _parting(mooring))
-    return (*inputs, *outputs, *tensions, *map(_parted, parting))
+    nodes = [v for line in mooring.lines for v in _places(mooring, line, names)]
+    return (*inputs, *outputs, *tensions, *map(_parted, parting), *nodes)
 
 
 def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
@@ -134,6 +140,52 @@ def _parting(mooring: Mooring) -> list[tuple[int, int, int]]:
         for end, point in enumerate(line["ends"])
         if point in fairlead_of
     ]
+
+
+def scene(config: Config, *, folder: Path, values: Mapping[str, float]) -> Shown:  # noqa: ARG001
+    """The lines, and the bed; places do not depend on `values`."""
+    mooring = moordyn.mooring(config, folder=folder)
+    if mooring.net is None:
+        return Shown(floor=mooring.bed)
+    parting = {mooring.lines[line] for line, _, _ in _parting(mooring)}
+    cables = []
+    for name, line in zip(mooring.lines, mooring.net["lines"], strict=True):
+        start, end = (_end(mooring, point) for point in line["ends"])
+        tensions = (f"{name}.fairlead_tension", f"{name}.anchor_tension") if name in parting else ()
+        cables.append(ShownCable(name, (start, end), len(_nodes(mooring, name)), tensions))
+    return Shown(cables=tuple(cables), floor=mooring.bed)
+
+
+def _end(mooring: Mooring, point: int) -> End:
+    """A point of the net: the name of a fairlead, else its place; of a free one at the start."""
+    assert mooring.net is not None
+    if point in mooring.net["fairleads"]:
+        return mooring.fairleads[mooring.net["fairleads"].index(point)].name
+    x, y, z = mooring.net["points"][point]["position"]
+    return x, y, z
+
+
+def _nodes(mooring: Mooring, line: str) -> list[int]:
+    """Numbers of the nodes of a line whose places are outputs, both ends among them."""
+    if mooring.net is None:
+        return []
+    last = mooring.net["lines"][mooring.lines.index(line)]["segments"]
+    count = min(last, MOST_PIECES)
+    return [round(last * k / count) for k in range(count + 1)]
+
+
+def _places(mooring: Mooring, line: str, inputs: tuple[str, ...]) -> Iterator[FmuVariable]:
+    for axis in "xyz":
+        for number, node in enumerate(_nodes(mooring, line), start=1):
+            yield FmuVariable(
+                f"{line}.node_{axis}[{number}]",
+                "m",
+                f"{axis} of node {node} of {line}, counted from the end given with 'from'",
+                causality="output",
+                initial="calculated",
+                dependencies=(),
+                initial_dependencies=tuple(n for n in inputs if n.rpartition(".")[2] in "xyz"),
+            )
 
 
 def _parted(line: str) -> FmuVariable:

@@ -21,9 +21,16 @@ class MooringSlave(M4eSlave):
         self._fairleads, self._line_names = system["names"], system["lines"]
         self._axes = ["xyz" if y is None else "xz" for y in system["fairleads"]]
         self._water, self._of_water, self._values_of_water = None, [], []
-        course = self._moving_water()
+        course, nodes = self._moving_water(), system.pop("nodes")
         self._lines = LineSystem(text, course=course, place=self.resources, **system)
         self._parting = {line: self._line_names[line] for line, _, _ in system["parting"]}
+        self._nodes = {
+            (line, node): [self.index[f"{name}.node_{axis}[{k}]"] for axis in "xyz"]
+            for line, name in enumerate(self._line_names)
+            for k, node in enumerate(nodes[name], start=1)
+        }
+        self._of_nodes = {place for places in self._nodes.values() for place in places}
+        self._nodes_known = True
         self._started_with = None
 
     def _moving_water(self):
@@ -86,6 +93,23 @@ class MooringSlave(M4eSlave):
         for end, values in zip(("fairlead_tension", "anchor_tension"), tensions, strict=True):
             for name, tension in zip(self._line_names, values, strict=True):
                 self.values[self.index[f"{name}.{end}"]] = tension
+        self._nodes_known = False
+
+    def get_real(self, vrs):
+        """Values of real variables; places of nodes are looked up only if they are read."""
+        if not self._of_nodes.isdisjoint(vrs):
+            super().get_real([])
+            self._guard(self._place_nodes)
+        return super().get_real(vrs)
+
+    def _place_nodes(self):
+        """Bring the places of the nodes up to date."""
+        if self._nodes_known or not self._lines.running:
+            return
+        for (line, node), places in self._nodes.items():
+            for place, part in zip(places, self._lines.node_position(line, node), strict=True):
+                self.values[place] = part
+        self._nodes_known = True
 
     def save(self):
         """All that later results depend on, as JSON values and bytes."""
@@ -94,10 +118,12 @@ class MooringSlave(M4eSlave):
     def restore(self, saved):
         """Go back to what `save` returned."""
         self._started_with = None
+        self._nodes_known = False
         self._set_water()
         if saved:
             self._lines.restore(saved)
 
     def finish(self):
-        """Free the lines."""
+        """Free the lines, whose last places can still be read."""
+        self._place_nodes()
         self._lines.close()

@@ -136,6 +136,7 @@ class _Motion:
         mean = np.zeros(self.local.n)
         linear = LinearEquations.of(self.local)
         last, held = self._covariance(linear, decay=DECAY), Held.by(linear.A)
+        way = _Way()
         for _ in range(MOST_STEPS):
             linear = self._averaged(mean, last)
             sizes = 1.0 + np.abs(mean)
@@ -145,10 +146,10 @@ class _Motion:
             size, before = np.sqrt(now.diagonal()), np.sqrt(last.diagonal())
             least = np.maximum(size, SMALL / NONE * self._rounding(size))
             settled = np.abs(size - before) <= ACCURACY * least
-            # half of the way: drag that limits a resonance would overshoot for ever
-            last = 0.5 * (last + now)
             if settled.all() and np.max(np.abs(step) / sizes) <= ACCURACY:
                 return linear, mean
+            part = way.part((size - before) / np.where(least > 0.0, least, 1.0))
+            last = (1.0 - part) * last + part * now
         name = self.local.point.program.name
         message = f"{name}: the linearised response to the sea did not settle"
         raise RunError(message, "take a lower sea, or simulate")
@@ -191,6 +192,27 @@ class _Motion:
         if curved:
             found[:, curved] = _with_covariance(self._normal, covariance[np.ix_(curved, curved)])
         return found[:, :n] + mean, found[:, n:]
+
+
+class _Way:
+    """Part of the way to the next covariance, by the last two changes (Aitken's extrapolation).
+
+    From half of it, as drag that limits a resonance would overshoot for ever, to all of it, where
+    the equations are nearly linear.
+    """
+
+    def __init__(self) -> None:
+        self._part, self._last = 0.5, np.zeros(0)
+
+    def part(self, change: Floats) -> float:
+        """For the next relative `change` (n,) [1]."""
+        if len(self._last):
+            turn = change - self._last
+            size = float(turn @ turn)
+            found = -self._part * float(self._last @ turn) / size if size > 0.0 else 1.0
+            self._part = min(max(found, 0.5), 1.0)
+        self._last = change
+        return self._part
 
 
 def _normal_samples(count: int) -> Floats:

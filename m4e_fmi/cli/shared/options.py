@@ -52,6 +52,30 @@ def add_output_file(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_animate(command: argparse.ArgumentParser, text: str) -> None:
+    """Add --animate, for an animation beside the results."""
+    command.add_argument(
+        "--animate",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help=f"{text}; default build/NAME.html",
+    )
+
+
+def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[str]) -> Path | None:
+    """Path of the animation; None if none is wanted. InputError for another suffix."""
+    from m4e_fmi.files.writing import check_suffix
+
+    if options.animate is None:
+        return None
+    default = output_file(options, name).with_suffix(".html")
+    path = options.animate if options.animate.name else default
+    check_suffix(path, suffixes, "an animation")
+    return path
+
+
 def add_build_folder(command: argparse.ArgumentParser) -> None:
     """Add --build-folder."""
     command.add_argument(
@@ -185,10 +209,15 @@ def load_equations(options: argparse.Namespace) -> Model | Program:
     path: Path = options.model
     if is_system(path):
         return load_program(load_system(path), options)
+    return load_only_model(options)
+
+
+def load_only_model(options: argparse.Namespace) -> Model:
+    """The model in the file `model`; InputError for options that are for systems."""
     for flag in ("open", "settled"):
         if getattr(options, flag):
             raise InputError.single(f"--{flag} is for the components of a system, not for a model")
-    return load_model(path)
+    return load_model(options.model)
 
 
 def load_program(system: System, options: argparse.Namespace) -> Program:

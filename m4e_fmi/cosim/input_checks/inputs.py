@@ -62,6 +62,16 @@ def checked_inputs(
     return list(dict.fromkeys(problems)), drafts
 
 
+def expected_descriptions(system: System) -> dict[str, Description]:
+    """Descriptions of the FMUs that the components of a right system are or will be.
+
+    Those of kinds that take long lack what is found by the computation.
+    """
+    found = {c.name: _looked_at(system, c, None, {}) for c in system.components}
+    components = {c.name: c for c in system.components}
+    return {name: with_units(components[name], one) for name, one in found.items() if one}
+
+
 def no_component(system: System) -> Problem:
     """The problem of a system that has none."""
     message, remedy = "the system has no component", "name an FMU, a model or a kind"

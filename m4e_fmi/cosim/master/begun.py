@@ -32,6 +32,8 @@ from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import RunError
+from m4e_fmi.report.animation.scene import Scene
+from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.results.results_file import as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
@@ -42,10 +44,11 @@ class Options:
 
     A run is `changeable` if values may be set between its steps; with `certify` its error is
     estimated, but not if it is `paced` by the wall clock. `watched` tells that observers may read
-    all outputs, `resumed` the checkpoint that it begins at.
+    all outputs, `resumed` the checkpoint that it begins at. The results carry the `scene`.
     """
 
     results: str | Path | None = None
+    scene: Scene | None = None
     variables: Sequence[str] = ()
     certify: bool = True
     changeable: bool = False
@@ -190,7 +193,7 @@ def _written(
     writer = begun.results = ResultsWriter(
         place,
         master.network,
-        attributes_of(begun.system),
+        attributes_of(begun.system) | carried(options.scene),
         variables=options.variables,
         closing=lambda: _closing(begun, options),
         beside=[path for path in beside if path.resolve() != place],

@@ -12,10 +12,12 @@ from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.results.system_scene import system_scene
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import claimed
+from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.results.results_file import as_given, check_export, export, stream_of
 
 
@@ -39,6 +41,26 @@ def thinned(
         tell(note)
     system = replace(prepared.system, simulation=settings)
     return replace(prepared, system=system, notes=(*prepared.notes, note))
+
+
+def scene_of(prepared: Prepared) -> Scene | None:
+    """The scene of the results, for animations; None if there is nothing to show."""
+    return system_scene(prepared.system, prepared.descriptions, prepared.wiring)
+
+
+def with_followed(
+    prepared: Prepared, variables: Sequence[str], scene: Scene | None
+) -> Sequence[str]:
+    """The names of all that `variables` choose, and of what an animation of the `scene` follows.
+
+    InputError if there is no scene.
+    """
+    if scene is None:
+        message = f"{prepared.system.name} shows nothing: it has no model, hull or mooring line"
+        raise InputError.single(message, "leave out --animate")
+    found = chosen(prepared.descriptions, variables, prepared.wiring.sources)
+    names = [f"{name}.{one.name}" for name, members in found.items() for one in members]
+    return tuple(dict.fromkeys((*names, *scene.variables)))
 
 
 @contextmanager

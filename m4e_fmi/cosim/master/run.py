@@ -15,7 +15,7 @@ from m4e_fmi.cosim.master.begun import Options, begun_run
 from m4e_fmi.cosim.master.master import Observer
 from m4e_fmi.cosim.master.outcome import Outcome
 from m4e_fmi.cosim.master.real_time import RealTime
-from m4e_fmi.cosim.master.recording import thinned
+from m4e_fmi.cosim.master.recording import scene_of, thinned, with_followed
 from m4e_fmi.cosim.master.resume import Resumed
 from m4e_fmi.cosim.master.second_run import finer, second_run
 from m4e_fmi.cosim.master.stepwise import Execution
@@ -41,12 +41,14 @@ def run(
     beside: Sequence[Path] = (),
     resume: bool | str | Path = False,
     real_time: float | None = None,
+    animated: bool = False,
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
     `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
-    scalar Real outputs if empty. Each of `observers` is called as
+    scalar Real outputs if empty. `animated` adds those that an animation follows, as the nodes of
+    mooring lines. Each of `observers` is called as
     ``observer(time, network)`` at the start and after every step, `progress` as
     ``progress(time)`` about ten times a second, `warn` with a line for each warning of the outcome,
     and for each kind of warning or error that an FMU logs, when it first does. With
@@ -73,10 +75,15 @@ def run(
     resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    scene = None
     if results is not None:
+        scene = scene_of(system)
+        if animated:
+            variables = with_followed(system, variables, scene)
         system = thinned(system, variables, tell)
     options = Options(
         results=results,
+        scene=scene,
         variables=variables,
         watched=bool(observers),
         warn=warn,
@@ -116,9 +123,11 @@ def start(
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
+    scene = None
     if results is not None:
+        scene = scene_of(system)
         system = thinned(system, variables, tell)
-    options = Options(results=results, variables=variables, changeable=True, warn=warn)
+    options = Options(results=results, scene=scene, variables=variables, changeable=True, warn=warn)
     options.warn_of(_no_checkpoints(system, "use 'run', or 'save' of this run in between"))
     with begun_run(system, options) as begun:
         master, writer = begun.master, begun.results

@@ -20,6 +20,7 @@ from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
@@ -73,6 +74,7 @@ def prepare(
         *without_added_mass(descriptions, wiring),
         *loose_ends(system, descriptions, wiring),
         *differing(system, descriptions, wiring),
+        *double_drag(system, descriptions, wiring),
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
     )

@@ -114,7 +114,6 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
         if model.bodies[link.body].added_mass
         for unit in ("m" if c < TURN else "rad" for c in tree.components)
     ]
-    in_space = len(tree.components) > 3  # where hulls change their heading
     rows = []
     for i, (body, unit) in enumerate(dofs, start=1):
         row = []
@@ -124,7 +123,7 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
             kind = ("kg", "kg.m", "kg.m2")[power]
             # connections read from the text which bodies row and column are for
             text = f"Added mass at infinite frequency, world axes at the CG, {body} by {other}"
-            variable = Variable(f"added_mass[{i},{j}]", kind, text, tunable=in_space)
+            variable = Variable(f"added_mass[{i},{j}]", kind, text, tunable=True)
             row.append(recorder.parameter(variable))
         rows.append(row)
     return rows

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import html
-import json
-import re
-from collections.abc import Iterable, Iterator, Sequence
-from importlib.resources import files
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +10,10 @@ import numpy as np
 
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.model import Model
+from m4e_fmi.report.animation.frames import frames_of, packed
+from m4e_fmi.report.animation.of_model import scene_of_model
+from m4e_fmi.report.animation.page import LONGEST, page, part, scene_part, times_of
+from m4e_fmi.report.animation.scene_text import short
 from m4e_fmi.report.drawing.film import Film, film
 from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.parts import (
@@ -28,15 +27,8 @@ from m4e_fmi.report.drawing.parts import (
     ranks,
     tie_lines,
 )
-from m4e_fmi.report.drawing.space.pictures import colour, extent, space_frames
-from m4e_fmi.report.drawing.space.solids import (
-    Poses,
-    Solids,
-    Spot,
-    film_poses,
-    quaternions,
-    solids,
-)
+from m4e_fmi.report.drawing.space.pictures import space_frames
+from m4e_fmi.report.drawing.space.solids import check_simulated, film_poses, solids
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, PAPER, pale
 from m4e_fmi.simulate import Simulation
 
@@ -52,7 +44,6 @@ HTML_FRAMES, HTML_POSES = 1200, 14_000  # frames at most, and poses of bodies: 8
 GIF_FRAMES, GIF_RATE = 160, 20.0  # frames at most, per second
 GIF_COLOURS = 64
 GIF_PIXELS = 620  # of the longer side
-LONGEST = 20.0  # s that an animation takes; a longer simulation is shown faster
 
 
 def animate(model: Model, simulation: Simulation, path: Path) -> Path:
@@ -61,16 +52,16 @@ def animate(model: Model, simulation: Simulation, path: Path) -> Path:
     The HTML file has a slider, loads nothing and is small: poses in 16 bits each. In space the
     mouse turns the view.
     """
-    check_animation_path(path)
+    check_suffix(path, SUFFIXES, "an animation")
     if path.suffix.lower() == ".html":
         frames = min(HTML_FRAMES, HTML_POSES // len(model.bodies))
-        page = (
+        text = (
             html_page(film(model, simulation, frames=frames))
             if model.dimensions == 2
             else _space_page(model, simulation, frames)
         )
-        with written(path) as part:
-            part.write_text(page, encoding="utf-8")
+        with written(path) as file:
+            file.write_text(text, encoding="utf-8")
     else:
         frames = _gif_frames(simulation)
         if model.dimensions == 2:
@@ -79,97 +70,42 @@ def animate(model: Model, simulation: Simulation, path: Path) -> Path:
         else:
             times, poses = film_poses(model, simulation, frames)
             pictures = space_frames(solids(model), times, poses, GIF_PIXELS)
-        with written(path) as part:
-            _write_gif(list(pictures), float(times[-1] - times[0]), part)
+        with written(path) as file:
+            _write_gif(list(pictures), float(times[-1] - times[0]), file)
     return path
-
-
-def check_animation_path(path: Path) -> None:
-    """InputError unless an animation can be written to a file of this name."""
-    check_suffix(path, SUFFIXES, "an animation")
 
 
 def html_page(shown: Film) -> str:
     """The page of a planar model as text."""
-    return _page(shown.scene.title, shown.scene.description, _data(shown), "planar.js")
+    scene = shown.scene
+    return page(scene.title, [scene.description], part(_data(shown), "planar.js"))
 
 
 def _space_page(model: Model, simulation: Simulation, frames: int) -> str:
     """The page of a model in space."""
-    times, poses = film_poses(model, simulation, frames)
-    shown = solids(model)
-    return _page(shown.title, shown.description, _space_data(shown, times, poses), "space.js")
-
-
-def _page(title: str, description: str, data: dict[str, object], painter: str) -> str:
-    folder = files("m4e_fmi.report.drawing")
-    template, script = (
-        folder.joinpath(name).read_text(encoding="utf-8") for name in ("animation.html", painter)
-    )
-    packed = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
-    texts = {
-        "@title@": html.escape(title),
-        "@description@": html.escape(description),
-        '"@data@"': packed.replace("<", "\\u003c"),  # no text ends or begins a script
-        '"@painter@"': script,
-    }
-    marks = "|".join(texts)
-    return re.sub(marks, lambda mark: texts[mark[0]], template)
-
-
-def _space_data(shown: Solids, times: np.ndarray, poses: Poses) -> dict[str, object]:
-    """Data of the page of a model in space."""
-    low, high = extent(shown, poses)
-    numbers = np.concatenate([poses.places, quaternions(poses.attitudes)], axis=2)
-    packed, offsets, scales = _packed(numbers.reshape(len(times), -1))
-
-    def end(spot: Spot) -> list[float]:
-        return [spot.body, *_short(spot.at)]
-
-    return {
-        "numbers": 7, "low": low.tolist(), "high": high.tolist(),
-        "ground": 0.0 if low[2] <= 0 <= high[2] else float(low[2]),
-        "start": float(times[0]), "stop": float(times[-1]), "frames": len(times),
-        "speed": max(1.0, round(float(times[-1] - times[0]) / LONGEST)),
-        "bodies": [
-            {"name": f"{k + 1} {name}", "colour": colour(k),
-             "vertices": [_short(corner) for corner in shown.hulls[k].vertices],
-             "faces": [list(face) for face in shown.hulls[k].faces],
-             "edged": shown.hulls[k].edged,
-             "sticks": [_short(point) for point in shown.sticks[k]]}
-            for k, name in enumerate(shown.bodies)
-        ],
-        "ropes": [[end(spot) for spot in rope.ends] for rope in shown.ropes],
-        "hinges": [[*end(hinge.spot), hinge.symbol == "square"] for hinge in shown.hinges],
-        "lines": [[*map(end, ends), turns] for ends, turns in shown.lines],
-        "poses": packed, "offsets": offsets, "scales": scales,
-    }  # fmt: skip
-
-
-def _short(point: Iterable[float]) -> list[float]:
-    return [float(f"{part:.4g}") for part in point]
+    check_simulated(model, simulation, "y")
+    scene = scene_of_model(model)
+    shown = frames_of(scene, simulation.time, simulation.values, most=frames)
+    return page(scene.title, [scene.description], scene_part(scene, shown))
 
 
 def _data(shown: Film) -> dict[str, object]:
     """Data of the page: coordinates in metres, poses packed."""
     scene, size = shown.scene, shown.size
     low, high = shown.limits()
-    packed, offsets, scales = _packed(shown.poses.reshape(len(shown.times), -1))
-    seconds = float(shown.times[-1] - shown.times[0])
 
-    def short(points: np.ndarray) -> list[list[float]]:
-        return [_short(point) for point in np.asarray(points)]
+    def rounded(points: np.ndarray) -> list[list[float]]:
+        return [short(point, 4) for point in np.asarray(points)]
 
     def end(anchor: Anchor) -> list[float]:
         return [anchor.body, *anchor.at]
 
     return {
         "numbers": 3, "low": low.tolist(), "high": high.tolist(), "size": size,
-        "start": float(shown.times[0]), "stop": float(shown.times[-1]),
-        "frames": len(shown.times), "speed": max(1.0, round(seconds / LONGEST)),
+        **times_of(shown.times), **packed(shown.poses.reshape(len(shown.times), -1)),
         "bodies": [
             {"name": f"{k + 1} {name}", "colour": BODY_COLOURS[k % len(BODY_COLOURS)],
-             "depth": scene.depths[k], "outline": short(scene.outline(k, 0.02 * size))}
+             "depth": scene.depths[k], "outline": rounded(scene.outline(k, 0.02 * size))}
             for k, name in enumerate(scene.bodies)
         ],
         "joints": [
@@ -184,18 +120,9 @@ def _data(shown: Film) -> dict[str, object]:
         ],
         "points": [end(a) for a in scene.points.values()],
         "trails": [end(a) for a in shown.trails],
-        "ground": [short(line) for line in ground_lines(scene, shown.poses, size)],
+        "ground": [rounded(line) for line in ground_lines(scene, shown.poses, size)],
         "width": WIDTH, "spacing": SPACING,
-        "poses": packed, "offsets": offsets, "scales": scales,
     }  # fmt: skip
-
-
-def _packed(columns: np.ndarray) -> tuple[str, list[float], list[float]]:
-    """Columns (T, 3N) as base64 of 16-bit integers, frame by frame: value = offset + scale·n."""
-    low, high = columns.min(axis=0), columns.max(axis=0)
-    scales = np.where(high > low, (high - low) / 65535, 1.0)
-    whole = np.round((columns - low) / scales).astype("<u2")
-    return base64.b64encode(whole.tobytes()).decode("ascii"), low.tolist(), scales.tolist()
 
 
 def _gif_frames(simulation: Simulation) -> int:

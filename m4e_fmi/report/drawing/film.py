@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model
 from m4e_fmi.report.drawing.scene import Anchor, Scene, scene
+from m4e_fmi.report.drawing.space.solids import check_simulated
 from m4e_fmi.simulate import Simulation
 
 
@@ -54,10 +54,7 @@ def film(model: Model, simulation: Simulation, *, frames: int) -> Film:
 
     InputError if the simulation is of another model.
     """
-    missing = [body for body in model.bodies if f"body.{body}.x" not in simulation.values]
-    if missing:
-        message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
-        raise InputError.single(message, "give the model that was simulated")
+    check_simulated(model, simulation, "x")
     shown = scene(model, simulation.program)
     poses = shown.poses(simulation.values)
     count = min(frames, max(2, len(simulation.time)))

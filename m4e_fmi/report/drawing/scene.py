@@ -187,11 +187,23 @@ def start_values(program: Program) -> dict[str, float]:
 def scene(model: Model, program: Program | None = None) -> Scene:
     """Scene of a planar `model` at the start values of `program`, its own if none is given."""
     program = program or model_program(model)
-    tree = topology(model)
-    values = parameter_values(model.parameters)
-    for parameter in program.parameters:
-        if parameter.name in values:
-            values[parameter.name] = parameter.start
+    starts = {parameter.name: parameter.start for parameter in program.parameters}
+    made, numbers = _unmoved(model, starts)
+    start = made.poses(start_values(program))[0]
+    return replace(made, start=start, pushes=tuple(numbers.pushes(start)))
+
+
+def unmoved_scene(model: Model, given: Mapping[str, float]) -> Scene:
+    """Scene of a planar `model` with all bodies at the origin, without loads on single points.
+
+    Parameters that are not `given` have the values of the model.
+    """
+    return _unmoved(model, given)[0]
+
+
+def _unmoved(model: Model, given: Mapping[str, float]) -> tuple[Scene, _Numbers]:
+    tree, values = topology(model), parameter_values(model.parameters)
+    values.update((name, value) for name, value in given.items() if name in values)
     numbers = _Numbers(model, tree, values)
     made = Scene(
         title=model.name,
@@ -205,8 +217,7 @@ def scene(model: Model, program: Program | None = None) -> Scene:
         gravity=numbers.number(gravity_of(model)[2], default=1.0),
         start=np.zeros((len(tree.links), 3)),
     )
-    start = made.poses(start_values(program))[0]
-    return replace(made, start=start, pushes=tuple(numbers.pushes(start)))
+    return made, numbers
 
 
 def _paths(tree: Topology) -> list[list[int]]:

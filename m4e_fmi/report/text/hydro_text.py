@@ -117,7 +117,7 @@ def _memories(data: HydrodynamicData) -> Iterator[str]:
     if not data.memories:
         yield "  no memory: the forces of radiation could not be fitted, or there are none"
         return
-    yield f"  {'memory of':<50} {'poles':>6} {'states':>7} {'error':>8} {'of damping':>11}"
+    yield f"  {'memory of':<50} {'order':>6} {'states':>7} {'error':>8} {'of damping':>11}"
     for memory in data.memories:
         names = ", ".join(data.motions[k].name for k in memory.motions)
         yield (

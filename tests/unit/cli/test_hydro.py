@@ -23,6 +23,8 @@ def test_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "A∞ is that of the file" in printed
     assert "cost: 26 states," in printed
     assert "energy: B has a negative eigenvalue, 0.4" in printed
+    assert "convolution: sphere heave: convolution over 28.4 s by 64 polynomials" in printed
+    assert "the state space differs by up to 0." in printed
     assert f"wrote {output}" in printed
     assert output.with_suffix(".png").stat().st_size > 50_000
     with xarray.open_dataset(output) as found:
@@ -44,6 +46,50 @@ def test_a_system_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert found["memories"][0]["motions"] == ["float heave", "spar heave"]
     assert found["states"] == found["memories"][0]["states"]
     assert {f["name"] for f in found["findings"]} >= {"symmetry", "causality", "energy"}
+
+
+BOX = """\
+name: box
+components:
+  hydro:
+    kind: hydrodynamics
+    bodies:
+      float:
+        shape: {box: {length: 8, width: 6, draft: 3}}
+        center_of_gravity: [0, -1]
+        panels: 108
+    frequencies: {count: 12, maximum: 1.0}
+connections: []
+simulation: {stop_time: 1, step_size: 0.1}
+"""
+
+
+def test_a_convergence_study(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = here / "box.system.yaml"
+    path.write_text(BOX, "utf-8")
+    assert main(["hydro", str(path), "--refine"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("meshes of 48, 192, 432 panels; errors up to ")
+    assert "added_mass float heave" in printed
+    assert (here / "build" / "box_refine.png").stat().st_size > 20_000
+    assert main(["hydro", str(path), "--refine", "--json", "--no-plot"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["panels"] == [48, 192, 432]
+    rows = {(row["quantity"], row["motions"]): row for row in found["rows"]}
+    heave = rows["added_mass", "float heave"]
+    assert heave["largest"] == pytest.approx(max(a[1][1] for a in found["added_mass"]), rel=1e-9)
+    assert heave["errors"] == sorted(heave["errors"], reverse=True)
+    assert heave["errors"][-1] > heave["error_of_limit"] > 0
+    assert 0.5 < heave["order"] < 2.5
+
+
+def test_refusals_of_convergence_studies(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = refused(capsys, "hydro", SPHERE, "--refine")
+    assert "--refine is of a system, not of a file of coefficients" in text
+    path = rm3_system(here, modes=(3, 9))
+    text = refused(capsys, "hydro", path, "--refine")
+    assert "coefficients of the file 'rm3.1' have no panels to refine" in text
+    assert "system.yaml:" in text
 
 
 def test_refusals(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

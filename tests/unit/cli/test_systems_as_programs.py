@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -241,8 +242,37 @@ def test_flags_that_do_not_go_together(system: str, capsys: pytest.CaptureFixtur
         (["build", system, "--settled", "m0"], "--settled is for the components"),
         (["equilibrium", "m0.model.yaml", "--settled", "m0"], "--settled is for the components"),
         (["linearize", system, "--settled", "m0"], "m0 is equations, which take part as they are"),
-        (["simulate", system, "--animate"], "--animate is for a model"),
+        (["simulate", system, "--animate", "a.gif"], "cannot be written as '.gif'"),
         (["build", system, "--single", "--inputs", "a"], "--inputs is for a model"),
     ):
         assert main(arguments) == 2
         assert told in capsys.readouterr().err
+
+
+def test_a_system_is_animated_alike_as_a_run_and_as_a_program(
+    system: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", system, "--animate"]) == 0
+    assert main(["simulate", system, "--no-plot", "--animate", "whole.html"]) == 0
+    told = capsys.readouterr().out
+    pages = []
+    for name in (f"build/system{SEED}.html", "whole.html"):
+        assert f"wrote {name}" in told
+        pages.append((tmp_path / name).read_text(encoding="utf-8"))
+    first, second = (re.findall(r'"bodies":.*?"ropes"', page) for page in pages)
+    assert len(first) == 1
+    assert first == second
+    main(["run", system, "--animate", "a.gif"])
+    assert "an animation cannot be written as '.gif'\n      use .html" in capsys.readouterr().err
+
+
+def test_a_system_that_shows_nothing_cannot_be_animated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "name: s\ncomponents: {sea: {kind: sea}}\nsimulation: {stop_time: 1, step_size: 0.1}\n"
+    (tmp_path / "s.yaml").write_text(text, encoding="ascii")
+    for command in ("run", "simulate"):
+        assert main([command, "s.yaml", "--animate"]) == 2
+        assert "leave out --animate" in capsys.readouterr().err
+    assert main(["run", "s.yaml"]) == 0

@@ -208,8 +208,8 @@ class TestSpace:
         shown = told(path, time)
         assert (shown["time"], shown["button"], shown["clock"]) == (time, "Play", "1.70 s")
         poses = poses_of(topology(gyroscope), simulation.values)
-        low, high = (np.array(shown["page"][name]) for name in ("low", "high"))
-        view, row = View.of(-np.pi / 3, 0.38), round(time / 0.02)
+        low, high = np.array(shown["page"]["near"])
+        view, row = View.of(), round(time / 0.02)
         drawn = [np.array(p) for p in shown["polygons"] if len(p) == 4]
         assert len(drawn) == 6 * 3
         for body, hull in enumerate(solids(gyroscope).hulls):

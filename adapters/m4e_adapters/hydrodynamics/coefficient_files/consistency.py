@@ -19,7 +19,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import ogilvie
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 
 ASYMMETRIC = 0.05  # of the motions' own, that is warned of
 NOT_CAUSAL = 0.05  # of A∞

@@ -13,14 +13,20 @@ from m4e_adapters.hydrodynamics.config.current import Current, current_problems
 from m4e_adapters.hydrodynamics.config.drag import Drag, drag_beyond_the_plane
 from m4e_adapters.hydrodynamics.config.drift import Drift
 from m4e_adapters.hydrodynamics.config.numbers import (
+    Coordinate,
     Depth,
     Finite,
     Order,
     Place,
     Positive,
 )
-from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Shape
-from m4e_adapters.hydrodynamics.config.waves import Still, Waves, waves_beyond_the_plane
+from m4e_adapters.hydrodynamics.config.shapes import NO_SHAPE, Part, Shape
+from m4e_adapters.hydrodynamics.config.waves import (
+    Still,
+    Waves,
+    wave_sections,
+    waves_beyond_the_plane,
+)
 from m4e_fmi.errors import suggestion
 from m4e_fmi.files.document import Section, rejected
 
@@ -48,7 +54,8 @@ class Body(Section):
     sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
     left out where the file has it. `reference_point` [m], the point that the motions in the file
     are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
-    file lacks them.
+    file lacks them. A body that `slides_on` another has a wall in common with it, and no water gets
+    in between.
     """
 
     shape: Shape = NO_SHAPE
@@ -59,6 +66,7 @@ class Body(Section):
     fixed: bool = False
     reference_point: Place | None = None
     volume: Positive | None = None
+    slides_on: str | None = None
 
 
 class BodyPoint(Section):
@@ -96,19 +104,30 @@ class Frequencies(Section):
 
 
 class Radiation(Section):
-    """Number of poles of the radiation memory of each group of coupled motions.
+    """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
+    `order` poles, or the `convolution` with the memory that the damping has.
 
     `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
     """
 
     order: Order = None
+    memory: Literal["state_space", "convolution"] = "state_space"
+
+    @model_validator(mode="after")
+    def _of_its_memory(self) -> Radiation:
+        if self.memory == "convolution" and "order" in self.model_fields_set:
+            text = "'order' has no effect on a convolution"
+            raise rejected(text, "remove it, or memory: convolution")
+        return self
 
 
 class Loads(Section):
     """Parts of the load; one that is `none` acts not, or is left to another component.
 
     `froude_krylov` is the force of the undisturbed waves, `diffraction` that of the waves which the
-    body scatters; `radiation` includes the added mass; `drag` is that of the bodies.
+    body scatters; `radiation` includes the added mass; `drag` is that of the bodies. Froude-Krylov
+    and diffraction are those of the waves at the `reference` place of each body, or with
+    `excitation_at: displaced` where it is.
     """
 
     hydrostatics: Literal["linear", "none"] = "linear"
@@ -116,12 +135,33 @@ class Loads(Section):
     diffraction: Literal["linear", "none"] = "linear"
     radiation: Literal["linear", "none"] = "linear"
     drag: Literal["quadratic", "none"] = "quadratic"
+    excitation_at: Literal["reference", "displaced"] = "reference"
+
+    @property
+    def displaced(self) -> bool:
+        """True if the excitation is that where the bodies are."""
+        return self.excitation_at == "displaced"
 
     @property
     def excitation(self) -> tuple[str, ...]:
         """The parts of the excitation that act."""
         given = {"froude_krylov": self.froude_krylov, "diffraction": self.diffraction}
         return tuple(name for name, law in given.items() if law != "none")
+
+
+class GapLid(Section):
+    """A rectangle of water between hulls with `damping` [1/s]: `length` [m] along X, `width` [m]
+    along Y, its middle at (`center_x`, `center_y`) [m] in the reference pose.
+
+    What hulls cover of it does not count. A resistance of density times damping acts on the
+    vertical velocity of the water per area: the literature's epsilon times the frequency.
+    """
+
+    length: Positive
+    width: Positive
+    damping: Positive
+    center_x: Coordinate = 0.0
+    center_y: Coordinate = 0.0
 
 
 class HydrodynamicsConfig(Section):
@@ -134,7 +174,8 @@ class HydrodynamicsConfig(Section):
     the yaw of the body (one only) with this time constant. `coefficients` names a file of WAMIT
     (FILE.1 with .3 and .hst beside it), BEMIO (.h5) or Capytaine (.nc), relative to the system
     file's folder: then nothing is computed. `body_to_body: false` leaves out the forces of one
-    body's motion on another. Of `points` the height above the undisturbed waves is an output.
+    body's motion on another. `gap_lids` damp the water in gaps. Of `points` the height above
+    the undisturbed waves is an output.
     """
 
     dimensions: Literal[2, 3] = 2
@@ -144,6 +185,7 @@ class HydrodynamicsConfig(Section):
     coefficients: str | None = None
     body_to_body: bool = True
     bodies: Annotated[dict[Annotated[str, Field(pattern=NAME)], Body], Field(min_length=1)]
+    gap_lids: tuple[GapLid, ...] = ()
     points: dict[Annotated[str, Field(pattern=NAME)], BodyPoint] = Field(default_factory=dict)
     frequencies: Frequencies = Frequencies()
     radiation: Radiation = Radiation()
@@ -154,7 +196,7 @@ class HydrodynamicsConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> HydrodynamicsConfig:
         wrong = [*misplaced(self.bodies, self.dimensions), *_points(self), *_switched_off(self)]
-        wrong += [*_of_its_source(self), *_of_current(self)]
+        wrong += [*_of_its_source(self), *_of_current(self), *_of_displaced(self)]
         if all(body.fixed for body in self.bodies.values()):
             wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
@@ -187,11 +229,12 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
     axes = "[x, z]" if dimensions == 2 else "[x, y, z]"
     for name, body in bodies.items():
         drift = body.drift if isinstance(body, Body) else None
-        given: dict[tuple[str, ...], Place | None] = {
-            ("shape", "mesh_origin"): body.shape.mesh_origin,
+        given: dict[tuple[str | int, ...], Place | None] = {
             ("drift", "reference_point"): drift.reference_point if drift else None,
             ("reference_point",): body.reference_point if isinstance(body, Body) else None,
         }
+        for keys, part in _parts(body.shape):
+            given[(*keys, "mesh_origin")] = part.mesh_origin
         if body.center_of_gravity:
             given["center_of_gravity",] = body.center_of_gravity
         for keys, place in given.items():
@@ -204,6 +247,14 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
             yield _wrong(("bodies", name, *keys), text, remedy)
 
 
+def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
+    """The shape itself, or the parts of its union, and the way to each."""
+    if shape.union is None:
+        yield ("shape",), shape
+        return
+    yield from ((("shape", "union", k), part) for k, part in enumerate(shape.union))
+
+
 def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Sections that belong to loads which are switched off."""
     remedy = "remove it, or the load's 'none' from 'loads'"
@@ -213,6 +264,21 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         if config.loads.drag == "none" and "drag" in body.model_fields_set:
             keys = ("bodies", name, "drag")
             yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
+
+
+def _of_displaced(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
+    """Excitation at the displaced place that has no effect, or counts drift twice."""
+    if not config.loads.displaced:
+        return
+    place = ("loads", "excitation_at")
+    if not config.loads.excitation or not wave_sections(config.waves):
+        text = "'excitation_at' has no effect: there are no waves, or they do not excite"
+        yield _wrong(place, text, "remove it")
+    for name, body in config.bodies.items():
+        if body.drift is not None:
+            text = "the excitation at the displaced place has a part of the second-order drift of "
+            remedy = "remove the body's drift, or excitation_at"
+            yield _wrong(place, f"{text}body {name!r}, which counts it all", remedy)
 
 
 def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -242,6 +308,10 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             missing.append("center_of_gravity")
         for key in missing:
             yield InitErrorDetails(type="missing", loc=("bodies", name, key), input=None)
+        if body.slides_on is not None and body.slides_on not in set(config.bodies) - {name}:
+            text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
+            others = ", ".join(set(config.bodies) - {name}) or "there is none"
+            yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
         for key in ("reference_point", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
@@ -254,8 +324,11 @@ def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     if "frequencies" in config.model_fields_set:
         text = "'frequencies' has no effect on coefficients of a file"
         yield _wrong(("frequencies",), text, "remove it: the file has its own")
+    if config.gap_lids:
+        text = "'gap_lids' has no effect on coefficients of a file"
+        yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
-        for key in ("shape", "panels"):
+        for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect with coefficients of a file"
                 remedy = "remove it, or the key 'coefficients' of the component"
@@ -284,6 +357,9 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys and values of space in a component of the X-Z plane."""
     yield from out_of_plane(config.bodies, config.waves)
+    for k, lid in enumerate(config.gap_lids):
+        if lid.center_y:
+            yield _wrong(("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE)
     for key in {"heading", "heading_filter"} & config.model_fields_set:
         yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
@@ -292,7 +368,7 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
-    """Directions and places that leave the X-Z plane."""
+    """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
     for place, message, advice in waves_beyond_the_plane(waves):
         yield _wrong(("waves", *place), message, advice)
     for name, body in bodies.items():

@@ -11,6 +11,13 @@ from m4e_adapters.hydrodynamics.config.numbers import Coordinate, NotNegative, P
 from m4e_fmi.files.document import Section, rejected
 
 SHAPES = ("cylinder", "horizontal_cylinder", "sphere", "torus", "box", "revolved", "mesh")
+REVOLVED = ("cylinder", "sphere", "torus", "revolved")
+"""Those that are turned about an upright axis."""
+KEYS_OF_SHAPES = (
+    "write one of cylinder: {radius, draft}, horizontal_cylinder: {radius, length}, "
+    "sphere: {radius}, torus: {radius, tube_radius}, box: {length, width, draft}, "
+    "revolved: {profile}, mesh: FILE"
+)
 
 Top = Annotated[Coordinate, Field(le=0)]
 """Height z [m] of a flat top; 0: the body pierces the water."""
@@ -143,9 +150,11 @@ class Revolved(Section):
 
     The profile goes upwards in straight lines; between two points of the same z it makes a step.
     Its ends are closed by flat discs if their radius is not 0. What is above the water is cut off.
+    A `hole` of that radius [m] goes through it along the axis.
     """
 
     profile: tuple[tuple[NotNegative, Coordinate], ...]
+    hole: Positive | None = None
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
 
@@ -172,10 +181,13 @@ class Revolved(Section):
             )
         if max(radii) == 0:
             raise rejected("the profile has no radius above 0", order)
+        if self.hole is not None and (radii[0] < self.hole or min(radii[1:]) <= self.hole):
+            text = f"the profile has a radius of {min(radii):g} m, in the hole of {self.hole:g} m"
+            raise rejected(text, "write the outer surface only; flat ends are closed to the hole")
         return self
 
 
-class Shape(Section):
+class Part(Section):
     """Exactly one of the built-in shapes, or the name of a mesh file.
 
     A mesh file is in the reference pose, z = 0 the still-water level, normals into the water; what
@@ -200,28 +212,69 @@ class Shape(Section):
     @property
     def kind(self) -> str:
         """The key that says which shape it is; "" of `NO_SHAPE`."""
-        return next((name for name in SHAPES if getattr(self, name) is not None), "")
+        return next((name for name in self.kinds() if getattr(self, name) is not None), "")
 
     @property
     def axis(self) -> tuple[float, float] | None:
         """(x, y) [m] of the upright axis of a body of revolution, None of others."""
-        turned = self.cylinder or self.sphere or self.torus or self.revolved
+        turned = getattr(self, self.kind) if self.kind in REVOLVED else None
         return None if turned is None else (turned.center_x, turned.center_y)
 
+    @classmethod
+    def kinds(cls) -> tuple[str, ...]:
+        """The keys of which there is one."""
+        return tuple(name for name in (*SHAPES, "union") if name in cls.model_fields)
+
     @model_validator(mode="after")
-    def _exactly_one(self) -> Shape:
-        given = [name for name in SHAPES if getattr(self, name) is not None]
+    def _exactly_one(self) -> Part:
+        given = [name for name in self.kinds() if getattr(self, name) is not None]
         if len(given) != 1:
-            raise rejected(
-                f"a body has one shape, got {' and '.join(given) or 'none'}",
-                "write one of cylinder: {radius, draft}, horizontal_cylinder: {radius, length}, "
-                "sphere: {radius}, torus: {radius, tube_radius}, box: {length, width, draft}, "
-                "revolved: {profile}, mesh: FILE",
-            )
+            more = ", or union: [{...}, {...}]" if "union" in self.kinds() else ""
+            what = "body" if more else "part of a union"
+            told = " and ".join(given) or "none"
+            raise rejected(f"a {what} has one shape, got {told}", KEYS_OF_SHAPES + more)
         for key in ("mesh_origin", "scale", "frame"):
             if key in self.model_fields_set and self.mesh is None:
                 raise rejected(f"'{key}' is for mesh files", f"remove it from the {given[0]}")
         return self
+
+
+class Shape(Part):
+    """Exactly one of the built-in shapes, the name of a mesh file, or a `union` of such parts.
+
+    A mesh file is in the reference pose, z = 0 the still-water level, normals into the water; what
+    is above the water is cut off. Its name is relative to the system file's folder. Its numbers
+    times `scale` [1] are lengths in m: 0.001 for a mesh in mm. `mesh_origin` [x, z] [m], in space
+    [x, y, z], is where the origin of the file lies. With `frame: world` (default) that is a place
+    in the reference pose; with `frame: body` it is counted from the centre of gravity, for a mesh
+    drawn in the body's frame. Default: 0.
+
+    Parts of a union overlap, touch or stand apart; its surface is that around all of them.
+    """
+
+    union: tuple[Part, ...] | None = None
+
+    @model_validator(mode="after")
+    def _of_several(self) -> Shape:
+        if self.union is not None and len(self.union) < 2:
+            raise rejected(
+                f"the union has {len(self.union)} of at least two parts",
+                "write union: [{...}, {...}], or the shape itself",
+            )
+        return self
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Those of a union; else the shape itself."""
+        return self.union or (self,)
+
+    @property
+    def axis(self) -> tuple[float, float] | None:
+        """(x, y) [m] of the upright axis of a body of revolution, None of others."""
+        if self.union is None:
+            return super().axis
+        axes = {part.axis for part in self.union}
+        return axes.pop() if len(axes) == 1 else None
 
 
 NO_SHAPE = Shape.model_construct()

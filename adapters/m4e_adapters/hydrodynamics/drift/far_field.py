@@ -25,7 +25,7 @@ from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, of_motions, wrapp
 from m4e_adapters.hydrodynamics.flow.flow_solver import DEEP, FlowSolver
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.files.writing import written
 
 DRIFTS = (SURGE, SWAY, YAW)

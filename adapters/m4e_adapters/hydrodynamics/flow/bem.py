@@ -18,15 +18,17 @@ from m4e_adapters.hydrodynamics.coefficients import MEMORY_REACH, Coefficients, 
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.flow.flow_solver import METHOD, FlowSolver
+from m4e_adapters.hydrodynamics.flow.gap_lid import DampedLid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, SURGE, SWAY, YAW, point_in_space
-from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency, wavenumber
 from m4e_fmi.code_hash import package_hash
 
 CODE = (
     "flow.cache",
     "flow.capytaine_setup",
     "flow.flow_solver",
+    "flow.gap_lid",
     "geometry.motions",
     "geometry.panels",
 )
@@ -47,6 +49,7 @@ def solve_hulls(
     omega: np.ndarray,
     wave_direction: float = 0.0,
     needed: float = math.inf,
+    gap_lid: DampedLid | None = None,
     progress: Progress = print,
 ) -> Coefficients:
     """Coefficients of all hulls that move together, interactions with the fixed ones included.
@@ -59,12 +62,13 @@ def solve_hulls(
     wave_direction : [deg], of `Coefficients.excitation`; 0 or 180 in the plane.
     needed : angular frequency [rad/s] up to which there are waves; panels too coarse for waves that
         neither come nor are radiated by their body are not warned of.
+    gap_lid : a damped part of the free surface.
     progress : is told how far the solution is, and its warnings.
     """
     warn_of_coarse_panels(
         hulls, water=water, highest=float(omega[-1]), needed=needed, progress=progress
     )
-    content = _content(hulls, water)
+    content = _content(hulls, water, gap_lid)
     frequencies = [*omega.tolist(), math.inf]
     directions = [wave_directions(hulls, water, w, wave_direction) for w in frequencies]
     questions = list(zip(frequencies, directions, strict=True))
@@ -72,7 +76,7 @@ def solve_hulls(
     found = list(_cached(keys, progress))
     missing = [k for k, arrays in enumerate(found) if arrays is None]
     if missing:
-        for k, arrays in _computed(hulls, water, questions, missing, progress):
+        for k, arrays in _computed(hulls, water, gap_lid, questions, missing, progress):
             found[k] = arrays
             cache.keep(keys[k], arrays, progress)
     solutions = [arrays for arrays in found if arrays is not None]
@@ -124,12 +128,13 @@ def _cached(keys: Sequence[str], progress: Progress) -> Iterator[Arrays | None]:
 def _computed(
     hulls: Sequence[Hull],
     water: Water,
+    gap_lid: DampedLid | None,
     questions: Sequence[tuple[float, list[float]]],
     missing: Sequence[int],
     progress: Progress,
 ) -> Iterator[tuple[int, Arrays]]:
     """Place and solution of each of the `missing` frequencies, as they are computed."""
-    solver = FlowSolver(hulls, water)
+    solver = FlowSolver(hulls, water, gap_lid)
     for count, k in enumerate(missing, start=1):
         progress(f"potential flow: frequency {count} of {len(missing)}")
         yield k, solver.at(*questions[k])
@@ -176,7 +181,9 @@ def felt_motions(hulls: Sequence[Hull]) -> np.ndarray:
     return result
 
 
-def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
+def _content(
+    hulls: Sequence[Hull], water: Water, gap_lid: DampedLid | None = None
+) -> dict[str, ArrayLike]:
     """All that the solution at a frequency depends on, but for frequency and directions."""
     content: dict[str, ArrayLike] = {
         "code": [package_hash(f"m4e_adapters.hydrodynamics.{name}") for name in CODE],
@@ -184,6 +191,8 @@ def _content(hulls: Sequence[Hull], water: Water) -> dict[str, ArrayLike]:
         "method": METHOD,
         "water": [water.density, water.depth, water.gravity],
     }
+    if gap_lid is not None:
+        content |= {"gap_lid": gap_lid.panels.corners, "gap_damping": gap_lid.damping}
     for k, hull in enumerate(hulls):
         content[f"center{k}"] = hull.center
         for part, panels in (("hull", hull.panels), ("lid", hull.lid)):

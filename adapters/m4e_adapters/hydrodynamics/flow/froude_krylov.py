@@ -17,7 +17,7 @@ from m4e_adapters.hydrodynamics.flow.bem import assembled, felt_motions, wave_di
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
 from m4e_adapters.hydrodynamics.flow.flow_solver import capytaine_body
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 
 WHOLE = ("froude_krylov", "diffraction")
 

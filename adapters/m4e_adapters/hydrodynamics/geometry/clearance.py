@@ -40,13 +40,22 @@ def overlap(
     Points lie behind their panel by the share `inwards` of its side: a shallower overlap is none.
     """
     for one, other in ((first, second), (second, first)):
-        points = _behind(one, inwards)
-        points = points[_within(points, other.vertices, 0.0)]
-        inside = _inside(points, other)
-        if inside.any():
-            x, y, z = points[int(np.argmax(inside))]
-            return float(x), float(y), float(z)
+        if (point := reaching(one, other, inwards=inwards)) is not None:
+            return point
     return None
+
+
+def reaching(
+    panels: Panels, other: Panels, *, inwards: float = INWARDS
+) -> tuple[float, float, float] | None:
+    """A point [m] on these panels that is inside the `other` hull, None if there is none."""
+    points = _behind(panels, inwards)
+    points = points[_within(points, other.vertices, 0.0)]
+    inside = _inside(points, other)
+    if not inside.any():
+        return None
+    x, y, z = points[int(np.argmax(inside))]
+    return float(x), float(y), float(z)
 
 
 def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
@@ -58,13 +67,13 @@ def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
     """
     from scipy.spatial import KDTree
 
-    reach = ROOM * max(float(_sides(panels).max()) for panels in (first, second))
+    reach = ROOM * max(float(sides_of(panels).max()) for panels in (first, second))
     points, sides = [], []
     for one, other in ((first, second), (second, first)):
-        on_panels = _points(one)
+        on_panels = points_on(one)
         near = _within(on_panels, other.vertices, reach)
         points.append(on_panels[near])
-        sides.append(np.repeat(_sides(one), POINTS**2)[near])
+        sides.append(np.repeat(sides_of(one), POINTS**2)[near])
     if not all(map(len, points)):
         return None
     found = KDTree(points[1]).query(points[0])
@@ -83,21 +92,21 @@ def _normals(panels: Panels) -> np.ndarray:
     return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
 
 
-def _sides(panels: Panels) -> np.ndarray:
+def sides_of(panels: Panels) -> np.ndarray:
     """Sides [m] of the squares that are as large as the panels, (nf,)."""
     return np.sqrt(np.linalg.norm(_normals(panels), axis=1))
 
 
 def _behind(panels: Panels, inwards: float) -> np.ndarray:
     """A point behind the middle of each panel, by that share of its side, (nf, 3)."""
-    normals, sides = _normals(panels), _sides(panels)
+    normals, sides = _normals(panels), sides_of(panels)
     units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     return panels.centers - inwards * sides[:, None] * units
 
 
-def _points(panels: Panels) -> np.ndarray:
-    """Points on the panels, (nf · POINTS², 3)."""
-    u = np.linspace(0.0, 1.0, POINTS)
+def points_on(panels: Panels, *, inset: float = 0.0) -> np.ndarray:
+    """Points on the panels, (nf · POINTS², 3) in m, `inset` [1] of a panel within its edges."""
+    u = np.linspace(inset, 1.0 - inset, POINTS)
     a, b = (w.ravel() for w in np.meshgrid(u, u))
     weights = np.stack([(1 - a) * (1 - b), a * (1 - b), a * b, (1 - a) * b], axis=1)
     return np.einsum("pc,ncx->npx", weights, panels.corners).reshape(-1, 3)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine
-from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid
+from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 
 LID_TRIALS = (1.0, 0.8, 0.6, 1.3)  # panel sizes tried, relative to the hull's
 
@@ -24,18 +24,17 @@ def waterline(panels: Panels) -> list[tuple[int, int]]:
 def make_lid(panels: Panels) -> Panels | None:
     """Panels on the still water inside the hull, None if there is no waterline or no way.
 
-    One waterline that is visible from its centre, or two with as many points around each other, are
-    filled with rings, which keeps the hull's symmetries; any other shape is left to Capytaine,
+    Waterlines that are visible from their centres, or two with as many points around each other,
+    are filled with rings, which keeps the hull's symmetries; any other shape is left to Capytaine,
     whose generator can return nothing at all and is then asked again with another spacing.
     """
     edges = waterline(panels)
     if not edges:
         return None
     lines = [panels.vertices[loop] for loop in loops(edges)]
-    if len(lines) in (1, 2):
-        rings = _rings(lines[0]) if len(lines) == 1 else _between(*lines)
-        if rings is not None:
-            return rings
+    rings = _filled(lines)
+    if rings is not None:
+        return rings
     mesh = import_capytaine().Mesh(panels.vertices, panels.faces, auto_check=False)
     spacing = float(np.mean(mesh.faces_radiuses))
     for trial in LID_TRIALS:
@@ -43,6 +42,25 @@ def make_lid(panels: Panels) -> Panels | None:
         if lid.nb_faces > 0:
             return Panels(np.asarray(lid.vertices), np.asarray(lid.faces)).merged()
     return None
+
+
+def _filled(lines: list[np.ndarray]) -> Panels | None:
+    """Rings of panels within closed lines (n, 3) [m], or between two; None if there is no way.
+
+    The water is on one side of all lines that stand apart, and within one that others surround.
+    """
+    turns = [np.sign(_enclosed(line)) for line in lines]
+    if len(set(turns)) == 1:
+        found = [_rings(line) for line in lines]
+        parts = [rings for rings in found if rings is not None]
+        return joined(*parts) if parts and len(parts) == len(lines) else None
+    return _between(*lines) if len(lines) == 2 else None
+
+
+def _enclosed(line: np.ndarray) -> float:
+    """Area [m2] within a closed line (n, 3) [m], positive if it runs round +Z."""
+    x, y, _ = line.T
+    return 0.5 * float(x @ np.roll(y, -1) - np.roll(x, -1) @ y)
 
 
 def loops(edges: list[tuple[int, int]]) -> list[list[int]]:

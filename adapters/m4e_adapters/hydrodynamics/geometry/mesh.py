@@ -7,23 +7,32 @@ frequencies of the integral equation, at which its solution is otherwise wrong b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, Shape, keys_without_effect
-from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config import Body, HydrodynamicsConfig, keys_without_effect
 from m4e_adapters.hydrodynamics.flow.capytaine_setup import import_capytaine, kept_warnings
 from m4e_adapters.hydrodynamics.geometry.bed import off_the_bed, on_the_bed
 from m4e_adapters.hydrodynamics.geometry.checks import check_as_drawn, checked, place
-from m4e_adapters.hydrodynamics.geometry.clearance import ROOM, narrowest_gap, overlap
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
+from m4e_adapters.hydrodynamics.geometry.clearance import (
+    ROOM,
+    narrowest_gap,
+    overlap,
+    reaching,
+)
+from m4e_adapters.hydrodynamics.geometry.contact import REMEDY, SlidingError, common_walls
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
+    Hydrostatics,
+    hydrostatics_of,
+    hydrostatics_of_triangles,
+)
 from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
-from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import FORMATS, read_mesh
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import Keys, drawn_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
     cylinder_panels,
@@ -32,11 +41,14 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_panels,
 )
 from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
-from m4e_fmi.errors import InputError, Problem, is_file, missing_file
-from m4e_fmi.model.shapes.mesh_files import MeshFileError
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
+from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+    below_the_water,
+    is_symmetric,
+    union_of,
+)
+from m4e_fmi.errors import InputError, Problem
 
-Keys = tuple[str | int, ...]
-"""The way to a value in a HydrodynamicsConfig."""
 BUILT_IN: Mapping[str, Callable[..., Panels]] = {
     "cylinder": cylinder_panels,
     "horizontal_cylinder": horizontal_cylinder_panels,
@@ -56,7 +68,7 @@ class Hull:
     Motions are about `center` G: (x, z) [m] in the plane, (x, y, z) in space. `axis` (x, y) [m] is
     the upright axis of a body of revolution, about which it turns without moving the water. A
     `fixed` body has no motions and no centre; where it stands on the sea bed no water touches it:
-    those panels are its `bed`.
+    those panels are its `bed`. Walls along which it slides on another hull are `dry` too.
     """
 
     name: str
@@ -67,11 +79,13 @@ class Hull:
     axis: tuple[float, float] | None = None
     fixed: bool = False
     bed: Panels | None = None
+    dry: Panels | None = None
 
     @property
     def closed(self) -> Panels:
-        """The surface with the panels on the sea bed."""
-        return self.panels if self.bed is None else joined(self.panels, self.bed)
+        """The surface with the panels that no water touches."""
+        parts = [part for part in (self.panels, self.bed, self.dry) if part is not None]
+        return joined(*parts) if len(parts) > 1 else self.panels
 
 
 def make_hulls(
@@ -98,12 +112,58 @@ def hulls_and_problems(
             continue
         hulls.append(hull)
         problems += _in_the_bed(hull, depth, ("bodies", name, "shape", body.shape.kind))
+    hulls, wrong = sliding_hulls(hulls, config.bodies)
+    problems += wrong
     for k, second in enumerate(hulls):
         keys = ("bodies", second.name, "shape", config.bodies[second.name].shape.kind)
-        near = (found for first in hulls[:k] if (found := _too_near(first, second, progress)))
+        others = (first for first in hulls[:k] if not _slide(first, second, config.bodies))
+        near = (found for first in others if (found := _too_near(first, second, progress)))
         if (found := next(near, None)) is not None:
             problems.append(Problem(*found, keys=keys))
     return hulls, problems
+
+
+def _slide(first: Hull, second: Hull, bodies: Mapping[str, Body]) -> bool:
+    """True of bodies one of which slides on the other."""
+    return (
+        first.name == bodies[second.name].slides_on or second.name == bodies[first.name].slides_on
+    )
+
+
+def sliding_hulls(
+    hulls: Sequence[Hull], bodies: Mapping[str, Body]
+) -> tuple[list[Hull], list[Problem]]:
+    """The hulls with dry walls where a body `slides_on` another, and the problems of these."""
+    named, problems = {hull.name: hull for hull in hulls}, list[Problem]()
+    for name, body in bodies.items():
+        if body.slides_on is None or not {name, body.slides_on} <= named.keys():
+            continue
+        pair = named[name], named[body.slides_on]
+        keys = ("bodies", name, "slides_on")
+        names = f"bodies {name!r} and {body.slides_on!r}"
+        whole = pair[0].closed, pair[1].closed
+        try:
+            walls = common_walls(pair[0].panels, pair[1].panels, whole=whole)
+        except SlidingError as error:
+            text = f"{names} do not slide on each other: {error}"
+            problems.append(Problem(text, REMEDY, keys=keys))
+            continue
+        wetted = [h.panels.kept(~dry) for h, dry in zip(pair, walls, strict=True)]
+        points = (reaching(p, other) for p, other in zip(wetted, whole[::-1], strict=True))
+        if (point := next((p for p in points if p is not None), None)) is not None:
+            problems.append(Problem(f"{names} overlap {place(point)}", REMEDY, keys=keys))
+            continue
+        for hull, dry in zip(pair, walls, strict=True):
+            named[hull.name] = _sliding(hull, dry)
+    return list(named.values()), problems
+
+
+def _sliding(hull: Hull, walls: np.ndarray) -> Hull:
+    """The hull with `walls` (nf,), booleans, of its panels dry."""
+    dry = hull.panels.kept(walls)
+    if hull.dry is not None:
+        dry = joined(hull.dry, dry)
+    return replace(hull, panels=hull.panels.kept(~walls), dry=dry)
 
 
 def _in_the_bed(hull: Hull, depth: float, keys: Keys) -> Iterator[Problem]:
@@ -170,7 +230,8 @@ def make_hull(
     """
     with kept_warnings() as warnings:
         bed = depth if body.fixed else math.inf
-        panels = on_the_bed(_shape_panels(name, body, folder, bed, finer), bed)
+        drawn, hydrostatics = _shape_panels(name, body, folder, bed, finer)
+        panels = on_the_bed(drawn, bed)
         lid = make_lid(panels)
     for text in warnings:
         progress(f"warning: capytaine: {text}")
@@ -179,8 +240,8 @@ def make_hull(
             f"warning: no lid could be made inside body {name!r}: its coefficients may be wrong "
             "near irregular frequencies; limit frequencies.maximum, or make a finer mesh"
         )
-    ball = body.shape.sphere
-    hydrostatics = hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
+    for text in _narrow_inside(name, body, panels):
+        progress(f"warning: {text}")
     if body.fixed:
         wetted, bed = off_the_bed(panels, depth)
         return Hull(name, wetted, lid, (), hydrostatics, fixed=True, bed=bed)
@@ -210,51 +271,85 @@ def _misplaced(name: str, body: Body, panels: Panels) -> Iterator[str]:
         )
 
 
-def _shape_panels(name: str, body: Body, folder: Path, bed: float, finer: int) -> Panels:
-    """The closed surface below the water of a body that may stand on a `bed` [m] so deep."""
+def _shape_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
+    """The closed surface below the water of a body that may stand on a `bed` [m] so deep.
+
+    With the hydrostatics of the shape, where these are known better than by its panels.
+    """
     shape = body.shape
+    if shape.union is not None:
+        return _union_panels(name, body, folder, bed, finer)
     if shape.mesh is None:
-        return BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
+        panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
+        ball = shape.sphere
+        return panels, hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
     placed = drawn_panels(name, shape, body.center_of_gravity, folder)
     try:
         check_as_drawn(placed, name, scale=shape.scale)
-        return checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
+        panels = checked(on_the_bed(_immersed(placed, name), bed), name).divided(finer)
     except InputError as error:
         known = {"file": str(folder / str(shape.mesh)), "keys": ("bodies", name, "shape", "mesh")}
         raise InputError([replace(p, **known) for p in error.problems]) from None
+    return panels, hydrostatics_of(panels)
 
 
-def drawn_panels(name: str, shape: Shape, center: Place, folder: Path) -> Panels:
-    """The panels of a mesh file as they are drawn, of a body with this `center` of gravity [m].
-
-    They are in the reference pose.
-    """
-    keys = ("bodies", name, "shape", "mesh")
-    drawn = _loaded(folder / str(shape.mesh), name, keys, scale=shape.scale)
-    origin = np.array(point_in_space(shape.mesh_origin or (0.0, 0.0)))
-    if shape.frame == "body":
-        origin += point_in_space(center or (0.0, 0.0))
-    return Panels(drawn.vertices + origin, drawn.faces)
-
-
-def _loaded(path: Path, name: str, keys: Keys = (), *, scale: float = 1.0) -> Panels:
-    """The panels of a mesh file as they are drawn."""
-    if not is_file(path):
-        message, remedy = missing_file(path, "mesh file")
-        message = f"body {name!r}: {message}"
-        remedy = "; ".join(
-            filter(None, ("the name is relative to the system file's folder", remedy))
-        )
-        raise InputError.single(message, remedy, keys=keys)
+def _union_panels(
+    name: str, body: Body, folder: Path, bed: float, finer: int
+) -> tuple[Panels, Hydrostatics]:
+    """The surface of a union of shapes below the water, of even triangles."""
+    keys = ("bodies", name, "shape", "union")
     try:
-        panels = read_mesh(path, scale=scale)
-    except (MeshFileError, OSError) as error:
-        message = f"body {name!r}: the mesh cannot be read: {error}"
-        raise InputError.single(message, FORMATS, str(path), keys=keys) from None
-    if not len(panels.faces):
-        message = f"body {name!r}: the mesh has no panels"
-        raise InputError.single(message, FORMATS, str(path), keys=keys)
-    return panels
+        solid = union_of(name, body.shape, body.center_of_gravity, folder, whole=False)
+    except InputError as error:
+        raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
+    if len(body.center_of_gravity) == 2 and not is_symmetric(solid, 1):
+        raise InputError.single(
+            f"body {name!r}: the union is not its own mirror image in the X-Z plane",
+            "complete it, or write 'dimensions: 3' on top of the component",
+            keys=keys,
+        )
+    solid = below_the_water(solid)
+    if solid.is_empty():
+        raise InputError.single(
+            f"body {name!r}: all parts of the union are above the water",
+            "z = 0 is the still-water level, Z points up",
+            keys=keys,
+        )
+    try:
+        panels = on_the_bed(even_panels(solid, body.panels, wetted=True), bed)
+        many = [edge for edge, sides in panels.edges().items() if len(sides) > 2]
+        if many:
+            x = panels.vertices[list(many[0])].mean(axis=0)
+            raise InputError.single(
+                f"body {name!r}: parts of the union touch along an edge only, {place(x)}",
+                "let them overlap, or leave a gap",
+            )
+        checked(panels, name)
+    except InputError as error:
+        raise InputError([replace(p, keys=p.keys or keys) for p in error.problems]) from None
+    vertices, triangles = opened(solid, [2])
+    return panels.divided(finer), hydrostatics_of_triangles(vertices[triangles])
+
+
+def _narrow_inside(name: str, body: Body, panels: Panels) -> Iterator[str]:
+    """A warning of gaps between parts of a union that stand apart; InputError of narrow ones."""
+    shells = panels.shells() if body.shape.union is not None else []
+    for k, second in enumerate(shells):
+        for first in shells[:k]:
+            gap = narrowest_gap(first, second)
+            if gap is None:
+                continue
+            text = (
+                f"the gap between parts of the union of body {name!r} is about {gap.width:.3g} m "
+                f"wide {place(gap.middle)}, where panels have sides of {gap.side:.3g} m"
+            )
+            if gap.width < NARROW * gap.side:
+                remedy = "let the parts overlap, use more panels, or leave a wider gap"
+                keys = ("bodies", name, "shape", "union")
+                raise InputError.single(text, remedy, keys=keys)
+            yield f"{text}: coefficients are inaccurate in short waves; use more panels"
 
 
 def _immersed(panels: Panels, name: str) -> Panels:

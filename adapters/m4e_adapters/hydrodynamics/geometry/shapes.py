@@ -74,7 +74,7 @@ def sphere_panels(shape: Sphere, panels: int, finer: int = 1) -> Panels:
 
 def revolved_panels(shape: Revolved, panels: int, finer: int = 1) -> Panels:
     """Wetted surface of a body of revolution, denser towards the ends of each straight part."""
-    corners = _wetted(shape)
+    corners = _ring(shape) if shape.hole else _wetted(shape)
     around, width, rings = 8, 0.0, corners[:0]
     while around * (len(rings) - 1) < panels:
         around += 4
@@ -116,6 +116,17 @@ def _wetted(shape: Revolved) -> np.ndarray:
     below, above = points[dry - 1], points[dry]
     radius = below[0] + (above[0] - below[0]) * below[1] / (below[1] - above[1])
     return np.concatenate([points[:dry], [[radius, 0.0]]])
+
+
+def _ring(shape: Revolved) -> np.ndarray:
+    """The same of a body with a hole: down its wall from the top or the water, and up outside."""
+    outside = _wetted(shape)[1:]
+    if outside[-1, 0] == 0.0:  # the middle of a flat end below the water
+        outside = outside[:-1]
+    (lowest, highest), hole = outside[[0, -1], 1], float(shape.hole or 0.0)
+    top, bottom = np.array([[hole, highest]]), np.array([[hole, lowest]])
+    below = [] if np.array_equal(outside[:1], bottom) else [bottom]
+    return np.concatenate([top, *below, outside, *([top] if highest < 0.0 else [])])
 
 
 def sphere_hydrostatics(shape: Sphere) -> Hydrostatics:

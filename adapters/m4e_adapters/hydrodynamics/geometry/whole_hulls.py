@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sphere
+from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import revolved_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.unions.solids import ends_are_known, triangles_of, union_of
+from m4e_fmi.errors import InputError
 
 BELOW = 2.0
 """Depth of a whole hull that is drawn under water, over its height."""
@@ -26,6 +31,21 @@ def whole_shape(shape: Shape, panels: int) -> Panels | None:
     if shape.cylinder is not None and shape.cylinder.freeboard is not None:
         return _cylinder(shape.cylinder, shape.cylinder.freeboard, panels)
     return None
+
+
+def whole_union(name: str, shape: Shape, center: Place, folder: Path) -> Panels | None:
+    """The closed surface of a union of shapes; its triangles are exact, and may be thin.
+
+    None where a cylinder, box or mesh ends at the waterline.
+    """
+    if not ends_are_known(shape):
+        return None
+    try:
+        solid = union_of(name, shape, center, folder, whole=True)
+    except InputError:  # a mesh that is open at the waterline: the wetted hull has been made
+        return None
+    vertices, triangles = triangles_of(solid)
+    return Panels(vertices, np.column_stack([triangles, triangles[:, 2]]))
 
 
 def _sphere(shape: Sphere, panels: int) -> Panels:

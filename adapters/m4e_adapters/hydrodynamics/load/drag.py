@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Current, Drag
 from m4e_adapters.hydrodynamics.geometry.motions import Motion
-from m4e_adapters.hydrodynamics.heading import Axes, reference_places
+from m4e_adapters.hydrodynamics.heading import Axes, Number, reference_places
 from m4e_adapters.hydrodynamics.load.motions import Motions
-from m4e_adapters.hydrodynamics.seas.current import record_current
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.program import Recorder, Scalar, Variable
 
 Vector = list[Scalar | float]
@@ -33,12 +33,22 @@ class InWater:
     body: int
     z: float
 
-    def place(self, coefficients: Coefficients, reference: Axes | None) -> Triple:
-        """The reference place (x, y, z) [m] of the body, whose heading has the axes `reference`."""
-        if reference is None:
-            x, y, _ = coefficients.places[self.body].tolist()
-            return x, y, self.z
-        return (*reference_places(coefficients.centers, reference)[self.body], self.z)
+    def place(
+        self,
+        coefficients: Coefficients,
+        reference: Axes | None,
+        offsets: Sequence[tuple[Number, Number]],
+    ) -> Triple:
+        """The place (x, y, z) [m] of the body, whose heading has the axes `reference`.
+
+        The reference place, or that place and the body's `offsets` (x, y) [m] from it.
+        """
+        x, y, _ = coefficients.places[self.body].tolist()
+        if reference is not None:
+            x, y = reference_places(coefficients.centers, reference)[self.body]
+        if offsets:
+            x, y = x + offsets[self.body][0], y + offsets[self.body][1]
+        return x, y, self.z
 
 
 def bodies_in_moving_water(

@@ -43,6 +43,14 @@ class Motions:
     reference: Axes | None = None
     places: Sequence[tuple[Number, Number]] = ()
 
+    def offsets(self, coefficients: Coefficients) -> list[tuple[Number, Number]]:
+        """Of each body the way (x, y) [m] in the world from its reference place."""
+        first = [self.position[coefficients.own(k)] for k in range(len(coefficients.bodies))]
+        if not self.places:
+            return [(own[0], 0.0) for own in first]
+        pairs = zip(first, self.places, strict=True)
+        return [(own[0] - x, own[1] - y) for own, (x, y) in pairs]
+
 
 def record_motions(recorder: Recorder, coefficients: Coefficients, heading: Heading) -> Motions:
     """Inputs of all bodies, and in space the heading."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
+from m4e_adapters.hydrodynamics.load.past import add_convolution, record_past
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.program import Recorder, Scalar, Variable
 
@@ -13,7 +15,7 @@ SMALL = 1e-9  # relative to the largest: panels' noise
 
 def record_memory(
     recorder: Recorder,
-    groups: tuple[RadiationGroup, ...],
+    groups: tuple[RadiationGroup | ConvolutionGroup, ...],
     coefficients: Coefficients,
     velocity: Vector,
 ) -> Vector:
@@ -21,22 +23,27 @@ def record_memory(
 
     Each pole p = σ ± jω of a group has, for each of its motions' velocities v, the block
     ẋ₁ = σ x₁ + ω x₂ + 2 v, ẋ₂ = −ω x₁ + σ x₂ (a real pole: ẋ = σ x + v); the residue r of a force
-    adds Re r x₁ + Im r x₂ to it.
+    adds Re r x₁ + Im r x₂ to it. A convolution has the past of each velocity as a polynomial.
     """
     force: Vector = [0.0] * len(velocity)
     count = dict.fromkeys(coefficients.bodies, 0)
 
-    def state(place: int) -> tuple[str, Scalar]:
+    def state(place: int, per: str = "") -> tuple[str, Scalar]:
         k, own = divmod(place, coefficients.per_body)
         body, motion = coefficients.bodies[k], coefficients.body_motions[own]
         count[body] += 1
         name = f"{body}.radiation_state[{count[body]}]"
         text = f"memory of {body}'s {motion.name}"
-        return name, recorder.state(Variable(name, motion.unit, text, local=True))
+        return name, recorder.state(Variable(name, motion.unit + per, text, local=True))
 
     for group in groups:
         for column, motion in enumerate(group.motions):
             v = velocity[motion]
+            if isinstance(group, ConvolutionGroup):
+                past = [state(motion, "/s") for _ in range(group.order)]
+                record_past(recorder, past, v, duration=group.duration)
+                add_convolution(force, [x for _, x in past], v, group=group, column=column)
+                continue
             for pole, residue in zip(group.poles, group.residues, strict=True):
                 sigma, omega = float(pole.real), float(pole.imag)
                 name, first = state(motion)

@@ -16,7 +16,6 @@ terms of the third order (of the second about Z, which no force depends on).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -28,14 +27,11 @@ from m4e_adapters.hydrodynamics.config import (
     Drag,
     Loads,
     Radiation,
-    Still,
 )
 from m4e_adapters.hydrodynamics.drift.bodies import (
-    matched_drifts,
     record_drifts,
     shown_motions,
 )
-from m4e_adapters.hydrodynamics.drift.matching import is_fixed
 from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
@@ -46,7 +42,8 @@ from m4e_adapters.hydrodynamics.load.drag import (
     record_drag,
     record_water_velocity,
 )
-from m4e_adapters.hydrodynamics.load.motions import record_motions
+from m4e_adapters.hydrodynamics.load.matched_sea import matched_sea
+from m4e_adapters.hydrodynamics.load.motions import Motions, record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
     publish_added_mass,
     record_displacement,
@@ -57,11 +54,9 @@ from m4e_adapters.hydrodynamics.load.parts import (
     record_memory,
 )
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
-from m4e_adapters.hydrodynamics.seas.excitation import towards_each
-from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Scalar
 
@@ -82,6 +77,7 @@ class RecordSea(Protocol):
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
         waters: Sequence[Triple],
+        offsets: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """As `sea.record_sea`."""
         ...
@@ -116,7 +112,7 @@ def hydrodynamics_program(
         for.
     drag : drag by body name; bodies left out start with none (it stays tunable).
     current : of the water, which drag is relative to.
-    radiation : order of the radiation memory; None: automatic.
+    radiation : kind and order of the radiation memory; None: a state space, automatic.
     heading : of the hulls, in space; None: 0.
     loads : the parts of the load that act; None: all. Those of the excitation must be what
         `coefficients` have (`excited_by`).
@@ -136,45 +132,43 @@ def hydrodynamics_program(
         space also the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`,
         `moment_z`.
     """
-    turning = heading or Heading()
-    systems = wave_systems(
-        waves or Still(spectrum="still"),
-        depth=coefficients.depth,
-        gravity=coefficients.gravity,
-        folder=folder,
-        band=(float(coefficients.omega[0]), float(coefficients.omega[-1])),
-    )
-    drifts = drift or {}
-    drifting = matched_drifts(drifts, coefficients, systems, turning, progress)
-    directed = towards_each(
-        coefficients, systems, heading=turning.angle, turns=turning.filter_time is not None
-    )
-    of_single = bool(systems) and coefficients.of_single_directions
-    if of_single or any(map(is_fixed, drifting.values())):
-        turning = replace(turning, fixed=True)
-        systems = tuple(replace(system, fixed=True) for system in systems)
-    recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
-    moved = record_motions(recorder, coefficients, turning)
-    acting, order = loads or Loads(), radiation.order if radiation else None
+    drifts, acting, kind = drift or {}, loads or Loads(), radiation or Radiation()
     _check_excitation(coefficients, acting)
+    matched = matched_sea(
+        coefficients,
+        waves=waves,
+        drift=drifts,
+        heading=heading or Heading(),
+        folder=folder,
+        progress=progress,
+    )
+    recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
+    moved = record_motions(recorder, coefficients, matched.heading)
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
-        fitted = memory or fit_radiation(coefficients, order=order, progress=progress)
+        fitted = memory or fit_radiation(
+            coefficients,
+            order=kind.order,
+            convolution=kind.memory == "convolution",
+            progress=progress,
+        )
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
-    angle = moved.axes.angle if moved.axes else 0.0
     on_bodies = points_on_bodies(coefficients, points or {})
     acts_drag = acting.drag != "none"
     in_water = bodies_in_moving_water(coefficients, drag or {}, current) if acts_drag else ()
+    offsets = moved.offsets(coefficients) if acting.displaced else []
+    waters = [body.place(coefficients, moved.reference, offsets) for body in in_water]
     waves_on = sea(
         recorder,
-        systems,
+        matched.systems,
         coefficients,
-        directed=directed,
-        heading=angle,
+        directed=matched.directed,
+        heading=moved.axes.angle if moved.axes else 0.0,
         places=moved.places,
         gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
-        waters=[body.place(coefficients, moved.reference) for body in in_water],
+        waters=waters,
+        offsets=offsets,
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
@@ -188,19 +182,33 @@ def hydrodynamics_program(
         parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity, water)
     if drifts:
         parts["drift"] = record_drifts(
-            recorder, drifts, drifting, waves_on.waves, coefficients, moved
+            recorder, drifts, matched.drifts, waves_on.waves, coefficients, moved
         )
+    _record_bodies(recorder, coefficients, parts, moved, matched.systems, drifts, acting)
+    record_air_gaps(recorder, coefficients, moved, on_bodies, waves_on.levels)
+    if fitted is not None:
+        publish = recorder.output if matched.heading.filter_time else recorder.calculate
+        publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
+    return recorder.program()
+
+
+def _record_bodies(
+    recorder: Recorder,
+    coefficients: Coefficients,
+    parts: Mapping[str, Vector],
+    moved: Motions,
+    waves: Sequence[WaveSystem],
+    drifts: Mapping[str, BodyDrift],
+    loads: Loads,
+) -> None:
+    """Wrench, its parts and displacement of each body."""
+    held = () if loads.displaced else waves
     for k, body in enumerate(coefficients.bodies):
         own = coefficients.own(k)
         shown = shown_motions(drifts.get(body), coefficients)
         acts = {name: part[own] for name, part in parts.items()}
         record_outputs(recorder, body, coefficients, acts, moved.axes, drifts=shown)
-        record_displacement(recorder, body, coefficients, moved.displacement[own], k, systems)
-    record_air_gaps(recorder, coefficients, moved, on_bodies, waves_on.levels)
-    if fitted is not None:
-        publish = recorder.output if turning.filter_time else recorder.calculate
-        publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
-    return recorder.program()
+        record_displacement(recorder, body, coefficients, moved.displacement[own], k, held)
 
 
 def _check_excitation(coefficients: Coefficients, loads: Loads) -> None:

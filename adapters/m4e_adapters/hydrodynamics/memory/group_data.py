@@ -109,6 +109,13 @@ class GroupData:
         `poles` (k,) [1/s], `residues` (k, m, m) and `surplus` (m, m), SI, as of a RadiationGroup.
         """
         found = evaluate(self.omega, poles, residues.transpose(1, 2, 0)).transpose(2, 0, 1)
+        return self.misfits_of(found, surplus)
+
+    def misfits_of(self, found: Complex, surplus: np.ndarray) -> tuple[Misfit, Misfit]:
+        """As `misfits`, of a memory K(jω) `found` (n, m, m) [N.s/m, N.s, N.m.s] at `omega`.
+
+        `surplus` (m, m) [kg, kg.m, kg.m2] is added to A∞.
+        """
         mass = found.imag / self.omega[:, None, None] + surplus
         errors = found.real - self.damping, mass - self.added_mass
         return self._misfit(*errors, self.resolved), self._misfit(*errors, self.limits)

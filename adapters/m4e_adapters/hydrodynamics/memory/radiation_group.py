@@ -1,4 +1,4 @@
-"""The fitted radiation memory of one group of coupled motions, and its errors."""
+"""The radiation memory of one group of coupled motions, and its errors."""
 
 from __future__ import annotations
 
@@ -38,28 +38,24 @@ class Misfit:
         return self.error > POOR or self.damping_error > POOR_DAMPING
 
 
-@dataclass(frozen=True)
-class RadiationGroup:
-    """Fitted retardation functions of some motions, passive at all frequencies.
+@dataclass(frozen=True, kw_only=True)
+class MemoryGroup:
+    """The memory of some coupled motions, and how well it agrees with the data.
 
     Attributes
     ----------
     motions : (m,) indices of the motions.
-    poles : (k,) [1/s], one of each conjugate pair (Im ≥ 0), Re < 0.
-    residues : (k, m, m) symmetric [force, motion], SI; K(s) = Σ r/(s − p) (+ conjugates).
     surplus : (m, m) [kg, kg.m, kg.m2] to be added to the table's A∞.
     inertia : (m,) [kg, kg.m2] |A∞| of the table.
     misfit : errors where the panels resolve the waves.
-    misfit_of_all : errors at all frequencies that were fitted.
+    misfit_of_all : errors at all frequencies that were used.
     resolved : (m,) frequencies [rad/s] up to which `misfit` has the error of the damping.
-    ends : (m,) the last frequencies [rad/s] that were fitted.
+    ends : (m,) the last frequencies [rad/s] that were used.
     doubtful : angular frequencies [rad/s] that were left out as outliers.
     scattered : True if data above `resolved` were left out because they scatter.
     """
 
     motions: tuple[int, ...]
-    poles: Complex
-    residues: Complex
     surplus: np.ndarray
     inertia: np.ndarray
     misfit: Misfit
@@ -78,6 +74,20 @@ class RadiationGroup:
     def change(self) -> float:
         """Largest change of a motion's A∞ over its A∞ of the data [1]."""
         return float((np.abs(self.surplus.diagonal()) / np.maximum(self.inertia, 1e-300)).max())
+
+
+@dataclass(frozen=True, kw_only=True)
+class RadiationGroup(MemoryGroup):
+    """Fitted retardation functions of some motions, passive at all frequencies.
+
+    Attributes
+    ----------
+    poles : (k,) [1/s], one of each conjugate pair (Im ≥ 0), Re < 0.
+    residues : (k, m, m) symmetric [force, motion], SI; K(s) = Σ r/(s − p) (+ conjugates).
+    """
+
+    poles: Complex
+    residues: Complex
 
     @property
     def order(self) -> int:

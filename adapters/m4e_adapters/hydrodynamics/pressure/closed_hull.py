@@ -14,10 +14,12 @@ from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sp
 from m4e_adapters.hydrodynamics.geometry.checks import check_edges
 from m4e_adapters.hydrodynamics.geometry.clearance import overlap
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.mesh import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.panels import RELATIVE_TOLERANCE, Panels, joined
+from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, revolved_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels
+from m4e_adapters.hydrodynamics.geometry.unions.solids import union_of
 from m4e_adapters.hydrodynamics.pressure.config import HullBody, HullPressureConfig
 from m4e_fmi.errors import InputError, Problem
 
@@ -53,7 +55,10 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     InputError where it is not closed, has no part in the water, or is closed at the waterline.
     """
     keys = ("bodies", name, "shape", body.shape.kind)
-    if body.shape.mesh is None:
+    if body.shape.union is not None:
+        solid = union_of(name, body.shape, body.center_of_gravity, folder, whole=True)
+        panels, file = even_panels(solid, body.panels, wetted=False), ""
+    elif body.shape.mesh is None:
         panels, file = _drawn(body.shape, body.panels), ""
     else:
         panels = drawn_panels(name, body.shape, body.center_of_gravity, folder)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 
 Data = dict[str, list[float] | float]
 

@@ -2,7 +2,9 @@
 
 In space the direction β that a wave travels to is a parameter. With h the heading, X is the sum of
 harmonics e^{ij(β − h)} of the wave at the body's centre, times the phase of the wave's way from
-x = y = 0 to the reference place of that centre. For a frequency that is a parameter the splines are
+x = y = 0 to the reference place of that centre. Components that all travel to β have the sums at
+the splines' knots in common: recorded are these, and for each component the spline between its two
+knots. For a frequency that is a parameter the splines are
 recorded, in Hermite's form: with s the place between two knots, 0 below and 1 above them, each
 interval adds what the spline gains in it, so that no branch is needed.
 """
@@ -11,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -47,17 +50,67 @@ def excitation_of(
         most = coefficients.harmonics.shape[1] // 2
         turns = _multiples(waves.direction - heading, most)
     rows = []
-    for k, own in enumerate(_harmonics(coefficients, waves)):
+    for k, own in enumerate(_at_centers(coefficients, waves, turns)):
         c, s = waves.along(k)
         ways = [waves.number[k] * (x * c + y * s) for x, y in places]
         phases = [(cos(way), sin(way)) for way in ways]
         row = []
-        for i, column in enumerate(own):
-            real, imaginary = _sum(column, turns)
+        for i, (real, imaginary) in enumerate(own):
             c, s = phases[i // coefficients.per_body]
             row.append((real * c - imaginary * s, real * s + imaginary * c))
         rows.append(row)
     return rows
+
+
+def _at_centers(
+    coefficients: Coefficients, waves: RecordedWaves, turns: Sequence[Pair]
+) -> Iterator[list[Pair]]:
+    """Excitation of each component and motion by the wave at the bodies' centres.
+
+    `turns` are cos jb and sin jb of the angle b between waves and hulls.
+    """
+    if not _changes(waves) and not waves.offsets.any():
+        yield from _between_knots(coefficients, np.array(waves.omega, dtype=float), turns)
+        return
+    for own in _harmonics(coefficients, waves):
+        yield [_sum(column, turns) for column in own]
+
+
+def _between_knots(
+    coefficients: Coefficients, omega: np.ndarray, turns: Sequence[Pair]
+) -> Iterator[list[Pair]]:
+    """As `_at_centers` for `omega` (k,) [rad/s]: values and slopes at knots, and splines between.
+
+    Above the last knot as `Coefficients.harmonics_at`.
+    """
+    knots, values, slopes = coefficients.excitation_knots()
+    width = np.diff(knots)
+    largest = np.abs(values).max(axis=(0, 1))
+    swing = np.abs(slopes) * width.max()
+    tables = np.where(np.maximum(np.abs(values), swing) > NEGLIGIBLE * largest, (values, slopes), 0)
+
+    @cache
+    def at(of: int, knot: int) -> list[Pair]:
+        columns = tables[of, knot].T
+        return [_sum([(x.real, x.imag) for x in column.tolist()], turns) for column in columns]
+
+    for w in omega.tolist():
+        low = min(int(np.searchsorted(knots, w, side="right")) - 1, len(width) - 1)
+        s = min((w - knots[low]) / width[low], 1.0)
+        fallen = min(knots[-1] / w, 1.0) ** 3
+        gain, rest = s * s * (3.0 - 2.0 * s), 1.0 - s
+        weights = np.array([1.0 - gain, gain, width[low] * s * rest**2, -width[low] * s * s * rest])
+        parts = [at(0, low), at(0, low + 1), at(1, low), at(1, low + 1)]
+        yield [_mean(own, (fallen * weights).tolist()) for own in zip(*parts, strict=True)]
+
+
+def _mean(pairs: Sequence[Pair], weights: Sequence[float]) -> Pair:
+    """Σ weights · pairs."""
+    real: Number = 0.0
+    imaginary: Number = 0.0
+    for weight, (a, b) in zip(weights, pairs, strict=True):
+        real, imaginary = real + weight * a, imaginary + weight * b
+    return real, imaginary
 
 
 def towards_each(

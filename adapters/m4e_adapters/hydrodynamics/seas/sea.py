@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.recorded_flow import RecordedFlow, Triple
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow, Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
@@ -77,14 +77,17 @@ def record_sea(
     places: Sequence[tuple[Number, Number]] = (),
     gauges: Sequence[tuple[Number, Number]] = (),
     waters: Sequence[Triple] = (),
+    offsets: Sequence[tuple[Number, Number]] = (),
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
     `directed` are the coefficients for each system, of `towards_each`. In space the axes have the
     `heading` [rad], and the bodies' reference `places` are (x, y) [m], as are the `gauges`, at
     which the ramped elevation is recorded too; at the places `waters` (x, y, z) [m], z ≤ 0, the
-    ramped velocity by linear theory.
+    ramped velocity by linear theory. With `offsets` (x, y) [m] of the bodies from their places the
+    excitation is that where they are.
     """
+    per_body = coefficients.per_body
     levels: list[Number] = [0.0] * len(gauges)
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
@@ -103,9 +106,13 @@ def record_sea(
             height = height + own.amplitude[k] * cosine
             for i, (c, s) in enumerate(own.phases_at(k, gauges)):
                 heights[i] = heights[i] + own.amplitude[k] * (c * cosine + s * sine)
+            moved = [(cosine, sine)] * len(coefficients.bodies)
+            for body, (c, s) in enumerate(own.phases_at(k, offsets)):
+                moved[body] = (c * cosine + s * sine, c * sine - s * cosine)
             for i, (real, imaginary) in enumerate(row):
-                pushes[i] = pushes[i] + own.amplitude[k] * real * cosine
-                pushes[i] = pushes[i] + own.amplitude[k] * imaginary * sine
+                c, s = moved[i // per_body]
+                pushes[i] = pushes[i] + own.amplitude[k] * real * c
+                pushes[i] = pushes[i] + own.amplitude[k] * imaginary * s
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
         levels = [

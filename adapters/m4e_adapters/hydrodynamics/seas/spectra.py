@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.wave_files import Density, Samples
 from m4e_adapters.hydrodynamics.seas.waves import LOGARITHMIC
 

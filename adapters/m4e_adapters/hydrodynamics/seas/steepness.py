@@ -14,7 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 
 STEEPEST, OF_DEPTH = 0.142, 0.78  # heights that break, over wavelength and over depth
 PERIODS, STEEPNESSES = (8.0, 15.0), (1 / 15, 1 / 25)  # [s] of the peak, and limits there

@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current
-from m4e_adapters.hydrodynamics.seas.current import record_current
-from m4e_adapters.hydrodynamics.seas.kinematics import Components
-from m4e_adapters.hydrodynamics.seas.moving_water import MOVED
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.current import record_current
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
+from m4e_adapters.hydrodynamics.seas.water.moving_water import MOVED
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, part_edges
 from m4e_fmi.analysis.response import Sea
 from m4e_fmi.errors import InputError

@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config.waves import PEAK_ENHANCEMENT
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, recorded_wavenumber
 from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
 

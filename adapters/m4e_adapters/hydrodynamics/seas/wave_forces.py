@@ -18,11 +18,11 @@ from m4e_adapters.hydrodynamics.heading import Axes, reference_places
 from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
-from m4e_adapters.hydrodynamics.seas.kinematics import velocity_per_amplitude, wavenumber
-from m4e_adapters.hydrodynamics.seas.recorded_flow import Triple
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import Number, RecordedWaves, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.program import Recorder, Variable
 
 ELEVATION = "wave.elevation_input"
@@ -97,13 +97,14 @@ class HullWaves(SystemWaves):
         places: Sequence[tuple[Number, Number]],
         gauges: Sequence[tuple[Number, Number]],
         waters: Sequence[Triple],
+        offsets: Sequence[tuple[Number, Number]],
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
         Other than of a sea, directions, `heading` and places are asked for by `per_amplitude`
         only.
         """
-        del directed, heading, places, gauges, waters
+        del directed, heading, places, gauges, waters, offsets
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
@@ -149,7 +150,7 @@ class HullWaves(SystemWaves):
         elevations = np.exp(1j * number[:, None] * (ways.reshape(-1, 2) @ along).T)
         columns = [np.ones((len(omega), 1)), forces, elevations]
         for body in self.in_water:
-            x, y, z = (float(value) for value in body.place(c, reference))
+            x, y, z = (float(value) for value in body.place(c, reference, ()))
             flow = velocity_per_amplitude(
                 omega, directions, (x, y, z), depth=c.depth, number=number
             )

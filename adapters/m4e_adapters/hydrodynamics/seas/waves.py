@@ -20,7 +20,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.seas.kinematics import STEPS
+from m4e_adapters.hydrodynamics.seas.water.kinematics import STEPS
 from m4e_fmi.program import AnyScalar, ScalarLike, exp, log, maximum, sign, sqrt, tanh
 
 BAND = (0.5, 12.0)  # of the components, in peak frequencies; beyond is 0.4 % of T02

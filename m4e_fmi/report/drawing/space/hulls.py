@@ -72,6 +72,28 @@ def shape_hull(shape: Shape, values: Values, most: int) -> Hull:
             return Hull(place("mesh_origin") + corners, faces, edged=False)
 
 
+def turned_hull(
+    profile: Floats, center: Floats, axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+) -> Hull:
+    """A body of revolution about an `axis` through `center` (3,) [m], its ends closed.
+
+    Its `profile` (n, 2) [m] has radii, and places along the axis.
+    """
+    rings = _turned(profile, 1.0, 1.0)
+    along = rings if axis[2] else rings @ _towards(np.array(axis))
+    faces = [*_rings(len(profile)), *_ends(len(profile))]
+    return Hull(center + along, tuple(faces))
+
+
+def ring_hull(profile: Floats, center: Floats) -> Hull:
+    """A ring about the upright axis through `center` (3,) [m], of a closed `profile` (n, 2) [m]."""
+    last = len(profile) - 1
+    faces = [
+        tuple(AROUND * last + k if k < AROUND else k - AROUND for k in face) for face in _rings(2)
+    ]
+    return Hull(center + _turned(profile, 1.0, 1.0), (*_rings(len(profile)), *faces))
+
+
 def _turned(profile: Floats, radius: float, height: float) -> Floats:
     """A profile (n, 2) of distances from Z and heights, turned about Z: (n·AROUND, 3)."""
     angles = 2 * np.pi * np.arange(AROUND) / AROUND
@@ -92,11 +114,19 @@ def _rings(count: int) -> tuple[tuple[int, ...], ...]:
 
 
 def _cylinder_faces() -> tuple[tuple[int, ...], ...]:
-    """Sides and ends of a cylinder; the ends in sectors, so that it is seen to turn."""
-    quarter = AROUND // 4
-    halves = [range(k * 2 * quarter, (k + 1) * 2 * quarter + 1) for k in range(2)]
-    ends = [tuple(ring * AROUND + k % AROUND for k in half) for ring in range(2) for half in halves]
-    return (*_rings(2), *ends)
+    """Sides and ends of a cylinder."""
+    return (*_rings(2), *_ends(2))
+
+
+def _ends(count: int) -> tuple[tuple[int, ...], ...]:
+    """The first and the last of `count` rings as halves of discs, so that they are seen to turn."""
+    half = AROUND // 2
+    halves = [range(k * half, (k + 1) * half + 1) for k in range(2)]
+    return tuple(
+        tuple(ring * AROUND + k % AROUND for k in part)
+        for ring in (0, count - 1)
+        for part in halves
+    )
 
 
 def _towards(axis: Floats) -> Floats:

@@ -82,9 +82,15 @@ class Poses:
         return self.places[frame, body] + corners @ self.attitudes[frame, body].T
 
 
-def solids(model: Model) -> Solids:
-    """`model` in numbers; quantities that depend on parameters have the values of the model."""
+def solids(
+    model: Model, given: Mapping[str, float] | None = None, *, most: int = MOST_TRIANGLES
+) -> Solids:
+    """`model` in numbers, all meshes together of `most` triangles.
+
+    Parameters that are not `given` have the values of the model.
+    """
     tree, values = topology(model), parameter_values(model.parameters)
+    values.update((name, value) for name, value in (given or {}).items() if name in values)
 
     def numbers(owner: object, field: str) -> Triple:
         given = [float(part.evaluate(values)) for part in vector(owner, field)]
@@ -113,14 +119,14 @@ def solids(model: Model) -> Solids:
         if isinstance(load, TensionSpring | TensionDamper | TensionStop | Bushing)
     )
     bodies = [model.bodies[link.body] for link in tree.links]
-    most = MOST_TRIANGLES // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
-    given = [
+    most = most // max(1, sum(isinstance(body.shape, Mesh) for body in bodies))
+    drawn = [
         shape_hull(body.shape, values, most) if body.shape else inertia_box(body, values)
         for body in bodies
     ]
-    size = _size(given, sticks, points)
+    size = _size(drawn, sticks, points)
     hulls = (
-        hull if body.shape else fitted(hull, size) for body, hull in zip(bodies, given, strict=True)
+        hull if body.shape else fitted(hull, size) for body, hull in zip(bodies, drawn, strict=True)
     )
     return Solids(
         title=model.name,
@@ -177,15 +183,20 @@ def rotations(phi: Floats, theta: Floats, psi: Floats) -> Floats:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
+def check_simulated(model: Model, simulation: Simulation, coordinate: str) -> None:
+    """InputError if the simulation is not of this model: it lacks a coordinate of a body."""
+    missing = [b for b in model.bodies if f"body.{b}.{coordinate}" not in simulation.values]
+    if missing:
+        message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
+        raise InputError.single(message, "give the model that was simulated")
+
+
 def film_poses(model: Model, simulation: Simulation, frames: int) -> tuple[Floats, Poses]:
     """At most `frames` times (T,) [s], evenly spaced, and the poses at the nearest outputs.
 
     InputError if the simulation is of another model.
     """
-    missing = [body for body in model.bodies if f"body.{body}.y" not in simulation.values]
-    if missing:
-        message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
-        raise InputError.single(message, "give the model that was simulated")
+    check_simulated(model, simulation, "y")
     count = min(frames, max(2, len(simulation.time)))
     times = np.linspace(simulation.time[0], simulation.time[-1], count)
     rows = np.interp(times, simulation.time, np.arange(len(simulation.time)))

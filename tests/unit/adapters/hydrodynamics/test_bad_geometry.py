@@ -10,7 +10,7 @@ from support import mesh_writers
 
 from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError, Problem
@@ -33,6 +33,8 @@ def bad_files() -> dict[str, tuple[bytes, str]]:
         np.concatenate([good.faces, line]),
     )
 
+    turned = good.faces.copy()
+    turned[5] = turned[5][::-1]
     deep = box_panels(Box(length=6, width=4, draft=60, top_z=-40), 100)
 
     def gdf(panels: Panels) -> bytes:
@@ -53,12 +55,20 @@ def bad_files() -> dict[str, tuple[bytes, str]]:
         "half.stl": (b"solid".ljust(80) + (9).to_bytes(4, "little") + bytes(60), "whole binary"),
         "hull.ply": (b"ply", "cannot be read: the format .ply is not known"),
         "twice.gdf": (gdf(joined_twice(good)), "more than two panels meet in an edge"),
+        "tank.gdf": (gdf(tank(good)), "a closed shell is inside the hull near x = "),
+        "turned.gdf": (gdf(Panels(good.vertices, turned)), "panels face opposite ways near x = "),
+        "level.gdf": (gdf(raised(good, 2.0)), "above the water (lowest point at z = 0 m)"),
         "none.obj": (b"v 0 0 0\n", "the mesh has no panels"),
     }
 
 
-def raised(panels: Panels) -> Panels:
-    return Panels(panels.vertices + np.array([0, 0, 3]), panels.faces)
+def raised(panels: Panels, height: float = 3.0) -> Panels:
+    return Panels(panels.vertices + np.array([0, 0, height]), panels.faces)
+
+
+def tank(panels: Panels) -> Panels:
+    inner = box_panels(Box(length=2, width=2, draft=1.8, top_z=-0.8), 60).reversed
+    return joined(panels, inner)
 
 
 def joined_twice(panels: Panels) -> Panels:

@@ -10,7 +10,7 @@ import pytest
 
 from m4e_adapters.hydrodynamics.build import check_config, program_in_waves
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_adapters.hydrodynamics.seas.kinematics import wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document

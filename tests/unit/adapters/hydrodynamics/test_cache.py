@@ -44,8 +44,14 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     lid = Panels(one.panels.vertices, one.panels.faces[:1])
     water = Water()
 
-    def key(hulls: Any = (one,), water: Water = water, omega: Any = omega, at: float = 0.0) -> str:
-        content = {**bem._content(hulls, water), "omega": omega, "directions": [at]}
+    def key(
+        hulls: Any = (one,),
+        water: Water = water,
+        omega: Any = omega,
+        at: float = 0.0,
+        lid: Any = None,
+    ) -> str:
+        content = {**bem._content(hulls, water, lid), "omega": omega, "directions": [at]}
         return cache.content_key(content)
 
     keys = [

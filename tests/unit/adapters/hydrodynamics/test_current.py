@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.config import Current, current_problems
-from m4e_adapters.hydrodynamics.seas.current import current_velocity, record_current
+from m4e_adapters.hydrodynamics.seas.water.current import current_velocity, record_current
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Recorder, Variable, evaluated

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
-from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Regular, WaveSection
+from m4e_adapters.hydrodynamics import Coefficients, HydrodynamicsConfig, hydrodynamics_program
+from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Loads, Regular, WaveSection
+from m4e_adapters.hydrodynamics.heading import Heading
+from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program, evaluated
 
 OMEGA = np.linspace(0.25, 2.5, 19)
@@ -104,6 +108,39 @@ def components(period: float) -> WaveSection:
     )
 
 
+@pytest.mark.verifies(
+    "excitation of a long-crested sea in space",
+    analytic="sum of the table's splines, by SciPy",
+    tolerance="1e-12",
+)
+@pytest.mark.parametrize("depth", [15.0, math.inf])
+def test_a_long_crested_sea_pushes_as_the_splines_of_its_components(depth: float) -> None:
+    """At a knot, between knots, below and above the table; waves from the side, hulls turned."""
+    c = coefficients(3, depth)
+    omega = np.array([0.1, OMEGA[4], 0.9, 1.111, OMEGA[-1], 2.8, 4.0])
+    amplitude = np.where(omega > OMEGA[-1], 0.1, 1.0)  # few are shorter than those of the table
+    pairs = zip(omega.tolist(), amplitude.tolist(), strict=True)
+    each = [{"amplitude": a, "omega": w, "phase": 0.3 * w} for w, a in pairs]
+    section = {"spectrum": "components", "components": each, "direction": 50, "ramp_time": 0}
+    waves = ComponentWaves.model_validate(section)
+    found = forces(hydrodynamics_program(c, waves=waves, heading=Heading(10.0)), 12.0)
+    table = np.einsum(
+        "kjn,j->kn", c.harmonics_at(omega), np.exp(1j * np.radians(40) * np.arange(-2, 3))
+    )
+    number = wavenumber(omega, depth=depth, gravity=c.gravity)
+    x, y, _ = c.centers[0]  # about which a single body turns
+    beta = np.radians(50)
+    way = np.exp(1j * number * (x * np.cos(beta) + y * np.sin(beta)))
+    expected = (
+        ((table * way[:, None]) * (amplitude * np.exp(-1j * omega * 12.3))[:, None])
+        .sum(axis=0)
+        .real
+    )
+    names = [f"b.excitation_{k}" for k in ("force_z", "moment_z")]
+    for name, value in zip(names, expected[[2, 5]], strict=True):
+        assert found[name] == pytest.approx(value, abs=1e-12 * np.abs(table).sum())
+
+
 def test_the_period_has_the_limits_of_the_table() -> None:
     program = hydrodynamics_program(coefficients(2, math.inf), waves=regular(9.0))
     (period,) = (v for v in program.parameters if v.name == "wave.period")
@@ -167,3 +204,86 @@ def test_waves_that_the_coefficients_do_not_have_are_refused() -> None:
         hydrodynamics_program(c, waves=(regular(9.0), regular(2.0)))
     with pytest.raises(InputError, match="travel at 0 deg, not at 180 deg"):
         hydrodynamics_program(c, waves=regular(9.0, direction=180))
+
+
+@pytest.mark.parametrize("depth", [15.0, math.inf])
+def test_excitation_at_the_displaced_place_has_the_phase_of_the_wave_there(depth: float) -> None:
+    """A body that is d further along the wave feels it k d later; so it does in space."""
+    period, d = 6.0, 11.0
+    along, across = d * math.cos(math.radians(35.0)), d * math.sin(math.radians(35.0))
+    k = float(wavenumber(np.array(2 * math.pi / period), depth=depth, gravity=9.81))
+    displaced = Loads(excitation_at="displaced")
+    for dimensions, direction, heading, moved in (
+        (2, 180.0, None, {"b__x": 7.0 - d}),
+        (
+            3,
+            35.0,
+            Heading(20.0),
+            {"b__x": 7.0 + along, "b__y": -3.0 + across},
+        ),
+    ):
+        known = coefficients(dimensions, depth)
+        if dimensions == 2:
+            known = replace(known, wave_direction=180.0)
+        waves = {
+            phase: Regular(
+                spectrum="regular", height=2.0, period=period, direction=direction, phase=phase,
+                ramp_time=0,
+            )
+            for phase in (0.3, 0.3 - k * d)
+        }  # fmt: skip
+        here, there = (
+            hydrodynamics_program(known, waves=wave, heading=heading, loads=loads)
+            for wave, loads in zip(waves.values(), (displaced, Loads()), strict=True)
+        )
+        found, expected = forces(here, 2.7, **moved), forces(there, 2.7)
+        del found["wave.elevation"], expected["wave.elevation"]
+        assert len(found) >= 3
+        for name, value in expected.items():
+            assert found[name] == pytest.approx(value, abs=1e-7 * 1e5), (dimensions, name)
+        still = hydrodynamics_program(known, waves=waves[0.3], heading=heading)
+        assert forces(here, 2.7) == pytest.approx(forces(still, 2.7), abs=1e-6)
+
+
+def test_a_towed_body_meets_waves_at_the_doppler_frequency() -> None:
+    """Towed against the waves at V it meets them at ω + k V."""
+    omega, speed = 2 * math.pi / 6.0, 1.3
+    k = float(wavenumber(np.array(omega), depth=math.inf, gravity=9.81))
+    wave = Regular(spectrum="regular", height=2.0, period=6.0, ramp_time=0)
+    program = hydrodynamics_program(
+        coefficients(2, math.inf), waves=wave, loads=Loads(excitation_at="displaced")
+    )
+    times = np.linspace(0.0, 4 * math.pi / (omega + k * speed), 9)
+    heave = [forces(program, t, b__x=7.0 - speed * t)["b.excitation_force_z"] for t in times]
+    np.testing.assert_allclose(heave[:5], heave[4:], atol=1e-6 * np.abs(heave).max())
+
+
+def test_motions_far_away_have_no_limit_where_the_excitation_follows() -> None:
+    wave = Regular(spectrum="regular", height=2.0, period=6.0)
+    known = coefficients(2, math.inf)
+    limits = [
+        next(v.maximum for v in hydrodynamics_program(known, waves=wave, loads=loads).outputs
+             if v.name == "b.surge")
+        for loads in (Loads(), Loads(excitation_at="displaced"))
+    ]  # fmt: skip
+    assert limits[0] < 10.0
+    assert math.isinf(limits[1])
+
+
+BODY = "bodies: {b: {shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0]DRIFT}}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (BODY.replace("DRIFT", ""), "'excitation_at' has no effect"),
+        (
+            BODY.replace("DRIFT", ", drift: {file: drift.csv}")
+            + "waves: {spectrum: regular, height: 1, period: 6}\n",
+            "second-order drift of body 'b'",
+        ),
+    ],
+)
+def test_excitation_at_the_displaced_place_is_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Document.parse(text + "loads: {excitation_at: displaced}\n").validate(HydrodynamicsConfig)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.seas.kinematics import (
+from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
     Stretching,
     elevation,

@@ -12,7 +12,7 @@ import pytest
 from m4e_adapters.hydrodynamics.build import check_config, program_in_waves
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.doubts import flow_doubts
-from m4e_adapters.hydrodynamics.seas.kinematics import Components, flow
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import mesh_writers
-from support.refined_cases import stored
+from support.refined_cases import CASES, RADIUS, stored
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.config import Body, Box, Cylinder
@@ -82,11 +82,20 @@ def test_meshes_of_a_file(tmp_path: Path) -> None:
     assert counts({"mesh": "a.gdf"}, tmp_path) == [9 * count, 36 * count]
 
 
+def test_meshes_of_a_union() -> None:
+    """As of a file: the coarsest mesh is that of a build."""
+    keel = {"box": {"length": 9, "width": 9, "draft": 5, "top_z": -3}}
+    parts = [{"cylinder": {"radius": 4, "draft": 3}}, keel]
+    first, second, *_ = counts({"union": parts}, Path(), panels=300)
+    assert 250 < first < 450
+    assert second == 4 * first
+
+
 def test_the_statement_of_a_study() -> None:
     """A line for each motion, and for surge with pitch, which couple."""
     lines = str(stored("hemisphere")).splitlines()
     assert lines[0].startswith("meshes of 256, 576, 1024 panels; errors up to ")
-    named = [line[:48].strip() for line in lines[2:]]
+    named = [line[:42].strip() for line in lines[3:]]
     assert named[:4] == [
         "added_mass body0 surge",
         "added_mass body0 surge - body0 pitch",
@@ -94,7 +103,10 @@ def test_the_statement_of_a_study() -> None:
         "added_mass body0 pitch",
     ]
     assert len(named) == 4 * 3 + 3
-    assert "order 1.8" in lines[4]
+    assert lines[5].split()[-1] == "1.80"
+    errors = [float(word) for word in lines[5].split()[4:-1] if word != "%"]
+    assert errors == sorted(errors, reverse=True)  # of each mesh, and of the limit
+    assert len(errors) == 4
 
 
 def test_a_power_law_is_found() -> None:
@@ -116,6 +128,19 @@ def test_a_power_law_is_found() -> None:
     assert np.all(np.isnan(two.added_mass.order))
     gap = abs(two.limit.added_mass[0, 0, 0] - 7.0)
     assert gap < two.added_mass.remaining[0, 0] < 5 * gap
+
+
+def test_surge_at_infinite_frequency_is_not_doubted_more_than_it_shows() -> None:
+    """Of a hemisphere 0.2732 of its displaced water (Hulme 1982): its order is 1.9, not 1."""
+    found, case = stored("hemisphere"), CASES["hemisphere"]
+    exact = 0.2732 * 2 / 3 * math.pi * case.water.density * RADIUS**3
+    assert found.added_mass_inf.order[0, 0] > 1.5
+    assert found.added_mass_inf.order[1, 1] < 1.5  # heave, which the edge rules
+    for c, stated in zip(found.meshes, found.added_mass_inf.errors[:, 0, 0], strict=True):
+        true = abs(c.added_mass_inf[0, 0] - exact)
+        assert true < stated < 2 * true
+    assert abs(found.limit.added_mass_inf[0, 0] - exact) < 5e-4 * exact
+    assert found.added_mass_inf.remaining[0, 0] < 5e-3 * exact
 
 
 def test_meshes_that_resolve_no_wave_are_told() -> None:

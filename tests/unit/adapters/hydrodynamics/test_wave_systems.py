@@ -11,10 +11,10 @@ import pytest
 from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Record, Regular, Tma
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import Components, elevation, wavenumber
 from m4e_adapters.hydrodynamics.seas.spectra import TAPERED, depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import PERIODS, WaveSystem
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation, wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import recorded_wavenumber, relative_spectrum
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_fmi.errors import InputError

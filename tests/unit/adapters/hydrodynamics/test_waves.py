@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.seas.kinematics import angular_frequency, wavenumber
+from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency, wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import (
     BAND,
     LOGARITHMIC,

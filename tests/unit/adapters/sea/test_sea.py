@@ -12,8 +12,8 @@ from support.calm_water import calm
 
 from m4e_adapters.hydrodynamics import hydrodynamics_program
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.kinematics import flow
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.water.kinematics import flow
 from m4e_adapters.sea import SeaConfig, sea_program
 from m4e_adapters.sea.waves_at_points import sea_in_waves
 from m4e_fmi.errors import InputError

@@ -55,11 +55,14 @@ answer restore_state(instance *c, const void *state) {
           "%s: a state of model exchange is none of co-simulation, nor the reverse", c->function);
     const uint32_t stops = c->now.stops;
     const double stop = c->now.stop;
+    const int other = memcmp(c->p, k->values, c->n.parameters * sizeof *c->p) != 0;
     c->now = k->now;
     c->now.stops = stops;
     c->now.stop = stop;
     memcpy(c->values, k->values, c->count * sizeof *c->values);
-    c->stale = c->stale_parameters = c->stale_tangent = 1;
+    c->stale = 1;
+    c->stale_parameters |= other; /* what follows from the same parameters is computed already */
+    c->stale_tangent |= other;
     if (!c->now.ahead) return FMI_OK;
     if (!have_integrator(c)) return FMI_ERROR;
     m4e_take_up(c->integrator, k->values + c->count);

@@ -67,7 +67,7 @@ function drawTrails() {
     }
     points.push(place(point, posesAt(time)));
     pen.globalAlpha = 0.5;
-    stroke(points, data.bodies[point[0]].colour, 1.5);
+    stroke(points, data.bodies[point[0]].hue, 1.5);
     pen.globalAlpha = 1;
   }
 }
@@ -88,13 +88,13 @@ function drawJoint(joint, at) {
     const [dx, dz] = joint.direction, along = [c * dx + s * dz, c * dz - s * dx];
     fill([[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => [
       x + radius * (2.1 * a * along[0] - b * along[1]), z + radius * (2.1 * a * along[1] + b * along[0])]),
-      "#fff", "#22303c", 1.5);
+      hues.paper, hues.ink, 1.5);
   } else if (joint.symbol === "circle") {
     pen.beginPath();
     pen.arc(x, z, radius, 0, 2 * Math.PI);
-    pen.fillStyle = "#fff";
+    pen.fillStyle = hues.paper;
     pen.fill();
-    pen.strokeStyle = "#22303c";
+    pen.strokeStyle = hues.ink;
     pen.lineWidth = 1.5 / scale;
     pen.stroke();
   }
@@ -109,16 +109,16 @@ function paint(at) {
     view.width / 2 - scale * (data.low[0] + wide / 2), view.height / 2 + scale * (data.low[1] + tall / 2));
   scale /= window.devicePixelRatio || 1;
   pen.lineJoin = pen.lineCap = "round";
-  data.ground.forEach(line => stroke(line, "#7b8794", 1.2));
+  data.ground.forEach(line => stroke(line, hues.grey, 1.2));
   if (trails.checked) drawTrails();
   for (const k of drawn) {
     const body = data.bodies[k];
     pen.globalAlpha = 0.9;
-    fill(body.outline.map(([x, z]) => place([k, x, z], at)), body.pale, body.colour, 1.6);
+    fill(body.outline.map(([x, z]) => place([k, x, z], at)), body.pale, body.hue, 1.6);
     pen.globalAlpha = 1;
   }
   for (const joint of data.joints) {
-    if (joint.slides && joint.from[0] >= 0) stroke([place(joint.from, at), place(joint.at, at)], "#7b8794", 1);
+    if (joint.slides && joint.from[0] >= 0) stroke([place(joint.from, at), place(joint.at, at)], hues.grey, 1);
   }
   data.ties.forEach(tie => drawTie(tie, at));
   data.joints.forEach(joint => drawJoint(joint, at));
@@ -126,4 +126,12 @@ function paint(at) {
 
 function heightOver(width) {
   return (data.high[1] - data.low[1]) / (data.high[0] - data.low[0]) * width;
+}
+
+function prepare() {
+  for (const body of data.bodies) body.pale = mixed(body.hue, 0.28);
+}
+
+function shown() {
+  return {};
 }

@@ -1,0 +1,1 @@
+"""Motion of the water: kinematics of waves, currents, recorded and in plain arrays."""

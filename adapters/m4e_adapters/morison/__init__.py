@@ -1,0 +1,10 @@
+"""Slender members in waves and currents by Morison's equation, fixed or on moving bodies.
+
+Waves and currents are those of `m4e_adapters.hydrodynamics`. Start reading in `program`; `config`
+has the keys, `strips` the forces, `added_mass` the inertia of the water that moves with a body.
+"""
+
+from m4e_adapters.morison.config import MorisonConfig
+from m4e_adapters.morison.program import morison_program
+
+__all__ = ["MorisonConfig", "morison_program"]

@@ -1,0 +1,78 @@
+"""Attributes of the user's object as JSON values and bytes, and back.
+
+Travels in the FMU: it imports the standard library only, and NumPy where an attribute is of it.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import deque
+
+from .user_class import Value  # side by side in the FMU
+
+KIND = "m4e kind"
+
+
+class CannotBeSavedError(Exception):
+    """A value of a type that has no form as JSON."""
+
+
+def encoded(value: Value, name: str) -> Value:
+    """`value` as JSON values and bytes; CannotBeSavedError with the `name` of what cannot."""
+    if value is None or isinstance(value, bool | int | float | str | bytes):
+        return value
+    if isinstance(value, list):
+        return [encoded(each, name) for each in value]
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        return {key: encoded(each, f"{name}[{key!r}]") for key, each in value.items()}
+    if isinstance(value, tuple):
+        return _tagged("tuple", [encoded(each, name) for each in value])
+    if isinstance(value, deque):
+        return _tagged("deque", [encoded(each, name) for each in value], value.maxlen)
+    if isinstance(value, random.Random):
+        return _tagged("random", encoded(value.getstate(), name))
+    return _of_numpy(value, name)
+
+
+def _of_numpy(value: Value, name: str) -> Value:
+    if type(value).__module__ == "numpy" and hasattr(value, "tolist"):
+        return _tagged("array", encoded(value.tolist(), name), value.dtype.str)
+    if hasattr(value, "bit_generator"):
+        state = value.bit_generator.state
+        return _tagged("generator", encoded(state, name), state["bit_generator"])
+    raise CannotBeSavedError(
+        f"{name} is of type {type(value).__name__}, which cannot be saved: make it of numbers, "
+        "texts, lists, dicts and NumPy arrays, or give the class methods save() and restore(saved)"
+    )
+
+
+def decoded(value: Value) -> Value:
+    """The value that `encoded` was given."""
+    if isinstance(value, list):
+        return [decoded(each) for each in value]
+    if not isinstance(value, dict):
+        return value
+    if KIND not in value:
+        return {key: decoded(each) for key, each in value.items()}
+    kind, content, more = value[KIND], decoded(value["content"]), value["more"]
+    match kind:
+        case "tuple":
+            return tuple(content)
+        case "deque":
+            return deque(content, more)
+        case "random":
+            generator = random.Random()
+            generator.setstate(content)
+            return generator
+        case _:
+            import numpy as np
+
+            if kind == "array":
+                return np.array(content, dtype=more)[()]
+            generator = np.random.Generator(getattr(np.random, more)())
+            generator.bit_generator.state = content
+            return generator
+
+
+def _tagged(kind: str, content: Value, more: Value = None) -> dict[str, Value]:
+    return {KIND: kind, "content": content, "more": more}

@@ -1,0 +1,193 @@
+"""The class of a user's Python file: its declarations, and calls of its methods.
+
+Travels in the FMU, where m4e_fmi is not: it imports the standard library only.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+Value = Any
+"""A number, a list of them, or what records in their place."""
+GROUPS = ("parameters", "inputs", "outputs", "states")
+METHODS = ("start", "rates", "calculate", "step")
+
+
+class UserCodeError(Exception):
+    """A mistake in the user's code; its text begins with file and line."""
+
+
+@dataclass(frozen=True)
+class Declared:
+    """A variable that the class declares; `count` elements of an array, None for a scalar."""
+
+    name: str
+    unit: str
+    text: str
+    start: float
+    count: int | None
+
+    def made_at(self, place: str) -> str:
+        """Its text with the `place` in the file where its value is returned."""
+        return f"{self.text} ({place})" if self.text else place
+
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """The names of its elements, from 1; its own for a scalar."""
+        if self.count is None:
+            return (self.name,)
+        return tuple(f"{self.name}[{k + 1}]" for k in range(self.count))
+
+
+class UserClass:
+    """The class in `module`, and one object of it.
+
+    `path` is the file; messages show it as `shown`. UserCodeError if there is no such class, or if
+    it cannot be instantiated.
+    """
+
+    def __init__(self, module: ModuleType, path: Path, shown: str) -> None:
+        self.path, self.shown = path, shown
+        found = [
+            value
+            for value in vars(module).values()
+            if isinstance(value, type)
+            and value.__module__ == module.__name__
+            and any(method in vars(value) for method in METHODS)
+        ]
+        if len(found) != 1:
+            names = ", ".join(c.__name__ for c in found) or "none"
+            wanted = ", ".join(METHODS[:-1]) + f" or {METHODS[-1]}"
+            raise UserCodeError(f"{shown}: one class must have a method {wanted}, found: {names}")
+        self.kind = found[0]
+        self.object = self.called(self.kind)
+
+    def has(self, method: str) -> bool:
+        """True if the class has the method."""
+        return callable(getattr(self.kind, method, None))
+
+    def line(self, method: str) -> int:
+        """The line of the method's `def`."""
+        code = getattr(getattr(self.kind, method, None), "__code__", None)
+        return code.co_firstlineno if code else 0
+
+    def called(self, function: Callable[..., Value], *arguments: object) -> Value:
+        """The value of `function`; UserCodeError with file and line for whatever it raises."""
+        try:
+            return function(*arguments)
+        except UserCodeError:
+            raise
+        except BaseException as error:  # SystemExit, too, would end the host
+            raise UserCodeError(told(error, self.path, self.shown)) from error
+
+    def results(
+        self, method: str, wanted: Mapping[str, Declared], *arguments: object
+    ) -> dict[str, Value]:
+        """The values by element that the method returns for all of `wanted`: see `taken`."""
+        returned = self.called(getattr(self.object, method), *arguments)
+        return self.taken(method, returned, wanted)
+
+    def taken(
+        self, method: str, returned: object, wanted: Mapping[str, Declared]
+    ) -> dict[str, Value]:
+        """The values by element in what the method has `returned`.
+
+        UserCodeError with file and line if one is missing, unknown or of another length.
+        """
+        here = f"{self.shown}:{self.line(method)}: {method}"
+        if not isinstance(returned, Mapping):
+            kind = type(returned).__name__
+            raise UserCodeError(f"{here} returns a value of type {kind}, not a dict by name")
+        problems = [f"it does not return {name!r}" for name in wanted if name not in returned]
+        problems += [f"{name!r} is not declared" for name in returned if name not in wanted]
+        found: dict[str, Value] = {}
+        for name in (name for name in wanted if name in returned):
+            variable, value = wanted[name], returned[name]
+            values = list(value) if hasattr(value, "__iter__") else [value]
+            if len(values) != len(variable.elements):
+                count = len(variable.elements)
+                problems.append(f"{name!r} has {len(values)} values, {count} are declared")
+            found.update(zip(variable.elements, values, strict=False))
+        if problems:
+            raise UserCodeError(f"{here}: {'; '.join(problems)}")
+        return found
+
+
+class Values:
+    """Values of variables by name, as attributes: `v.oil`, `v.rod.vz`; an array is a list."""
+
+    def __init__(self, variables: Mapping[str, Declared]) -> None:
+        self.root = _Group("")
+        self._places: list[tuple[SimpleNamespace, str, Declared]] = []
+        for name, variable in variables.items():
+            *path, last = name.split(".")
+            group = self.root
+            for part in path:
+                if not hasattr(group, part):
+                    setattr(group, part, _Group(f"{group.path}{part}."))
+                group = getattr(group, part)
+            self._places.append((group, last, variable))
+
+    def filled(self, values: Mapping[str, Value]) -> SimpleNamespace:
+        """The same object each time, with these `values` by element."""
+        for group, last, variable in self._places:
+            elements = [values[name] for name in variable.elements]
+            setattr(group, last, elements if variable.count is not None else elements[0])
+        return self.root
+
+
+class _Group(SimpleNamespace):
+    """The variables of a connector, or all; `path` is what their names begin with."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__()
+        object.__setattr__(self, "path", path)
+
+    def __getattr__(self, name: str) -> Value:
+        known = ", ".join(key for key in vars(self) if key != "path")
+        raise AttributeError(f"no variable {self.path}{name} is declared; there are: {known}")
+
+
+def loaded(
+    path: Path, shown: str, name: str, prepare: Callable[[ModuleType], None] | None = None
+) -> ModuleType:
+    """The file as a module called `name`, run once; `prepare` gets the module before.
+
+    UserCodeError, which shows the file as `shown`, for whatever happens when it is run.
+    """
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    if prepare is not None:
+        prepare(module)
+    try:
+        spec.loader.exec_module(module)
+    except BaseException as error:
+        raise UserCodeError(told(error, path, shown)) from error
+    return module
+
+
+def told(error: BaseException, path: Path, shown: str) -> str:
+    """File and line where `error` came out of the user's file, its type and its text."""
+    if isinstance(error, SyntaxError) and error.filename == str(path):
+        return f"{shown}:{error.lineno}: not valid Python: {error.msg}"
+    lines = [
+        frame.lineno
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename == str(path)
+    ]
+    place = f"{shown}:{lines[-1]}" if lines else shown
+    return f"{place}: {type(error).__name__}: {error}"
+
+
+def elements(variables: Mapping[str, Declared]) -> Iterator[str]:
+    """The names of all elements, in order."""
+    for variable in variables.values():
+        yield from variable.elements

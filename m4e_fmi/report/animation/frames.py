@@ -1,0 +1,155 @@
+"""The numbers of an animation: where everything is in each of its frames, from results."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.report.animation.scene import Body, Cable, Followed, Place, Scene, Value
+from m4e_fmi.report.drawing.space.solids import Poses, quaternions, rotations
+
+Floats = NDArray[np.float64]
+PER_BODY = 7
+"""Numbers of a body: place [m], and quaternion."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """`times` (T,) [s] and, of each frame, the poses of the bodies and the places of the cables.
+
+    `cables` are (T, n, 3) [m] each; `whole` (T,) [1] is 1 until the cable parts, None if it cannot.
+    `exact` is False for those of which ends only are known.
+    """
+
+    times: Floats
+    poses: Poses
+    cables: tuple[Floats, ...] = ()
+    whole: tuple[Floats | None, ...] = ()
+    exact: tuple[bool, ...] = field(default=())
+
+    def columns(self) -> Floats:
+        """All numbers of each frame (T, N) [m, 1]: of bodies, cables, and if these are whole."""
+        count = len(self.times)
+        turns = quaternions(self.poses.attitudes)
+        parts = [np.concatenate([self.poses.places, turns], axis=2).reshape(count, -1)]
+        parts += [nodes.reshape(count, -1) for nodes in self.cables]
+        parts += [one[:, None] for one in self.whole if one is not None]
+        return np.concatenate(parts, axis=1)
+
+
+def frames_of(scene: Scene, time: Floats, series: Mapping[str, Floats], *, most: int) -> Frames:
+    """At most `most` frames, evenly spaced, of results at `time` (R,) [s]; two at least.
+
+    `series` are the variables that the scene follows, (R,) each, in their units. InputError for
+    bodies whose variables are missing, and of numbers that are not finite.
+    """
+    rows = _finite_rows(scene, time, series)
+    time = time[:rows]
+    count = min(most, rows)
+    times = np.linspace(time[0], time[-1], count)
+
+    def at(values: Floats) -> Floats:
+        """Values (R, …) at the times of the frames, linear between rows."""
+        flat = values.reshape(rows, -1)
+        even = [np.interp(times, time, column) for column in flat.T]
+        return np.reshape(np.transpose(even), (count, *values.shape[1:]))
+
+    def places(value: Sequence[Value]) -> Floats:
+        return np.stack([_values(one, series, rows) for one in value], axis=1)
+
+    moved = np.zeros((rows, 0, 6))
+    if scene.bodies:
+        moved = np.stack([places(body.motion) for body in scene.bodies], axis=1)
+    turns = quaternions(_attitudes(moved))
+    cables, whole, exact = [], [], []
+    for cable in scene.cables:
+        nodes = _nodes(cable, series)
+        cables.append(at(np.stack([places(node) for node in nodes], axis=1)))
+        held = _whole(cable, series, rows)
+        whole.append(None if held is None else np.rint(at(held)))
+        exact.append(nodes is cable.nodes)
+    poses = Poses(at(moved[..., :3]), _matrices(at(turns)))
+    return Frames(times, poses, tuple(cables), tuple(whole), tuple(exact))
+
+
+def _values(value: Value, series: Mapping[str, Floats], rows: int) -> Floats:
+    if not isinstance(value, Followed):
+        return np.full(rows, float(value))
+    return value.factor * np.asarray(series[value.variable][:rows], float) + value.offset
+
+
+def _nodes(cable: Cable, series: Mapping[str, Floats]) -> tuple[Place, ...]:
+    """The nodes of a cable if all were recorded, else its ends."""
+    followed = (value for node in cable.nodes for value in node if isinstance(value, Followed))
+    known = cable.nodes and all(value.variable in series for value in followed)
+    return cable.nodes if known else cable.ends
+
+
+def _whole(cable: Cable, series: Mapping[str, Floats], rows: int) -> Floats | None:
+    """1 while one of the tensions is not 0 (rows,) [1]; None of a cable that never parts."""
+    known = [np.asarray(series[name][:rows]) for name in cable.tensions if name in series]
+    held = np.any(np.array(known) != 0.0, axis=0) if known else np.ones(rows, bool)
+    return None if held.all() else held.astype(float)
+
+
+def _attitudes(moved: Floats) -> Floats:
+    """Attitudes (R, N, 3, 3) [1] of motions (R, N, 6) [m, rad]."""
+    flat = rotations(*moved.reshape(-1, 6)[:, 3:].T)
+    return flat.reshape(*moved.shape[:2], 3, 3)
+
+
+def _matrices(turns: Floats) -> Floats:
+    """Attitudes (T, N, 3, 3) of quaternions (T, N, 4), scalar first, of any length."""
+    from scipy.spatial.transform import Rotation
+
+    flat = turns.reshape(-1, 4)[:, [1, 2, 3, 0]]
+    return Rotation.from_quat(flat).as_matrix().reshape(*turns.shape[:2], 3, 3)
+
+
+def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> int:
+    """Number of rows before the first that is not finite. InputError for missing variables."""
+    names = [value.variable for body in scene.bodies for value in _followed(body)]
+    ends = (value for cable in scene.cables for end in cable.ends for value in end)
+    names += [value.variable for value in ends if isinstance(value, Followed)]
+    missing = sorted({name for name in names if name not in series})
+    if missing:
+        more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
+        message = f"it has no {missing[0]!r}{more}, which the animation follows"
+        raise InputError.single(message, "record them: run with --animate, or without --variables")
+    finite = np.ones(len(time), bool)
+    for name in dict.fromkeys(names):
+        finite &= np.isfinite(np.asarray(series[name], float))
+    rows = len(time) if finite.all() else int(np.argmin(finite))
+    if rows < 2:
+        told = {0: "no rows", 1: "one row"}[rows]
+        message = f"it has {told} of finite numbers: there is no motion to be shown"
+        raise InputError.single(message, "run it for at least one step")
+    return rows
+
+
+def _followed(body: Body) -> Iterator[Followed]:
+    return (value for value in body.motion if isinstance(value, Followed))
+
+
+def packed(columns: Floats) -> dict[str, object]:
+    """Data for player.js of `columns` (T, N) [m, 1]: those that vary as 16-bit integers by frames.
+
+    The value of one is offset + scale·n; the others keep their `constants`.
+    """
+    low, high = columns.min(axis=0), columns.max(axis=0)
+    varying = np.flatnonzero(high > low)
+    offsets, scales = low[varying], (high - low)[varying] / 65535
+    whole = np.round((columns[:, varying] - offsets) / scales).astype("<u2")
+    return {
+        "frames": len(columns),
+        "constants": [float(f"{value:.9g}") for value in low],
+        "varying": varying.tolist(),
+        "offsets": offsets.tolist(),
+        "scales": scales.tolist(),
+        "poses": base64.b64encode(whole.tobytes()).decode("ascii"),
+    }

@@ -1,0 +1,229 @@
+"""Pages of animations: the scene and its frames as data, with the parts that draw them."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.report.animation.frames import PER_BODY, Frames, packed
+from m4e_fmi.report.animation.scene import Rope, Scene, Water
+from m4e_fmi.report.animation.scene_text import plain_hull, plain_spot, short
+from m4e_fmi.report.drawing.space.pictures import RISE, TURN, colour
+
+Floats = NDArray[np.float64]
+LONGEST = 20.0
+"""Seconds that an animation takes; a longer simulation is shown faster."""
+SIDE_TURN, SIDE_RISE = -np.pi / 2, 0.12
+"""Where the eye is for planar scenes [rad]: ahead of the X–Z plane, a little above."""
+MARGIN = 0.02
+REACH, ACROSS = 1.7, 0.6
+"""Half sides of the water shown over the radius of what is near; the second in the plane."""
+FARTHER = 1.3
+"""Size of all over that of what is near, from which there is a choice between them."""
+CELLS, CELLS_IN_PLANE = (40, 40), (64, 12)
+"""Pieces of the water along X and Y."""
+WAVE_SHARE = 1e-5
+"""Share of a sea's energy in its smallest waves that are left out: 0.3 % of its height."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """An animation for any page: put `style` into a style element, `markup` into the body.
+
+    The `script` defines ``animation(root, data, keys)``, to be called with the element, `data` and
+    what hears the keys. See player.js for what it returns.
+    """
+
+    style: str
+    markup: str
+    script: str
+    data: str
+
+
+def part(data: dict[str, object], painter: str) -> Part:
+    """The part for `data`, drawn by the file `painter`."""
+    style, markup, player = map(_file, ("part.css", "part.html", "player.js"))
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return Part(
+        style=style.rstrip(),
+        markup=markup.rstrip(),
+        script=player.replace('"@painter@"', _file(painter)).rstrip(),
+        data=text.replace("<", "\\u003c"),  # no text ends or begins a script
+    )
+
+
+def page(title: str, texts: Sequence[str], shown: Part) -> str:
+    """A page with nothing but an animation, and `texts` above it."""
+    marks = {
+        "@title@": html.escape(title),
+        "@texts@": "\n  ".join(f"<p>{html.escape(text)}</p>" for text in texts if text),
+        "@style@": shown.style,
+        "@markup@": shown.markup,
+        "@script@": shown.script,
+        '"@data@"': shown.data,
+    }
+    return re.sub("|".join(marks), lambda mark: marks[mark[0]], _file("page.html"))
+
+
+def _file(name: str) -> str:
+    return files("m4e_fmi.report.animation").joinpath(name).read_text(encoding="utf-8")
+
+
+def times_of(times: Floats) -> dict[str, object]:
+    """First and last time [s] of frames at `times` (T,) [s], and how fast they are shown."""
+    start, stop = float(times[0]), float(times[-1])
+    return {"start": start, "stop": stop, "speed": max(1.0, round((stop - start) / LONGEST))}
+
+
+def scene_part(scene: Scene, shown: Frames) -> Part:
+    """The part of a scene, whose frames are `shown`."""
+    near = _near(scene, shown)
+    far = _far(scene, shown, near)
+    columns = shown.columns()
+    is_far = np.ptp(far, axis=0).max() > FARTHER * np.ptp(near, axis=0).max()
+    data: dict[str, object] = {
+        **times_of(shown.times),
+        **packed(columns),
+        "numbers": PER_BODY,
+        "turn": SIDE_TURN if scene.planar else float(TURN),
+        "rise": SIDE_RISE if scene.planar else float(RISE),
+        "near": near.tolist(),
+        "far": far.tolist() if is_far else None,
+        "ground": _ground(scene, near, far),
+        "bodies": _bodies(scene),
+        "ropes": [_rope(rope) for rope in scene.ropes],
+        "hinges": [[*plain_spot(spot), weld] for spot, weld in scene.hinges],
+        "lines": [[plain_spot(a), plain_spot(b), turns] for a, b, turns in scene.axes],
+        "cables": _cables(scene, shown),
+        "water": scene.water and _water(scene.water, near, far, scene.planar),
+    }  # fmt: skip
+    return part(data, "space.js")
+
+
+def _bodies(scene: Scene) -> list[dict[str, object]]:
+    seen = [k for k, body in enumerate(scene.bodies) if body.surfaces or body.sticks]
+    return [
+        {
+            "name": f"{seen.index(k) + 1} {body.name}" if k in seen else "",
+            "colour": colour(seen.index(k) if k in seen else 0),
+            "surfaces": [plain_hull(hull) for hull in body.surfaces],
+            "sticks": [short(end) for end in body.sticks],
+        }
+        for k, body in enumerate(scene.bodies)
+    ]
+
+
+def _rope(rope: Rope) -> dict[str, object]:
+    return {"kind": rope.kind, "ends": [plain_spot(end) for end in rope.ends], "rank": rope.rank}
+
+
+def _cables(scene: Scene, shown: Frames) -> list[dict[str, object]]:
+    """Each cable with the columns of its places, and of whether it is whole (−1: always)."""
+    first = PER_BODY * len(scene.bodies)
+    flag = first + sum(3 * nodes.shape[1] for nodes in shown.cables)
+    found = list[dict[str, object]]()
+    for nodes, whole, exact in zip(shown.cables, shown.whole, shown.exact, strict=True):
+        place = -1 if whole is None else flag
+        found.append({"first": first, "count": nodes.shape[1], "whole": place, "exact": exact})
+        first += 3 * nodes.shape[1]
+        flag += whole is not None
+    return found
+
+
+def _near(scene: Scene, shown: Frames) -> Floats:
+    """Lower and upper corner (2, 3) [m] of bodies, and of joints on the ground.
+
+    Without water also of other points of the ground; of the cables, if nothing else is.
+    """
+    ground = [spot.at for spot, _ in scene.hinges if spot.body < 0]
+    if scene.water is None:
+        ground += [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
+    seen = [np.reshape(ground, (-1, 3))]
+    count = len(shown.times)
+    for body, one in enumerate(scene.bodies):
+        corners = np.vstack([*(hull.vertices for hull in one.surfaces), *map(np.array, one.sticks),
+                             np.zeros((1, 3))])  # fmt: skip
+        if not one.surfaces and not one.sticks:
+            continue
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        box = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1])
+                        for z in (low[2], high[2])])  # fmt: skip
+        points = corners if len(corners) < len(box) else box
+        seen += [
+            shown.poses.all_of(body, points, frame)
+            for frame in range(0, count, max(1, count // 200))
+        ]
+    everything = np.concatenate([*seen, *(nodes.reshape(-1, 3) for nodes in _alone(seen, shown))])
+    corners = np.array([everything.min(axis=0), everything.max(axis=0)])
+    least = MARGIN * (np.ptp(corners, axis=0).max() or 1.0)
+    return corners + np.where(np.ptp(corners, axis=0) < least, least / 2, 0.0) * [[-1.0], [1.0]]
+
+
+def _alone(seen: Sequence[Floats], shown: Frames) -> tuple[Floats, ...]:
+    """The cables, where there are no bodies."""
+    return () if sum(map(len, seen)) else (*shown.cables, np.zeros((1, 1, 3)))
+
+
+def _far(scene: Scene, shown: Frames, near: Floats) -> Floats:
+    """The same corners (2, 3) [m] of all, cables and fixed points included."""
+    fixed = [spot.at for rope in scene.ropes for spot in rope.ends if spot.body < 0]
+    seen = [near, *(nodes.reshape(-1, 3) for nodes in shown.cables), np.reshape(fixed, (-1, 3))]
+    everything = np.concatenate(seen)
+    return np.array([everything.min(axis=0), everything.max(axis=0)])
+
+
+def _ground(scene: Scene, near: Floats, far: Floats) -> list[list[float]] | None:
+    """Corners of the bed, or without water of the ground; None if it is far below all."""
+    if scene.water is None and scene.floor is None:
+        z = 0.0 if near[0, 2] <= 0.0 <= near[1, 2] else float(near[0, 2])
+        middle, half = near.mean(axis=0), np.linalg.norm(near[1] - near[0]) / 2
+        low, high = middle - half, middle + half
+    else:
+        if scene.floor is None:
+            return None
+        z = scene.floor
+        reach = max(0.1 * np.ptp(far, axis=0).max(), np.linalg.norm(near[1] - near[0]) / 2)
+        low, high = far[0] - reach, far[1] + reach
+    return [[float(low[0]), float(low[1]), z], [float(high[0]), float(high[1]), z]]
+
+
+def _water(water: Water, near: Floats, far: Floats, planar: bool) -> dict[str, object]:
+    """The waves, surfaces about what is near and about all, and z of their sides' lower edge."""
+
+    size = float(np.linalg.norm(near[1] - near[0])) / 2
+
+    def patch(corners: Floats) -> list[list[float]]:
+        along = REACH * float(np.linalg.norm(corners[1] - corners[0])) / 2
+        half = np.array([along, ACROSS * size if planar else along])
+        middle = corners.mean(axis=0)[:2]
+        return [(middle - half).tolist(), (middle + half).tolist()]
+
+    floor = max(-water.depth, min(float(near[0, 2]) - size, -size))
+    steepest = sum(float((t.amplitude * t.number) @ (t.amplitude * t.number)) for t in water.trains)
+    return {
+        "trains": [
+            {"ramp": train.ramp, "waves": [short(wave, 10) for wave in _largest(train.columns)]}
+            for train in water.trains
+        ],
+        "near": patch(near),
+        "far": patch(far),
+        "cells": CELLS_IN_PLANE if planar else CELLS,
+        "floor": floor,
+        "steepest": 1.5 * steepest**0.5 or 1.0,
+    }
+
+
+def _largest(columns: Sequence[Floats]) -> Floats:
+    """Rows (n, 5) of waves, in the units of `Train`, without the smallest."""
+    waves = np.stack(columns, axis=1)
+    order = np.argsort(waves[:, 2] ** 2)
+    energy = np.cumsum(waves[order, 2] ** 2)
+    kept = energy > WAVE_SHARE * energy[-1] if len(energy) else np.zeros(0, bool)
+    return waves[np.sort(order[kept])]

@@ -1,0 +1,113 @@
+"""The animation of a file of results, from the scene that it carries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.writing import check_suffix, written
+from m4e_fmi.report.animation.frames import Frames, frames_of
+from m4e_fmi.report.animation.page import Part, page, scene_part
+from m4e_fmi.report.animation.scene import Scene, Water
+from m4e_fmi.report.animation.scene_text import ATTRIBUTE, scene_of_text
+from m4e_fmi.results.results_file import Results, load
+
+Floats = NDArray[np.float64]
+MOST_FRAMES, BYTES = 4000, 450_000
+"""Of an animation: frames, and bytes of their numbers before these become text, 4/3 as many."""
+AGREES = 1e-3
+"""Difference of waves from their recorded elevation, over the largest, that is none."""
+AT_STOP = "at the stop time"
+
+
+def animate_run(results: str | Path | Results, path: str | Path) -> Path:
+    """Write the animation of `results`, a file or what `load` made of it, to `path` (.html).
+
+    The page needs nothing else. InputError for results without a scene, of less than two rows, or
+    without the variables that the scene follows.
+    """
+    path = Path(path)
+    check_run_animation_path(path)
+    found = results if isinstance(results, Results) else load(results)
+    scene, shown, texts = _read(found)
+    text = page(scene.title, texts, scene_part(scene, shown))
+    with written(path) as part:
+        part.write_text(text, encoding="utf-8")
+    return path
+
+
+def run_part(results: Results) -> Part:
+    """The animation of results as part of a page; InputError as `animate_run`."""
+    scene, shown, _ = _read(results)
+    return scene_part(scene, shown)
+
+
+def check_run_animation_path(path: Path) -> None:
+    """InputError unless an animation of results can be written to a file of this name."""
+    check_suffix(path, (".html",), "an animation of results")
+
+
+def _read(results: Results) -> tuple[Scene, Frames, list[str]]:
+    """The scene of results, its frames, and texts about them."""
+    text = results.attributes.get(ATTRIBUTE)
+    name = str(results.path)
+    if text is None:
+        message = "has no scene: it was written by an earlier m4e_fmi, or shows no bodies"
+        raise InputError.single(message, "run it again", name)
+    try:
+        scene = scene_of_text(text)
+        if not (scene.bodies or scene.cables):
+            raise InputError.single("its scene has no bodies and no lines", "")
+        numbers = len(scene.variables) + len(scene.bodies)  # a quaternion has one more than angles
+        most = max(2, min(MOST_FRAMES, BYTES // (2 * numbers)))
+        shown = frames_of(scene, results.time, results.series, most=most)
+    except InputError as error:
+        raise InputError([replace(p, file=name) for p in error.problems]) from None
+    sea, doubts = _agreed(scene.water, results)
+    scene = replace(scene, water=sea)
+    return scene, shown, [scene.description, *scene.notes, *doubts, *_notes(scene, shown, results)]
+
+
+def _agreed(water: Water | None, results: Results) -> tuple[Water | None, list[str]]:
+    """The water with its waves if their recorded elevation is theirs; else still, and a text."""
+    series: Mapping[str, Floats] = results.series
+    if water is None or water.gauge not in series:
+        return water, []
+    recorded = np.asarray(series[water.gauge], float)
+    rows = np.linspace(0, len(recorded) - 1, min(len(recorded), 200)).astype(int)
+    rows = rows[np.isfinite(recorded[rows])]
+    heights = water.elevation(0.0, 0.0, results.time[rows])
+    off = float(np.abs(heights - recorded[rows]).max(initial=0.0))
+    if off <= AGREES * max(float(np.abs(recorded[rows]).max(initial=0.0)), 1e-3):
+        return water, []
+    text = (
+        f"The water is drawn still: the waves of the scene differ by up to {off:.3g} m from the "
+        f"recorded {water.gauge}."
+    )
+    return replace(water, trains=()), [text]
+
+
+def _notes(scene: Scene, shown: Frames, results: Results) -> Iterator[str]:
+    """Texts about what is not shown as it was."""
+    rough = [
+        cable.name for cable, exact in zip(scene.cables, shown.exact, strict=True) if not exact
+    ]
+    if rough:
+        yield (
+            f"Dashed straight lines ({', '.join(rough)}): the places of their nodes were not "
+            "recorded; run with --animate to have them."
+        )
+    ended = results.attributes.get("ended", AT_STOP)
+    if ended != AT_STOP:
+        yield f"The run ended early ({ended}); shown until t = {shown.times[-1]:.6g} s."
+    elif shown.times[-1] < results.time[-1]:
+        yield f"Shown until t = {shown.times[-1]:.6g} s: numbers after that are not finite."
+    count, rows = len(shown.times), len(results.time)
+    if count < rows:
+        step = (shown.times[-1] - shown.times[0]) / (count - 1)
+        yield f"A frame every {step:.3g} s, of {rows} rows of results."

@@ -1,0 +1,254 @@
+"""Scenes as text, which results carry as the attribute `scene`: compressed JSON.
+
+They can be animated from it without models, meshes or FMUs.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypedDict, cast
+
+import numpy as np
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.report.animation.scene import (
+    Body,
+    Cable,
+    Followed,
+    Place,
+    Rope,
+    Scene,
+    Train,
+    Value,
+    Water,
+)
+from m4e_fmi.report.drawing.space.hinges import Spot, Triple
+from m4e_fmi.report.drawing.space.hulls import Hull
+
+ATTRIBUTE = "scene"
+FORMAT = 1
+PLACES, WAVES, CORNERS = 6, 10, 5
+"""Significant digits of places, of waves, and of the corners of surfaces."""
+
+PlainValue = float | str | tuple[str, float, float]
+PlainSpot = list[float]
+"""Number of a body, −1 for the ground, and x, y, z [m]."""
+
+
+class PlainHull(TypedDict):
+    """A surface."""
+
+    vertices: list[list[float]]
+    faces: list[list[int]]
+    edged: bool
+
+
+class PlainBody(TypedDict):
+    """A body."""
+
+    name: str
+    motion: list[PlainValue]
+    surfaces: list[PlainHull]
+    sticks: list[list[float]]
+
+
+class PlainCable(TypedDict):
+    """A cable."""
+
+    name: str
+    ends: list[list[PlainValue]]
+    nodes: list[list[PlainValue]]
+    tensions: list[str]
+
+
+class PlainTrain(TypedDict):
+    """Waves: the columns of a train."""
+
+    ramp: float
+    waves: list[list[float]]
+
+
+class PlainWater(TypedDict):
+    """Water; a depth of None is infinite."""
+
+    depth: float | None
+    trains: list[PlainTrain]
+    gauge: str
+
+
+class PlainScene(TypedDict):
+    """A scene, in values of JSON."""
+
+    format: int
+    title: str
+    description: str
+    planar: bool
+    bodies: list[PlainBody]
+    hinges: list[tuple[PlainSpot, bool]]
+    axes: list[tuple[PlainSpot, PlainSpot, bool]]
+    ropes: list[tuple[str, PlainSpot, PlainSpot, float]]
+    cables: list[PlainCable]
+    water: PlainWater | None
+    floor: float | None
+    notes: list[str]
+
+
+def carried(scene: Scene | None) -> dict[str, str]:
+    """The attributes by which results carry a scene."""
+    if scene is None:
+        return {}
+    text = json.dumps(_plain_scene(scene), separators=(",", ":"), ensure_ascii=False)
+    return {ATTRIBUTE: base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")}
+
+
+def scene_of_text(text: str) -> Scene:
+    """The scene of an attribute; InputError if it is damaged or of a newer format."""
+    try:
+        data = json.loads(zlib.decompress(base64.b64decode(text, validate=True)))
+        if data["format"] > FORMAT:
+            message = f"its scene is of format {data['format']}, known are those up to {FORMAT}"
+            raise InputError.single(message, "update m4e_fmi")
+        return _scene(cast(PlainScene, data))
+    except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as error:
+        raise InputError.single("its scene is damaged", "run again") from error
+
+
+def short(numbers: Iterable[float], digits: int = PLACES) -> list[float]:
+    """Numbers with so many significant digits."""
+    return [float(f"{number:.{digits}g}") for number in numbers]
+
+
+def plain_hull(hull: Hull) -> PlainHull:
+    """A surface in values of JSON."""
+    return {
+        "vertices": [short(corner, CORNERS) for corner in hull.vertices],
+        "faces": [list(face) for face in hull.faces],
+        "edged": hull.edged,
+    }
+
+
+def plain_spot(spot: Spot) -> PlainSpot:
+    """A point of a body in values of JSON."""
+    return [spot.body, *short(spot.at)]
+
+
+def _plain_scene(scene: Scene) -> PlainScene:
+    water = scene.water
+    return {
+        "format": FORMAT,
+        "title": scene.title,
+        "description": scene.description,
+        "planar": scene.planar,
+        "bodies": [
+            {
+                "name": body.name,
+                "motion": _plain(body.motion),
+                "surfaces": [plain_hull(hull) for hull in body.surfaces],
+                "sticks": [short(end) for end in body.sticks],
+            }
+            for body in scene.bodies
+        ],
+        "hinges": [(plain_spot(spot), weld) for spot, weld in scene.hinges],
+        "axes": [(plain_spot(a), plain_spot(b), turns) for a, b, turns in scene.axes],
+        "ropes": [
+            (rope.kind, plain_spot(rope.ends[0]), plain_spot(rope.ends[1]), rope.rank)
+            for rope in scene.ropes
+        ],
+        "cables": [
+            {
+                "name": cable.name,
+                "ends": [_plain(end) for end in cable.ends],
+                "nodes": [_plain(node) for node in cable.nodes],
+                "tensions": list(cable.tensions),
+            }
+            for cable in scene.cables
+        ],
+        "water": water and _plain_water(water),
+        "floor": scene.floor,
+        "notes": list(scene.notes),
+    }
+
+
+def _plain_water(water: Water) -> PlainWater:
+    return {
+        "depth": None if np.isinf(water.depth) else water.depth,
+        "trains": [
+            {"ramp": train.ramp, "waves": [short(column, WAVES) for column in train.columns]}
+            for train in water.trains
+        ],
+        "gauge": water.gauge,
+    }
+
+
+def _plain(values: Iterable[Value]) -> list[PlainValue]:
+    found: list[PlainValue] = []
+    for value in values:
+        if not isinstance(value, Followed):
+            found.append(value)
+        elif value == Followed(value.variable):
+            found.append(value.variable)
+        else:
+            found.append((value.variable, value.factor, value.offset))
+    return found
+
+
+def _scene(data: PlainScene) -> Scene:
+    return Scene(
+        title=data["title"],
+        description=data["description"],
+        planar=data["planar"],
+        bodies=tuple(map(_body, data["bodies"])),
+        hinges=tuple((_spot(spot), weld) for spot, weld in data["hinges"]),
+        axes=tuple((_spot(a), _spot(b), turns) for a, b, turns in data["axes"]),
+        ropes=tuple(Rope(kind, (_spot(a), _spot(b)), rank) for kind, a, b, rank in data["ropes"]),
+        cables=tuple(map(_cable, data["cables"])),
+        water=data["water"] and _water(data["water"]),
+        floor=data["floor"],
+        notes=tuple(data["notes"]),
+    )
+
+
+def _body(data: PlainBody) -> Body:
+    surfaces = (
+        Hull(np.array(one["vertices"]), tuple(map(tuple, one["faces"])), one["edged"])
+        for one in data["surfaces"]
+    )
+    sticks = (_triple(end) for end in data["sticks"])
+    return Body(data["name"], tuple(_values(data["motion"])), tuple(surfaces), tuple(sticks))
+
+
+def _cable(data: PlainCable) -> Cable:
+    start, end = map(_place, data["ends"])
+    nodes = tuple(map(_place, data["nodes"]))
+    return Cable(data["name"], (start, end), nodes, tuple(data["tensions"]))
+
+
+def _water(data: PlainWater) -> Water:
+    trains = (Train(*map(np.array, one["waves"]), ramp=one["ramp"]) for one in data["trains"])
+    depth = np.inf if data["depth"] is None else data["depth"]
+    return Water(depth, tuple(trains), data["gauge"])
+
+
+def _values(data: Iterable[PlainValue]) -> Iterator[Value]:
+    for one in data:
+        if isinstance(one, str):
+            yield Followed(one)
+        else:
+            yield float(one) if isinstance(one, float | int) else Followed(*one)
+
+
+def _place(data: Iterable[PlainValue]) -> Place:
+    x, y, z = _values(data)
+    return x, y, z
+
+
+def _spot(data: PlainSpot) -> Spot:
+    return Spot(int(data[0]), _triple(data[1:]))
+
+
+def _triple(data: Sequence[float]) -> Triple:
+    x, y, z = data
+    return x, y, z

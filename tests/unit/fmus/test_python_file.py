@@ -1,0 +1,242 @@
+"""`kind: python`: a component in one Python file, as a program or as Python code."""
+
+from __future__ import annotations
+
+import io
+import json
+import random
+import re
+from collections import deque
+from pathlib import Path
+from textwrap import dedent
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cosim import load_system, prepare, run
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.fmu import PythonSource
+from m4e_fmi.program import Program
+from m4e_fmus.python_file import Config, make
+from m4e_fmus.python_file.saved_values import CannotBeSavedError, decoded, encoded
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+HYDRAULICS = (EXAMPLES / "hydraulic_pto" / "hydraulics.py").read_text(encoding="utf-8")
+BRANCH = "        if v.oil > 1.0:\n            p = 0.0\n"
+DELAY = """
+from collections import deque
+
+class Delay:
+    parameters = {"gain": (2.0, "1")}
+    inputs = {"u": "m"}
+    outputs = {"y": "m", "last[2]": "m"}
+
+    def start(self, v):
+        self.past = deque([v.u] * 3, maxlen=3)
+
+    def step(self, t, h, v):
+        self.past.append(v.u)
+        return {"y": v.gain * self.past[0], "last": list(self.past)[1:]}
+"""
+
+
+def made(folder: Path, text: str, **keys: object) -> tuple[Program | PythonSource, list[str]]:
+    (folder / "force.py").write_text(dedent(text), encoding="utf-8")
+    lines: list[str] = []
+    config = Config(file="force.py", **keys)  # type: ignore[arg-type]
+    return make(config, name="force", folder=folder, progress=lines.append), lines
+
+
+def system(folder: Path, text: str, *, of: str = "hydraulic_pto") -> Path:
+    """A system of the example's float with the file `text` in place of the power take-off."""
+    for file in (EXAMPLES / of).glob("*.model.yaml"):
+        (folder / file.name).write_text(file.read_text("utf-8"), encoding="utf-8")
+    (folder / "hydraulics.py").write_text(text, encoding="utf-8")
+    path = folder / "system.yaml"
+    yaml = (EXAMPLES / of / "system_one_file.yaml").read_text("utf-8")
+    path.write_text(yaml.replace("stop_time: 12", "stop_time: 2"), encoding="utf-8")
+    return path
+
+
+def results(path: Path) -> dict[str, np.ndarray]:
+    prepared = prepare(load_system(path), build_directory=path.parent / "build")
+    found = run(prepared, results=path.parent / "results.nc").results()
+    return {name: np.asarray(found[name]) for name in found.series}
+
+
+def test_the_hydraulic_power_take_off_is_that_of_its_package(tmp_path: Path) -> None:
+    program, lines = made(tmp_path, HYDRAULICS)
+    assert isinstance(program, Program)
+    assert lines == ["force.py is recorded as a program"]
+    assert len(HYDRAULICS.splitlines()) <= 40
+    native, python = tmp_path / "native", tmp_path / "python"
+    native.mkdir()
+    python.mkdir()
+    branching = HYDRAULICS.replace("        force = ", BRANCH + "        force = ")
+    one, other = results(system(native, HYDRAULICS)), results(system(python, branching))
+    for name in ("hydraulics.rod.force_z", "hydraulics.power", "float.body.float.z"):
+        scale = np.abs(one[name]).max()
+        np.testing.assert_allclose(other[name], one[name], atol=2e-5 * scale, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "f = v.z if v.z > 0 else 0",
+            "force.py:10: TypeError: a recorded scalar cannot be compared",
+        ),
+        ("f = 1.0 if v.z == 0 else 0.0", "line 10 compares for equality"),
+        ("f = v.z if isinstance(v.z, float) else 0.0", "line 10 asks for a type"),
+        ("self.n += 1; f = self.n * v.z", "it computes something else each time|object changes"),
+        ("import random; f = random.random() * v.z", "it computes something else each time"),
+        ("import numpy as np; f = np.sin(v.z)", "force.py:8: TypeError"),
+    ],
+)
+def test_what_cannot_be_recorded_stays_python_and_is_told(
+    tmp_path: Path, code: str, told: str
+) -> None:
+    text = f"""
+    class Force:
+        n = 0
+
+        inputs = {{"z": "m"}}
+        outputs = {{"f": "N"}}
+
+        def calculate(self, t, v):
+            {code}
+            return {{"f": f}}
+    """.lstrip("\n")
+    source, lines = made(tmp_path, text)
+    assert isinstance(source, PythonSource)
+    (line,) = lines
+    assert re.search(
+        told.replace("force.py:10", r"force.py:\d+").replace("line 10", r"line \d+"), line
+    )
+
+
+def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
+    program, _ = made(
+        tmp_path,
+        """
+        from math import exp, hypot, pi
+
+        class Force:
+            inputs = {"z": "m", "w[2]": "m/s"}
+            outputs = {"f[2]": "N"}
+
+            def calculate(self, t, v):
+                from math import cos
+                limited = max(-1, min(v.z, 1.0, v.w[0]))
+                return {"f": [limited * exp(-t) * pi, cos(v.w[1])]}
+        """,
+    )
+    assert isinstance(program, Program)
+    assert [v.name for v in program.inputs] == ["z", "w[1]", "w[2]"]
+    assert [v.name for v in program.outputs] == ["f[1]", "f[2]"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ('{"rod.vz": "m/s"', '{"rod.vz": "m/sec"', r"hydraulics\.py:16: 'rod.vz': .*sec"),
+        ('(0.0, "m3")', '"m3"', r"hydraulics\.py:18: 'oil' of states is 'm3'"),
+        ("def rates", "def rate", r"hydraulics\.py:6: there are states and no method rates"),
+        ("def rates", "def rate", r"HydraulicPto.rate means nothing here(.|\n)*'rates'"),
+        ('"pressure": "Pa"', '"oil": "Pa"', r"'oil' is in outputs and in states"),
+        ("import math", "import maths", r"hydraulics\.py:3: ModuleNotFoundError"),
+        ("(self, t, v):", "(self, t, v:", r"hydraulics\.py:\d+: not valid Python"),
+        ("class HydraulicPto:", "def HydraulicPto():", r"one class must have a method .* none"),
+    ],
+)
+def test_mistakes_are_found_before_the_run(
+    tmp_path: Path, old: str, new: str, problem: str
+) -> None:
+    assert old in HYDRAULICS
+    path = system(tmp_path, HYDRAULICS.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        prepare(load_system(path), build_directory=tmp_path / "build")
+    assert re.search(problem, str(caught.value))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("p = self.pressure(v)", "p = self.pressure(v) / int(t < 1)", "ZeroDivisionError"),
+        ("p = self.pressure(v)", "p = float('nan') if t > 1 else 1.0", "calculate returns nan"),
+        ('"pressure": p, ', "", "calculate: it does not return 'pressure'"),
+        ('"pressure": p, ', '"pressure": [p, p], ', "'pressure' has 2 values, 1 are declared"),
+        ('"pressure": p, ', '"pressure": p, "heat": p, ', "'heat' is not declared"),
+        ("v.rod.vz /", "v.rod.vy /", "AttributeError: no variable rod.vy is declared; .*: vz"),
+    ],
+)
+def test_mistakes_end_the_run_with_file_and_line(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    assert old in HYDRAULICS
+    path = system(tmp_path, HYDRAULICS.replace(old, new))
+    with pytest.raises((InputError, RunError)) as caught:
+        results(path)
+    assert re.search(rf"hydraulics\.py:\d+: .*{told}", str(caught.value))
+
+
+def test_a_recorded_program_that_has_no_value_tells_the_line(tmp_path: Path) -> None:
+    path = system(tmp_path, HYDRAULICS.replace("p = self.pressure(v)", "p = math.log(1 - t)"))
+    with pytest.raises(RunError, match=r"pressure is -inf at t = 1 s \(hydraulics\.py:35\)"):
+        results(path)
+
+
+def test_sampled_code_is_made_once_for_each_of_its_points(tmp_path: Path) -> None:
+    """The default algorithm makes steps again: each begins with the object as it was."""
+    source = """
+    import math
+
+    class Source:
+        outputs = {"u": "m"}
+
+        def calculate(self, t, v):
+            return {"u": math.sin(t)}
+    """
+    (tmp_path / "source.py").write_text(dedent(source), encoding="utf-8")
+    (tmp_path / "delay.py").write_text(DELAY, encoding="utf-8")
+    (tmp_path / "system.yaml").write_text(
+        "name: delayed\n"
+        "components:\n"
+        "  source: {kind: python, file: source.py}\n"
+        "  delay: {kind: python, file: delay.py, step_size: 0.25}\n"
+        "connections: [source.u -> delay.u]\n"
+        "simulation: {stop_time: 2, step_size: 0.125}\n",
+        encoding="utf-8",
+    )
+    found = results(tmp_path / "system.yaml")
+    u, y = found["source.u"][::2], found["delay.y"][::2]
+    np.testing.assert_allclose(y[3:], 2.0 * u[:-3], atol=1e-12)
+
+
+def test_attributes_are_saved_and_come_back() -> None:
+    values: dict[str, object] = {
+        "a": np.arange(6.0).reshape(2, 3),
+        "b": (1, [2.5, None, True]),
+        "c": deque([1.0, 2.0], maxlen=4),
+        "e": np.float64(0.1),
+    }
+    again = decoded(
+        json.loads(json.dumps(encoded({k: v for k, v in values.items() if k != "d"}, "self")))
+    )
+    assert again["c"] == values["c"]
+    assert again["c"].maxlen == 4
+    assert again["b"] == values["b"]
+    assert again["e"] == values["e"]
+    np.testing.assert_array_equal(again["a"], values["a"])
+
+
+def test_random_generators_go_on_where_they_were() -> None:
+    for generator in (random.Random(5), np.random.default_rng(5)):
+        generator.random()
+        again = decoded(json.loads(json.dumps(encoded(generator, "self.noise"))))
+        assert again.random() == generator.random()
+
+
+def test_what_cannot_be_saved_is_named() -> None:
+    with pytest.raises(CannotBeSavedError, match=r"self.files\['log'\] is of type StringIO"):
+        encoded({"log": io.StringIO()}, "self.files")
