@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import tracemalloc
 import zlib
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from support.floating_boxes import MODEL, floating_boxes
 
 from m4e_fmi.cosim import Results, load, load_system, run, scene_without_build
+from m4e_fmi.cosim.system.component import kind_module
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import animate_run
 from m4e_fmi.report.animation.frames import frames_of
@@ -192,6 +194,24 @@ def test_waves_that_differ_from_those_recorded_are_told(
     changed = replace(boxes, attributes={**boxes.attributes, **carried(other)})
     text = animate_run(changed, tmp_path / "a.html").read_text(encoding="utf-8")
     assert "The water is drawn still: the waves of the scene differ by up to" in text
+
+
+@pytest.mark.parametrize(
+    ("scene_of_kind", "told"),
+    [
+        (lambda *_, **__: 1 / 0, "failed with ZeroDivisionError: division by"),
+        (lambda *_, **__: "box", "is a str, not a Shown"),
+    ],
+)
+def test_a_kind_whose_scene_fails_does_not_stop_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene_of_kind: Callable[..., object], told: str
+) -> None:
+    monkeypatch.setattr(kind_module("sea"), "scene", scene_of_kind)
+    (tmp_path / "swing.model.yaml").write_text(SWING, encoding="ascii")
+    (tmp_path / "system.yaml").write_text(PLANAR, encoding="ascii")
+    run(tmp_path / "system.yaml", results=tmp_path / "r.nc", build_directory=tmp_path)
+    text = animate_run(tmp_path / "r.nc", tmp_path / "r.html").read_text(encoding="utf-8")
+    assert f"sea is not shown: the scene of kind &#x27;sea&#x27; {told}" in text
 
 
 def test_texts_cannot_become_code(tmp_path: Path, boxes: Results) -> None:
