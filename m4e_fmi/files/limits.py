@@ -38,6 +38,7 @@ LARGEST_PROGRAM = 1_000 * MB
 LARGEST_CHECKPOINT = 4_000 * MB
 LARGEST_CHECKPOINT_TEXT = 250 * MB
 MOST_RESULTS = 2_000_000_000
+LARGEST_SCENE = 20 * MB
 
 LARGEST_BITS = 1023
 
@@ -95,6 +96,8 @@ LIMITS = (
           "that of a ring of 200 FMUs has 0.1 MB"),
     Limit("results", "values", MOST_RESULTS, "",
           "a day of 100 rows a second of 100 variables has 900,000,000"),
+    Limit("results", "unpacked scene of an animation", LARGEST_SCENE, "bytes",
+          "100 meshes of 2,000 triangles have 7 MB"),
     Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
     Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
 )  # fmt: skip

@@ -14,7 +14,8 @@ from support.published_coefficients import DATA, RM3_MASS, flap, rm3, sphere
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig, Radiation
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
-from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup
+from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup, _duration
+from m4e_adapters.hydrodynamics.memory.kernel import Kernel
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system, prepare, run, system_program
@@ -208,6 +209,14 @@ def test_noise_is_told(noise: float) -> None:
     assert isinstance(group, ConvolutionGroup)
     # the cubic through four neighbours has a variance of 34/36 of that of each
     assert group.noise == pytest.approx(noise * np.sqrt(1 + 34 / 36), rel=0.35)
+
+
+def test_a_memory_that_does_not_decay_is_refused() -> None:
+    """Damping at one frequency alone: K is a cosine for ever."""
+    one = np.ones((1, 1, 1))
+    forever = Kernel(np.ones(1), one, 2.0, np.zeros((1, 1)), 60.0, np.eye(4)[0])
+    with pytest.raises(InputError, match=r"nowhere above the noise.* 60 s that"):
+        _duration(forever, 2.0)
 
 
 def test_truncation_is_told() -> None:

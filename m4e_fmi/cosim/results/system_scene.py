@@ -80,11 +80,27 @@ class _Built:
             if isinstance(source, ModelFile):
                 self._add_model(name, source, values)
             elif isinstance(source, Kind):
-                make = getattr(kind_module(source.name), SCENE, None)
-                if make is not None:
-                    self.shown[name] = make(source.config, folder=self.system.folder, values=values)
+                self._add_kind(name, source, values)
         except InputError as error:
             self.notes.append(f"{name} is not shown: {error.problems[0].message}")
+
+    def _add_kind(self, name: str, source: Kind, values: Mapping[str, float]) -> None:
+        """What a kind shows. Its code may be anyone's: a fault of it is a note, and no error."""
+        make = getattr(kind_module(source.name), SCENE, None)
+        if make is None:
+            return
+        try:
+            shown = make(source.config, folder=self.system.folder, values=values)
+        except InputError:
+            raise
+        except Exception as error:
+            found = f"{type(error).__name__}: {error}"
+            message = f"the scene of kind '{source.name}' failed with {found}"
+            raise InputError.single(" ".join(message.split()), "") from error
+        if not isinstance(shown, Shown):
+            message = f"the scene of kind '{source.name}' is a {type(shown).__name__}, not a Shown"
+            raise InputError.single(message, "")
+        self.shown[name] = shown
 
     def _add_model(self, name: str, source: ModelFile, values: Mapping[str, float]) -> None:
         model = load_model(source.path)

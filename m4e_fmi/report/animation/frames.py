@@ -121,6 +121,8 @@ def _finite_rows(scene: Scene, time: Floats, series: Mapping[str, Floats]) -> in
         more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
         message = f"it has no {missing[0]!r}{more}, which the animation follows"
         raise InputError.single(message, "record them: run with --animate, or without --variables")
+    nodes = (v for cable in scene.cables for node in _nodes(cable, series) for v in node)
+    names += [value.variable for value in nodes if isinstance(value, Followed)]
     finite = np.ones(len(time), bool)
     for name in dict.fromkeys(names):
         finite &= np.isfinite(np.asarray(series[name], float))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TypedDict, cast
@@ -14,6 +15,7 @@ from typing import TypedDict, cast
 import numpy as np
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.limits import LARGEST_SCENE, MB
 from m4e_fmi.report.animation.scene import (
     Body,
     Cable,
@@ -96,6 +98,11 @@ class PlainScene(TypedDict):
     notes: list[str]
 
 
+_DAMAGED = (
+    ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError, zlib.error
+)  # fmt: skip
+
+
 def carried(scene: Scene | None) -> dict[str, str]:
     """The attributes by which results carry a scene."""
     if scene is None:
@@ -107,13 +114,34 @@ def carried(scene: Scene | None) -> dict[str, str]:
 def scene_of_text(text: str) -> Scene:
     """The scene of an attribute; InputError if it is damaged or of a newer format."""
     try:
-        data = json.loads(zlib.decompress(base64.b64decode(text, validate=True)))
+        data = json.loads(_unpacked(text), parse_float=_finite, parse_constant=_finite)
         if data["format"] > FORMAT:
             message = f"its scene is of format {data['format']}, known are those up to {FORMAT}"
             raise InputError.single(message, "update m4e_fmi")
         return _scene(cast(PlainScene, data))
-    except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as error:
+    except _DAMAGED as error:
         raise InputError.single("its scene is damaged", "run again") from error
+
+
+def _unpacked(text: str) -> bytes:
+    """The JSON of an attribute; InputError if there is more of it than LARGEST_SCENE."""
+    stream = zlib.decompressobj()
+    found = stream.decompress(base64.b64decode(text, validate=True), LARGEST_SCENE + 1)
+    if len(found) > LARGEST_SCENE:
+        message = f"its scene has more than {LARGEST_SCENE // MB} MB when unpacked"
+        raise InputError.single(message, "animate results of meshes with fewer triangles")
+    if not stream.eof:
+        raise ValueError("ends early")
+    return found
+
+
+def _finite(text: str) -> float:
+    """A number as written; InputError for NaN and infinity, and for what is beyond them."""
+    number = float(text)
+    if not math.isfinite(number):
+        message = f"its scene has the number {text[:20]}, which is not finite"
+        raise InputError.single(message, "look for it in what is shown: meshes, places, parameters")
+    return number
 
 
 def short(numbers: Iterable[float], digits: int = PLACES) -> list[float]:

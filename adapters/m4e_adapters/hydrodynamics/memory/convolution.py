@@ -113,7 +113,7 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
     kernel = Kernel.of(values)
     highest = BEYOND * float(values.ends.max())
     omega = np.linspace(0.0, highest, SHOWN + 1)
-    duration = _duration(kernel, values)
+    duration = _duration(kernel, float(values.ends.max()))
     times, steps = history.quadrature(duration, highest)
     exact = _transformed(omega, times, steps, kernel)
     weights = _weights(kernel, duration, (omega, exact / values.scale), values)
@@ -144,9 +144,12 @@ def _convolved(values: GroupData, *, scattered: bool) -> ConvolutionGroup:
     )
 
 
-def _duration(kernel: Kernel, values: GroupData) -> float:
-    """Time [s] after which K stays small."""
-    count = 1 + 4 * int(kernel.longest * values.ends.max())
+def _duration(kernel: Kernel, highest: float) -> float:
+    """Time [s] after which K stays small; `highest` [rad/s] is the last frequency of its data.
+
+    InputError if K is nowhere above the noise.
+    """
+    count = 1 + 4 * int(kernel.longest * highest)
     time = np.linspace(0.0, kernel.longest, count)
     size = np.abs(kernel.at(time))
     own = size.diagonal(axis1=1, axis2=2).max(axis=0)
@@ -154,6 +157,13 @@ def _duration(kernel: Kernel, values: GroupData) -> float:
     later = np.maximum.accumulate(size[::-1], axis=0)[::-1]
     noise = ABOVE_NOISE * later[3 * count // 4]
     alive = np.flatnonzero((later > np.maximum(DECAYED, noise)).any(axis=(1, 2)))
+    if not len(alive):
+        raise InputError.single(
+            "the radiation memory is nowhere above the noise of its damping: in the last quarter "
+            f"of the {kernel.longest:.3g} s that the frequencies tell it is as large as before",
+            "give coefficients of a smoother damping at more closely spaced frequencies, or remove "
+            "radiation.memory: convolution",
+        )
     return float(time[alive[-1] + 1])
 
 

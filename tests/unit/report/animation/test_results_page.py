@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+import tracemalloc
+import zlib
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -11,6 +15,7 @@ import pytest
 from support.floating_boxes import MODEL, floating_boxes
 
 from m4e_fmi.cosim import Results, load, load_system, run, scene_without_build
+from m4e_fmi.cosim.system.component import kind_module
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import animate_run
 from m4e_fmi.report.animation.frames import frames_of
@@ -191,6 +196,24 @@ def test_waves_that_differ_from_those_recorded_are_told(
     assert "The water is drawn still: the waves of the scene differ by up to" in text
 
 
+@pytest.mark.parametrize(
+    ("scene_of_kind", "told"),
+    [
+        (lambda *_, **__: 1 / 0, "failed with ZeroDivisionError: division by"),
+        (lambda *_, **__: "box", "is a str, not a Shown"),
+    ],
+)
+def test_a_kind_whose_scene_fails_does_not_stop_a_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scene_of_kind: Callable[..., object], told: str
+) -> None:
+    monkeypatch.setattr(kind_module("sea"), "scene", scene_of_kind)
+    (tmp_path / "swing.model.yaml").write_text(SWING, encoding="ascii")
+    (tmp_path / "system.yaml").write_text(PLANAR, encoding="ascii")
+    run(tmp_path / "system.yaml", results=tmp_path / "r.nc", build_directory=tmp_path)
+    text = animate_run(tmp_path / "r.nc", tmp_path / "r.html").read_text(encoding="utf-8")
+    assert f"sea is not shown: the scene of kind &#x27;sea&#x27; {told}" in text
+
+
 def test_texts_cannot_become_code(tmp_path: Path, boxes: Results) -> None:
     text = animate_run(boxes, tmp_path / "a.html").read_text(encoding="utf-8")
     assert "Two hulls &lt;in&gt; waves" in text
@@ -221,6 +244,53 @@ def test_results_that_show_nothing_are_refused(tmp_path: Path, boxes: Results) -
     with pytest.raises(InputError, match=r"cannot be written as '\.gif'"):
         animate_run(boxes, tmp_path / "a.gif")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_scene_that_unpacks_to_too_much_is_refused() -> None:
+    """0.4 MB of text, which would be 300 MB and as many lists."""
+    packed = zlib.compress(b"[" + 100_000_000 * b"[]," + b"0]", 9)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match="more than 20 MB when unpacked"):
+            scene_of_text(base64.b64encode(packed).decode("ascii"))
+        assert tracemalloc.get_traced_memory()[1] < 60e6
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("broken", [b"[" * 100_000, b'{"format": 1', b'{"format": 1}'])
+def test_a_scene_that_is_damaged_is_refused(broken: bytes) -> None:
+    with pytest.raises(InputError, match="its scene is damaged"):
+        scene_of_text(base64.b64encode(zlib.compress(broken)).decode("ascii"))
+    whole = zlib.compress(broken)
+    with pytest.raises(InputError, match="its scene is damaged"):
+        scene_of_text(base64.b64encode(whole[:-6]).decode("ascii"))
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_a_scene_with_a_number_that_is_not_finite_is_refused(
+    tmp_path: Path, boxes: Results, scene: Scene, number: float
+) -> None:
+    changed = replace(
+        boxes, attributes={**boxes.attributes, **carried(replace(scene, floor=number))}
+    )
+    with pytest.raises(InputError, match=r"boxes\.nc.*its scene has the number (NaN|Infinity)"):
+        animate_run(changed, tmp_path / "a.html")
+
+
+def test_rows_from_the_first_with_a_node_that_is_not_a_number_are_left_out(
+    tmp_path: Path, boxes: Results
+) -> None:
+    place = boxes["mooring.line.node_z[3]"].copy()
+    place[40:] = np.nan
+    components = {n: dict(m) for n, m in boxes.components.items()}
+    components["mooring"]["line.node_z[3]"] = place
+    broken = replace(boxes, components=components)
+    text = animate_run(broken, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert f"Shown until t = {boxes.time[39]:.6g} s: numbers after that are not finite" in text
+    place[:] = np.nan
+    with pytest.raises(InputError, match=r"boxes\.nc.*no rows of finite numbers"):
+        animate_run(broken, tmp_path / "a.html")
 
 
 def test_a_run_that_ended_early_says_so(tmp_path: Path, boxes: Results) -> None:
