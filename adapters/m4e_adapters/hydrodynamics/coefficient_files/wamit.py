@@ -83,6 +83,10 @@ def _rows(path: Path, suffix: str, problems: list[Problem]) -> Rows:
         remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
         if suffix == ".3":
             remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
+        folder = path.parent if path.parent.is_dir() else Path()
+        for other in folder.glob("*"):
+            if other.name.lower() == path.name.lower():
+                remedy = f"rename {other.name} to {path.name}: letters are of another case"
         problems.append(refused(text, remedy).problems[0])
         return empty
     try:

@@ -110,6 +110,11 @@ def test_all_problems_of_all_files_at_once(folder: Path) -> None:
     assert "3 problems" in text
 
 
+def test_letters_of_another_case(folder: Path) -> None:
+    (folder / "rm3.hst").rename(folder / "RM3.HST")
+    assert "rename RM3.HST to rm3.hst" in str(refusal(RM3, folder))
+
+
 def _without_directions(file: netCDF4.Dataset) -> None:
     file["wave_direction"][:] = np.nan
 
