@@ -60,7 +60,8 @@ def read_columns(
 
     `asked` gives the source of each demand by column name, where the problems do not show it.
     Columns are separated by commas, semicolons or tabs; empty lines are skipped.
-    InputError with all problems: no file, not a text, fewer than two columns, unknown names, entries that are not finite numbers.
+    InputError with all problems: no file, not a text, fewer than two columns, unknown names,
+    entries that are not finite numbers.
     """
     lines, rows = _rows(path)
     header = [entry.strip() for entry in rows[0][1]]
