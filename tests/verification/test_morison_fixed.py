@@ -18,9 +18,8 @@ from m4e_adapters.hydrodynamics.seas.water.current import current_velocity
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
     Stretching,
-    acceleration,
     elevation,
-    velocity,
+    flow,
 )
 from m4e_adapters.morison import MorisonConfig, morison_program
 from m4e_fmi.program import Program
@@ -90,10 +89,10 @@ def by_quadrature(given: MorisonConfig, t: float) -> np.ndarray:
 
     def per_length(s: float) -> np.ndarray:
         place = first + s * axis
-        u = velocity(waves, t, place, stretching=stretching)
+        water = flow(waves, t, place, stretching=stretching)
+        u, a = water.velocity, water.acceleration
         if isinstance(current, Current):
             u = u + current_velocity(current, place[2], depth=DEPTH)
-        a = acceleration(waves, t, place, stretching=stretching)
         across, along = u - axis * (u @ axis), u @ axis
         force = 0.5 * RHO * member.diameter * member.drag * np.linalg.norm(across) * across
         skin = 0.5 * RHO * math.pi * member.diameter * member.tangential_drag
