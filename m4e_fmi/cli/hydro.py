@@ -8,7 +8,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, is_system, load_system, print_files, tell
+from m4e_fmi.cli.shared.options import (
+    BUILD_FOLDER,
+    finite,
+    is_system,
+    load_system,
+    print_files,
+    tell,
+)
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
 if TYPE_CHECKING:
@@ -36,6 +43,9 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--component", metavar="NAME", help="of a system with several in water: which one"
     )
+    command.add_argument(
+        "--depth", type=finite, metavar="M", help="of a file: depth of the water, if it lacks one"
+    )
     command.add_argument("--json", action="store_true", help="print all numbers as JSON")
     command.add_argument(
         "--output-file",
@@ -53,6 +63,11 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(options: argparse.Namespace) -> None:
+    if options.depth is not None and options.source.suffix.lower() in SYSTEMS:
+        message = "--depth is of a file of coefficients"
+        raise InputError.single(message, "write it in the system file, as water: {depth: …}")
+    if options.depth is not None and options.depth <= 0.0:
+        raise InputError.single("--depth must be positive")
     if options.refine:
         _refine(options)
         return
@@ -81,7 +96,7 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
         raise InputError.single("--component is of a system, not of a file of coefficients")
     notes: list[str] = []
     module = _kinds()[0]
-    config = module.config_of_file(options.source, progress=notes.append)
+    config = module.config_of_file(options.source, progress=notes.append, depth=options.depth)
     folder, name = options.source.parent, options.source.stem
     data = module.hydrodynamic_data(config, name=name, folder=folder, progress=tell)
     return replace(data, notes=(*notes, *data.notes))

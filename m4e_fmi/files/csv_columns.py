@@ -59,8 +59,9 @@ def read_columns(
     """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
 
     `asked` gives the source of each demand by column name, where the problems do not show it.
-    Columns are separated by commas; empty lines are skipped. InputError with all problems: no file,
-    not a text, fewer than two columns, unknown names, entries that are not finite numbers.
+    Columns are separated by commas, semicolons or tabs; empty lines are skipped.
+    InputError with all problems: no file, not a text, fewer than two columns, unknown names,
+    entries that are not finite numbers.
     """
     lines, rows = _rows(path)
     header = [entry.strip() for entry in rows[0][1]]
@@ -102,15 +103,29 @@ def column_names(path: Path) -> list[str]:
 def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Lines of a file, and the entries of those that are not empty with their numbers."""
     text = _text(path)
-    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=_separator(text), strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
     except csv.Error as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
-    if not rows or len(rows[0][1]) < 2:
-        message, remedy = "has no two columns", "separate them by commas, names first"
+    message, remedy = "has no two columns", "separate them by commas, names first"
+    if not rows:
         raise InputError.single(message, remedy, str(path))
-    return text.splitlines(), rows
+    lines = text.splitlines()
+    if len(rows[0][1]) < 2:
+        if any(len(row) > 1 for _, row in rows):
+            message, remedy = (
+                "no names of columns",
+                "remove the lines above the names of the columns",
+            )
+        raise InputError([_problem(path, lines, rows[0][0], message, remedy)])
+    return lines, rows
+
+
+def _separator(text: str) -> str:
+    """What separates columns in the first line that is not empty: a comma, else ; or a tab."""
+    first = text.strip("\r\n ").partition("\n")[0]
+    return next((mark for mark in ",;\t" if mark in first), ",")
 
 
 def shortened(problems: Sequence[Problem]) -> list[Problem]:

@@ -71,6 +71,8 @@ def _of_table(path: Path, name: str | None) -> Measured:
     time, values = (np.array(column) for column in read.values)
     back = [
         read.problem(k + 1, f"time {time[k + 1]:g} does not follow {time[k]:g}", "sort the rows")
+        if time[k + 1] < time[k]
+        else read.problem(k + 1, f"time {time[k]:g} is there twice", "remove one of the rows")
         for k in np.flatnonzero(np.diff(time) <= 0.0).tolist()
     ]
     if back:

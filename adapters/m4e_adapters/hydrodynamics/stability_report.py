@@ -79,7 +79,7 @@ def _stability(hull: Hull, whole: Panels | None) -> Stability:
         f"homogeneous solid{part}": solid_inertia(surface, center),
         f"shell of one thickness{part}": shell_inertia(surface, center),
     }
-    if whole is None:
+    if whole is None or float(hull.panels.vertices[:, 2].max()) < 0.0:
         return Stability(hull.name, center, hull.hydrostatics, inertias, None, {})
     afloat = WholeHull(whole, center, hull.hydrostatics.volume)
     angles = np.radians(ANGLES).tolist()
@@ -128,6 +128,12 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
         xy, yz, zx = water.density * known.volume * tensor[[0, 1, 2], [1, 2, 0]]
         if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
             yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
+    if not one.curves and area == 0.0:
+        yield (
+            "  righting arms: all of the hull is under water, in balance at any depth: the arm is "
+            "GM times the sine of the angle"
+        )
+        return
     if not one.curves:
         yield (
             "  righting arms: the part above the water is not known; give a box or a cylinder a "

@@ -83,6 +83,8 @@ def test_results_and_the_line_for_a_model(
     [
         ("time,heave", "40.0,nan", [], "tank.csv:402:1: expected a finite number"),
         ("time,heave", "40.0,nan", [], "leave such rows out"),
+        ("time,heave", "39.9,1", [], "tank.csv:402:1: time 39.9 is there twice"),
+        ("# of Monday\ntime,heave", "", [], "tank.csv:1:1: no names of columns"),
         ("time,heave", "3.0,1", [], "tank.csv:402:1: time 3 does not follow 39.9"),
         ("time,heave,pitch [deg]", "", [], "2 columns beside the time"),
         ("time,heave", "", ["--column", "heav"], "did you mean 'heave'?"),

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
-from support.coefficient_files import RM3_SYSTEM, SPHERE, rm3_system
+from support.coefficient_files import RM3_SYSTEM, SPHERE, rm3_files, rm3_system
 from support.command_line import PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
@@ -46,6 +46,15 @@ def test_a_system_as_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert found["memories"][0]["motions"] == ["float heave", "spar heave"]
     assert found["states"] == found["memories"][0]["states"]
     assert {f["name"] for f in found["findings"]} >= {"symmetry", "causality", "energy"}
+
+
+def test_the_depth_of_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rm3_files(tmp_path, (3, 9))
+    given = ["hydro", str(tmp_path / "rm3.1"), "--no-plot"]
+    given += ["--output-file", str(tmp_path / "a.nc")]
+    assert main([*given, "--depth", "400"]) == 0
+    assert "depth 400 m of the system file" in capsys.readouterr().out
+    assert "--depth must be positive" in refused(capsys, *given, "--depth", "-4")
 
 
 BOX = """\

@@ -33,6 +33,13 @@ def test_si_units_in_names_and_empty_entries_at_the_end_are_fine(tmp_path: Path)
     assert read_columns(file, (0, 1)).values == ([0.0, 1.0], [1.0, 2.0])
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_other_separators(tmp_path: Path, mark: str) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(f"time{mark}force\n0{mark}1\n1{mark}2\n", "utf-8")
+    assert read_columns(file, ("time", "force")).values == ([0.0, 1.0], [1.0, 2.0])
+
+
 def test_another_encoding_is_named_with_the_remedy(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("time,force\n0,1\n", encoding="utf-16")

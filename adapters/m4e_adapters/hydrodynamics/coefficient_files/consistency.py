@@ -164,6 +164,15 @@ def _long_waves(c: Coefficients) -> Iterator[Finding]:
                 f"hydrostatic stiffness {stiffness:.4g} N/m"
             )
             yield Finding("long waves", text, bool(off > OFF_LONG))
+            continue
+        inertia = c.density * volumes[number] + abs(float(c.added_mass[0, place, place]))
+        submerged = 2.0 * (float(c.omega[0]) ** 2 * inertia + abs(stiffness))
+        if abs(heave) > max(0.5 * least, submerged):
+            text = (
+                f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, as of a "
+                f"body in the surface, the hydrostatic stiffness {stiffness:.4g} N/m"
+            )
+            yield Finding("long waves", text, True)
 
 
 def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:

@@ -28,7 +28,7 @@ class FileBody:
     ----------
     name : as in the file, else body1, body2, …
     stiffness : (6, 6) K/(ρg) [m2, m3, m4] about the reference point, of a body that weighs what it
-        displaces.
+        displaces, at the centre of gravity of the file.
     missing : motions that the file does not have; their values are 0.
     reference, center_of_gravity, center_of_buoyancy : (x, y, z) [m].
     volume : displaced [m3].

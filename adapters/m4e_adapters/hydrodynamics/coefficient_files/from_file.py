@@ -134,7 +134,7 @@ def _about_centers(data: FileData, bodies: Sequence[MatchedBody]) -> FileData:
     return replace(
         data,
         bodies=tuple(
-            replace(body.of_file, stiffness=arm.T @ body.of_file.stiffness @ arm)
+            replace(body.of_file, stiffness=arm.T @ body.stiffness @ arm)
             for body, arm in zip(bodies, own, strict=True)
         ),
         added_mass=moved(data.added_mass),

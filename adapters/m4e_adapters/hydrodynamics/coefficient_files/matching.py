@@ -25,19 +25,31 @@ SAME_PLACE = 1e-6  # m
 
 @dataclass(frozen=True)
 class MatchedBody:
-    """A body of the configuration: `number` k in the file, points (x, y, z) [m], `volume` [m3]."""
+    """A body of the configuration: `number` k in the file, points (x, y, z) [m], `volume` [m3].
+
+    `weight_at` is where the weight acts in the stiffness of the file.
+    """
 
     name: str
     number: int
     of_file: FileBody
     center: Point
     reference: Point
+    weight_at: Point
     volume: float
 
     @property
     def arm(self) -> np.ndarray:
         """From the centre of gravity to the reference point, (3,) [m]."""
         return np.subtract(self.reference, self.center)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """K/(ρg), (6, 6) [m2, m3, m4], of the file, with the weight at the centre of gravity."""
+        found = self.of_file.stiffness.copy()
+        x, y, z = (self.volume * np.subtract(self.center, self.weight_at)).tolist()
+        found[[3, 4, 3, 4], [3, 4, 5, 5]] += -z, -z, x, y
+        return found
 
 
 def matched_bodies(
@@ -109,9 +121,10 @@ def _matched(
         problems.append(Problem(text, "it must be positive: compute it anew", keys=KEYS))
     if problems or center is None or volume is None:
         return None
-    return MatchedBody(
-        name, number, of_file, center, of_file.reference or reference or center, volume
-    )
+    reference = of_file.reference or reference or center
+    given = point_in_space(body.weight_at) if body.weight_at else None
+    weight_at = given or of_file.center_of_gravity or center
+    return MatchedBody(name, number, of_file, center, reference, weight_at, volume)
 
 
 def matched_water(config: HydrodynamicsConfig, data: FileData, problems: list[Problem]) -> Water:
@@ -161,7 +174,7 @@ def told_bodies(
             text += "taken as those about the centre of gravity (no reference_point is given)"
         else:
             text += "are about the centre of gravity"
-        lines.append(text)
+        lines += [text, _weight(body, config)]
         if own.missing:
             motions = ", ".join(own.missing)
             lines.append(f"warning: the file has no {motions} of {own.name!r}: they feel no water")
@@ -170,6 +183,22 @@ def told_bodies(
         names = ", ".join(sorted(left))
         lines.append(f"bodies of the file that are not named here are held in place: {names}")
     return lines
+
+
+def _weight(body: MatchedBody, config: HydrodynamicsConfig) -> str:
+    """A line on where the weight acts in the stiffness of the file."""
+    x, y, z = body.weight_at
+    if config.bodies[body.name].weight_at is not None:
+        source = "weight_at"
+    elif body.of_file.center_of_gravity is not None:
+        source = "the file's centre of gravity"
+    else:
+        source = "the given centre of gravity; if the file is of another one, write weight_at"
+    text = f"the hydrostatic stiffness of {body.of_file.name!r} is taken as that with the weight at"
+    text += f" ({x:.6g}, {y:.6g}, {z:.6g}) m, {source}"
+    if np.linalg.norm(np.subtract(body.weight_at, body.center)) > SAME_PLACE:
+        text += ", and moved to the centre of gravity"
+    return text
 
 
 def _from(system_file: bool) -> str:

@@ -25,10 +25,13 @@ LONGEST = 60.0  # s of the memory that is shown
 DECAYED = 0.01  # of its largest value, to which the memory is shown
 
 
-def config_of_file(path: Path, *, progress: Callable[[str], object]) -> HydrodynamicsConfig:
+def config_of_file(
+    path: Path, *, progress: Callable[[str], object], depth: float | None = None
+) -> HydrodynamicsConfig:
     """The configuration of all bodies of a file, in space and still water.
 
-    `progress` is told what is assumed where the file lacks a body's centre or volume.
+    The water has a `depth` [m], by default that of the file, else it is deep. `progress` is told
+    what is assumed where the file lacks a body's centre or volume.
     """
     data = read_coefficient_file(path)
     bodies: dict[str, dict[str, object]] = {}
@@ -49,8 +52,9 @@ def config_of_file(path: Path, *, progress: Callable[[str], object]) -> Hydrodyn
                 "added mass, is assumed, to see how far its memory reaches"
             )
         bodies[name if re.match(r"[A-Za-z_]", name) else f"body{k + 1}"] = keys
+    water = {} if depth is None else {"depth": depth}
     return HydrodynamicsConfig.model_validate(
-        {"dimensions": 3, "coefficients": path.name, "bodies": bodies}
+        {"dimensions": 3, "coefficients": path.name, "bodies": bodies, "water": water}
     )
 
 

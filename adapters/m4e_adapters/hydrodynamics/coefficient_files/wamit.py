@@ -29,6 +29,8 @@ CONTENTS = {
 }
 MOST_TOLD = 5  # wrong lines of a file
 SAME = 1e-5  # relative difference of periods in two files that are the same
+OFF_MODULUS, TRIFLE = 0.01, 1e-5  # of MOD, and of the largest: difference that is of rounding
+NEAR, FAR = 0.3, 0.5  # relative errors of forces in long waves, and in waves that are not
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE)
 
 
@@ -81,6 +83,10 @@ def _rows(path: Path, suffix: str, problems: list[Problem]) -> Rows:
         remedy = f"WAMIT's {suffix} file has the {CONTENTS[suffix]}: put it beside the others"
         if suffix == ".3":
             remedy += " (a .2 file, by Haskind's relation, has the same form: rename it)"
+        folder = path.parent if path.parent.is_dir() else Path()
+        for other in folder.glob("*"):
+            if other.name.lower() == path.name.lower():
+                remedy = f"rename {other.name} to {path.name}: letters are of another case"
         problems.append(refused(text, remedy).problems[0])
         return empty
     try:
@@ -163,11 +169,17 @@ def _radiation(rows: Rows, problems: list[Problem]) -> _Blocks:
 def _excitation(rows: Rows, problems: list[Problem]) -> _Blocks:
     """X of each period and direction [deg], e^{+iωt}."""
     modes = _modes(rows, (2,), problems)
+    trifle = TRIFLE * max(abs(row[3]) for row in rows.values)
     blocks: dict[tuple[float, ...], np.ndarray] = {}
     seen: dict[tuple[float, ...], set[tuple[int, ...]]] = {}
     for k, row in enumerate(rows.values if modes else ()):
         key, place = (row[0], row[1]), (int(row[2]) - 1,)
         if not _is_new(rows, k, key, place, seen, problems):
+            return _Blocks(modes, {})
+        if abs(math.hypot(row[5], row[6]) - row[3]) > OFF_MODULUS * row[3] + trifle:
+            text = f"MOD is {row[3]:g}, that of RE and IM is {math.hypot(row[5], row[6]):g}"
+            remedy = "a row is PER BETA I MOD PHA RE IM: write the file anew"
+            problems.append(rows.problem(k, text, remedy))
             return _Blocks(modes, {})
         block = blocks.setdefault(key, np.zeros(modes, dtype=complex))
         block[place] = complex(row[5], row[6])
@@ -256,6 +268,7 @@ def _assembled(
             unknown.append(period)
             continue
         table[near[0], int(np.searchsorted(directions, beta))] = values.conj()
+    _check_periods(rows[".1"].path, periods, table, restoring.values[()])
     notes = []
     if unknown:
         shown = ", ".join(f"{p:g}" for p in dict.fromkeys(unknown))
@@ -280,4 +293,30 @@ def _assembled(
         directions=directions,
         excitation=table,
         notes=(*notes, "values of WAMIT are taken as those of the length scale ULEN = 1"),
+    )
+
+
+def _check_periods(
+    path: Path, periods: np.ndarray, table: np.ndarray, stiffness: np.ndarray
+) -> None:
+    """InputError if the heave excitation is the stiffness where waves are short: no periods.
+
+    `table` (nω, nβ, n) is X/(ρg) at the `periods` (nω,) [s], `stiffness` (n, n) K/(ρg).
+    """
+    heave = np.abs(table[:, 0, 2::SIX])
+    own = stiffness.diagonal()[2::SIX]
+    known = np.flatnonzero(np.isfinite(heave).all(axis=1))
+    if not len(known) or not (own > 0).any():
+        return
+    shortest, longest = (known[pick(periods[known])] for pick in (np.argmin, np.argmax))
+    off_short, off_long = (
+        np.abs(heave[k, own > 0] / own[own > 0] - 1.0) for k in (shortest, longest)
+    )
+    if (off_long < NEAR).any() or not ((off_short < NEAR) & (off_long > FAR)).any():
+        return
+    raise refused(
+        f"{path}: the first column is no period: the heave excitation is the hydrostatic stiffness "
+        f"at PER = {periods[shortest]:g}, as in long waves, and not at {periods[longest]:g}",
+        "it may be the angular frequency or the wavenumber: have WAMIT write periods [s] (IPEROUT "
+        "= 1 in its .cfg file), or replace ω in the .1 and .3 files by 2π/ω",
     )

@@ -54,8 +54,10 @@ class Body(Section):
     sea bed. With `coefficients` of a file a body has no shape, and its center_of_gravity may be
     left out where the file has it. `reference_point` [m], the point that the motions in the file
     are about (default: the centre of gravity), and the displaced `volume` [m3] are given where the
-    file lacks them. A body that `slides_on` another has a wall in common with it, and no water gets
-    in between.
+    file lacks them. `weight_at` [m] is where the weight acts in the hydrostatic stiffness of the
+    file (default: the centre of gravity of the file, else the one given here); for a stiffness
+    without weight it is the point that the motions are about. A body that `slides_on` another has a
+    wall in common with it, and no water gets in between.
     """
 
     shape: Shape = NO_SHAPE
@@ -65,6 +67,7 @@ class Body(Section):
     drift: Drift | None = None
     fixed: bool = False
     reference_point: Place | None = None
+    weight_at: Place | None = None
     volume: Positive | None = None
     slides_on: str | None = None
 
@@ -239,6 +242,7 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
         given: dict[tuple[str | int, ...], Place | None] = {
             ("drift", "reference_point"): drift.reference_point if drift else None,
             ("reference_point",): body.reference_point if isinstance(body, Body) else None,
+            ("weight_at",): body.weight_at if isinstance(body, Body) else None,
         }
         for keys, part in _parts(body.shape):
             given[(*keys, "mesh_origin")] = part.mesh_origin
@@ -319,7 +323,7 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
             text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
             others = ", ".join(set(config.bodies) - {name}) or "there is none"
             yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
-        for key in ("reference_point", "volume"):
+        for key in ("reference_point", "weight_at", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
                 remedy = "remove it, or name a file of 'coefficients'"

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,11 +19,24 @@ from m4e_adapters.hydrodynamics.config.waves import (
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.csv_columns import Columns, column_names, read_columns, shortened
+from m4e_fmi.units import parse_unit
 
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
 GAP = 1.5  # steps
+UNITS = {
+    "time": "s",
+    "elevation": "m",
+    "omega": "rad/s",
+    "frequency": "Hz",
+    "amplitude": "m",
+    "period": "s",
+    "phase": "deg",
+    "direction": "deg",
+}
+"""Of columns; a name may end with another one of the same dimension, in brackets."""
+_BRACKETS = re.compile(r"\s*\[([^\[\]]*)\]$")
 
 
 @dataclass(frozen=True)
@@ -46,8 +60,8 @@ def read_density(section: SpectrumTable, folder: Path) -> Density:
     """The spectrum of a section whose file is in `folder`; InputError with all its problems."""
     path = folder / section.file
     key = _one_of(path, "omega", "frequency")
-    columns = read_columns(path, (key, "density"))
-    frequency, density = (np.array(values) for values in columns.values)
+    per = "m2.s/rad" if key == "omega" else "m2/Hz"
+    columns, (frequency, density) = _columns(path, {key: UNITS[key], "density": per})
     _check(columns, list(_of_density(frequency, density)), fewest=FEWEST_ROWS, most=MOST_ROWS)
     turn = 2.0 * math.pi if key == "frequency" else 1.0
     return Density(turn * frequency, density / turn)
@@ -70,25 +84,58 @@ def read_components(section: ComponentWaves, folder: Path) -> tuple[Component, .
     if section.components is not None:
         return section.components
     path = folder / (section.file or "")
-    names, key = column_names(path), _one_of(path, "period", "omega")
+    names, key = _plain(column_names(path)), _one_of(path, "period", "omega")
     wanted = ["amplitude", key, *(name for name in ("phase", "direction") if name in names)]
-    columns = read_columns(path, wanted)
-    found = dict(zip(wanted, columns.values, strict=True))
+    columns, values = _columns(path, {name: UNITS[name] for name in wanted})
+    found = dict(zip(wanted, values, strict=True))
     problems = [
         (row, f"{name} {found[name][row]:g} is not positive", "leave the row out, or correct it")
         for name in ("amplitude", key)
-        for row in np.flatnonzero(np.array(found[name]) <= 0).tolist()
+        for row in np.flatnonzero(found[name] <= 0).tolist()
     ]
     _check(columns, problems, fewest=1, most=MOST_COMPONENTS)
     return tuple(
         Component.model_validate(dict(zip(wanted, row, strict=True)))
-        for row in zip(*columns.values, strict=True)
+        for row in zip(*(column.tolist() for column in values), strict=True)
     )
+
+
+def _plain(names: Sequence[str]) -> list[str]:
+    """Names of columns without their units."""
+    return [_BRACKETS.sub("", name) for name in names]
+
+
+def _columns(path: Path, units: Mapping[str, str]) -> tuple[Columns, list[np.ndarray]]:
+    """The columns called as the keys, and their numbers (n,) each, converted to `units`.
+
+    InputError if a name has a unit of another dimension.
+    """
+    names = column_names(path)
+    plain = _plain(names)
+    twice = [name for name in units if plain.count(name) > 1]
+    if twice:
+        message = f"two columns are called {twice[0]!r}"
+        raise InputError.single(message, "rename one of them", str(path))
+    there = dict(zip(plain, names, strict=True))
+    wanted = [there.get(name, name) for name in units]
+    columns = read_columns(path, wanted)
+    converted = []
+    for name, unit, values in zip(wanted, units.values(), columns.values, strict=True):
+        given, own = _BRACKETS.search(name), parse_unit(unit)
+        try:
+            found = parse_unit(given[1].strip()) if given else own
+        except ValueError:
+            found = None
+        if found is None or not found.same_dimension(own):
+            message = f"column {name!r} is not in a unit of {unit}"
+            raise InputError.single(message, f"convert it to {unit}", str(path))
+        converted.append(found.factor / own.factor * np.array(values))
+    return columns, converted
 
 
 def _one_of(path: Path, first: str, second: str) -> str:
     """Which of two columns a file has; the first if none. InputError if it has both."""
-    names = column_names(path)
+    names = _plain(column_names(path))
     if first in names and second in names:
         message = f"has both a column {first!r} and a column {second!r}"
         raise InputError.single(message, "leave one out", str(path))
@@ -97,8 +144,8 @@ def _one_of(path: Path, first: str, second: str) -> str:
 
 def read_record(section: Record, folder: Path) -> Samples:
     """The record of a section whose file is in `folder`; InputError with all its problems."""
-    columns = read_columns(folder / section.file, ("time", "elevation"))
-    time, elevation = (np.array(values) for values in columns.values)
+    units = {name: UNITS[name] for name in ("time", "elevation")}
+    columns, (time, elevation) = _columns(folder / section.file, units)
     problems = list(_of_times(time))
     if len(elevation) and np.ptp(elevation) == 0.0:
         problems.append((0, "the elevation never changes", "write {spectrum: still} for no waves"))

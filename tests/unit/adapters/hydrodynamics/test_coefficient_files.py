@@ -84,6 +84,9 @@ WRONG_LINES: dict[str, tuple[str, Callable[[Lines], Lines], str]] = {
     "too few frequencies": (
         "rm3.1", lambda rows: rows[:29], r"\d frequencies above 0 have data, .* needs 8"),
     "no directions": ("rm3.3", lambda rows: rows[:1], r"rm3\.3:1: there are no numbers"),
+    "a modulus that is none": (
+        "rm3.3", lambda rows: [*rows[:9], " ".join([*rows[9].split()[:3], "9e9",
+        *rows[9].split()[4:]]), *rows[10:]], r"rm3\.3:10:\d+: MOD is 9e\+09, that of RE and IM"),
     "a negative A∞": (
         "rm3.1", lambda rows: [re.sub(r"^( *0\.0\S* .* )(\S+)$", r"\1 -2.0E+3", r) for r in rows],
         r"added mass at infinite frequency of .* is negative"),
@@ -105,6 +108,11 @@ def test_all_problems_of_all_files_at_once(folder: Path) -> None:
     assert "rm3.1:7:1: a row has 4 or 5 numbers, this one 1" in text
     assert "no such file" in text
     assert "3 problems" in text
+
+
+def test_letters_of_another_case(folder: Path) -> None:
+    (folder / "rm3.hst").rename(folder / "RM3.HST")
+    assert "rename RM3.HST to rm3.hst" in str(refusal(RM3, folder))
 
 
 def _without_directions(file: netCDF4.Dataset) -> None:
@@ -235,6 +243,92 @@ def test_frequencies_are_sorted_and_nan_left_out(folder: Path) -> None:
     assert other.omega.tolist() == good.omega.tolist()
     assert np.array_equal(other.added_mass, good.added_mass)
     assert np.array_equal(other.excitation, good.excitation)
+
+
+BOX = (6.0, 4.0, 2.0)  # length, width, draft
+
+
+def _box_hst(folder: Path, weight_z: float | None) -> None:
+    """The .hst of a box about (0, 0, 0) with its weight at a height, or without weight."""
+    length, width, draft = BOX
+    area, volume = length * width, length * width * draft
+    own = -0.5 * draft * volume - volume * (weight_z or 0.0)
+    values = {(3, 3): area, (4, 4): area * width**2 / 12 + own, (5, 5): area * length**2 / 12 + own}
+    rows = [f"{i} {j} {values.get((i, j), 0.0):.8e}" for i in range(1, 7) for j in range(1, 7)]
+    (folder / "rm3.hst").write_text("\n".join(rows), "utf-8")
+
+
+@pytest.mark.parametrize(
+    ("weight_z", "key"),
+    [
+        (-0.4, ""),
+        (-1.3, ", weight_at: [0, 0, -1.3]"),
+        (None, ", weight_at: [0, 0, 0]"),
+    ],
+)
+def test_the_weight_in_the_stiffness_of_wamit(
+    folder: Path, weight_z: float | None, key: str
+) -> None:
+    for name, modes in (("rm3.1", (1, 2)), ("rm3.3", (2,))):
+        changed(
+            folder / name,
+            lambda rows, modes=modes: [
+                row
+                for k, row in enumerate(rows)
+                if not k or all(row.split()[c] == "3" for c in modes)
+            ],
+        )
+    _box_hst(folder, weight_z)
+    body = f"{{center_of_gravity: [0, 0, -0.4], reference_point: [0, 0, 0], volume: 48{key}}}"
+    text = (
+        f"{{coefficients: rm3.1, dimensions: 3, water: {{density: 1000}}, bodies: {{box: {body}}}}}"
+    )
+    made, told = of(text, folder)
+    pitch = made.hydrostatic_stiffness[4, 4] / (made.density * made.gravity)
+    # I_yy + V (z_B - z_G) = 72 + 48 (-1 + 0.4)
+    assert pitch == pytest.approx(72.0 - 28.8)
+    assert any("stiffness of 'body1' is taken as that with the weight at" in t for t in told)
+
+
+def test_a_file_about_another_centre_of_gravity(folder: Path) -> None:
+    """BEMIO's stiffness has its weight at the centre of gravity of the file."""
+    own, _ = of(BALL.replace("{coeff", "{dimensions: 3, coeff"), folder)
+    (x, y, z), volume = own.centers[0], own.buoyancy[2]
+    given = f"{{center_of_gravity: [{x}, {y}, {z - 0.5}]}}"
+    lower, told = of(BALL.replace("{coeff", "{dimensions: 3, coeff").replace("{}", given), folder)
+    # a ball turns about its middle without effort: 4, 4 is the weight's lever
+    change = lower.hydrostatic_stiffness[3, 3] - own.hydrostatic_stiffness[3, 3]
+    assert change == pytest.approx(0.5 * volume, rel=1e-6)
+    assert any("the file's centre of gravity, and moved" in line for line in told)
+
+
+def _first_column(rows: Lines) -> Lines:
+    """Rows with ω in place of the period."""
+    words = [row.split() for row in rows]
+    return [
+        " ".join([f"{2 * np.pi / float(w[0]):.6e}", *w[1:]]) if k and float(w[0]) > 0 else row
+        for k, (w, row) in enumerate(zip(words, rows, strict=True))
+    ]
+
+
+def test_frequencies_in_place_of_periods(folder: Path) -> None:
+    for name in ("rm3.1", "rm3.3"):
+        changed(folder / name, _first_column)
+    error = refusal(RM3, folder)
+    assert re.search(r"rm3\.1: the first column is no period", str(error))
+    assert "IPEROUT" in error.problems[0].remedy
+
+
+def test_no_stiffness_in_heave(folder: Path) -> None:
+    changed(
+        folder / "rm3.hst",
+        lambda rows: [
+            " ".join([*r.split()[:2], "0.0"]) if r.split()[:2] in (["3", "3"], ["9", "9"]) else r
+            for r in rows
+        ],
+    )
+    _, told = of(RM3, folder)
+    assert any(re.search(r"warning: .*float: the heave .* as of a body in the", t) for t in told)
 
 
 def test_sources_are_told(folder: Path) -> None:

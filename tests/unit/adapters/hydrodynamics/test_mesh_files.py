@@ -115,7 +115,18 @@ def test_points_that_no_panel_uses_do_not_count(tmp_path: Path) -> None:
     assert made(tmp_path, "a.obj").panels.size == pytest.approx(6.0, rel=0.1)
 
 
+def test_a_mesh_of_nemoh_may_be_called_dat(tmp_path: Path) -> None:
+    drawn = hull()
+    rows = [f"{k} {x} {y} {z}" for k, (x, y, z) in enumerate(drawn.vertices.tolist(), start=1)]
+    faces = [" ".join(str(c + 1) for c in face) for face in drawn.faces.tolist()]
+    text = ["2 0", *rows, "0 0 0 0", *faces, "0 0 0 0", ""]
+    (tmp_path / "a.dat").write_text("\n".join(text), "utf-8")
+    volume = made(tmp_path, "a.dat").hydrostatics.volume
+    assert volume == pytest.approx(np.pi * 9.0 * 2.0, rel=1e-7)
+
+
 BROKEN = [
+    ("a.dat", "nonsense", "no mesh of Nemoh: its first line is not '2 0' or '2 1'"),
     ("a.gdf", "t\n1 9.81\n0 0\n2\n" + "0 0 0\n" * 7, "24 coordinates, of which 21 are there"),
     ("a.gdf", "t\n1 9.81\n0 0\n1\n0 0 x\n", "line 5: 'x' is not a finite number"),
     ("a.gdf", "t\n1 9.81\n0 0\n", "line 4 does not begin with the number of panels"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from pathlib import Path
 
@@ -20,11 +21,13 @@ from m4e_fmi.files.limits import LARGEST_MESH
 from m4e_fmi.model.shapes.mesh_files import MeshFileError
 
 FORMATS = (
-    "formats: gdf (WAMIT), nemoh, hst (Hydrostar), pnl (HAMS), msh (Gmsh), stl, obj; all of a mesh "
-    "must be in one file"
+    "formats: gdf (WAMIT), nemoh or dat (Nemoh), hst (Hydrostar), pnl (HAMS), msh (Gmsh), stl, "
+    "obj; all of a mesh must be in one file"
 )
 READERS = {".stl": stl_panels, ".obj": obj_panels, ".msh": gmsh_panels}
 BY_CAPYTAINE = (".nemoh", ".mar", ".hst", ".pnl")
+_NEMOH = re.compile(rb"\s*2[ \t,]+[01]\s*\n")
+"""First line of a mesh of Nemoh, whose files are mostly called .dat: 2, and 1 if it is half."""
 
 
 def read_mesh(path: Path, *, scale: float = 1.0) -> Panels:
@@ -48,6 +51,11 @@ def read_mesh(path: Path, *, scale: float = 1.0) -> Panels:
 def _drawn(path: Path, content: bytes, scale: float) -> Panels:
     """The panels in units of the file."""
     kind = path.suffix.lower()
+    if kind == ".dat":
+        if not _NEMOH.match(content):
+            text = "it is no mesh of Nemoh: its first line is not '2 0' or '2 1'"
+            raise MeshFileError(text)
+        kind = ".nemoh"
     if kind == ".gdf":
         return gdf_panels(content, scale=scale)
     if kind in READERS:
@@ -55,16 +63,16 @@ def _drawn(path: Path, content: bytes, scale: float) -> Panels:
     if kind not in BY_CAPYTAINE:
         raise MeshFileError(f"the format {kind or 'without a suffix'} is not known")
     try:
-        return _by_capytaine(path, content)
+        return _by_capytaine(kind, content)
     except Exception as error:  # readers of other programs' formats raise what they like
         raise MeshFileError(f"it is damaged, or not of the format {kind}") from error
 
 
-def _by_capytaine(path: Path, content: bytes) -> Panels:
-    """The panels that Capytaine finds in a file of that name and content."""
+def _by_capytaine(kind: str, content: bytes) -> Panels:
+    """The panels that Capytaine finds in a file of that suffix and content."""
     capytaine = import_capytaine()
     with tempfile.TemporaryDirectory(prefix="m4e_fmi_") as alone:
-        copy = Path(alone, f"mesh{path.suffix.lower()}")
+        copy = Path(alone, f"mesh{kind}")
         copy.write_bytes(content)
         mesh = capytaine.load_mesh(copy).merged()
     return Panels(np.asarray(mesh.vertices), np.asarray(mesh.faces)).merged()
