@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -94,7 +95,8 @@ def add(commands: argparse._SubParsersAction) -> None:
         nargs="?",
         const=1.0,
         metavar="FACTOR",
-        help="pass no point before its wall time; FACTOR: simulated over wall time, default 1",
+        help="pass no point before its wall time; FACTOR: simulated over wall time, default 1; "
+        "no coupling error is estimated, so that 1e6, say, leaves that out of any run",
     )
     add_animate(command, "write an animation (.html)")
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
@@ -225,7 +227,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 progress=progress,
                 check=options.check,
                 variables=options.variables,
-                tell=say,
+                tell=partial(say_beside, file=sys.stdout),
                 warn=warn,
                 beside=[picture],
                 resume=options.resume,

@@ -215,7 +215,8 @@ def _number_instead(text: str) -> str:
 
 def _example(case: _Case) -> str:
     """Example of a section to write in place of another value."""
-    needed = [n for kind in case.types() for n, f in fields_of(kind).items() if f.is_required()]
+    of_kinds = ([n for n, f in fields_of(k).items() if f.is_required()] for k in case.types())
+    needed = next(filter(None, of_kinds), [])
     first = case.given if isinstance(case.given, int | float) else "…"
     values = [first, *("…" for _ in needed[1:])]
     shown = ", ".join(map("{}: {}".format, needed, values))

@@ -6,20 +6,25 @@ import sys
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 _FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
 _INTERVAL = 0.1
 
 
-def say_beside(line: str) -> None:
-    """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
+def say_beside(line: str, *, file: TextIO | None = None) -> None:
+    """Print a line above a progress bar if there is one; on the standard error, if not on `file`.
+
+    No error is raised if that does not take it.
+    """
     from tqdm import tqdm
 
-    if sys.stderr is None:
+    file = file or sys.stderr
+    if file is None:
         return
     with suppress(OSError):
-        tqdm.write(line, file=sys.stderr)
+        tqdm.write(line, file=file)
+        file.flush()
 
 
 def _unseen(_: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -36,6 +36,9 @@ from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.results.results_file import as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
+
+LONG = 5.0
+"""Seconds of wall time that a run takes, from which on the estimate after it is told."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,7 @@ class Begun:
     checkpoints: Checkpoints | None = None
     outcome: Outcome | None = None
     failed: bool = False
+    started: float = field(default_factory=clock.perf_counter)
 
     @property
     def is_at_stop(self) -> bool:
@@ -229,6 +233,13 @@ def _written(
 def _closing(begun: Begun, options: Options) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run."""
     certify = options.certify and not begun.failed
+    if certify and options.tell and begun.master.estimator:
+        wall_time = clock.perf_counter() - begun.started
+        if wall_time > LONG:
+            options.tell(
+                f"all rows are made, in {wall_time:.0f} s; now the coupling error is estimated: "
+                "steps are repeated, which may take as long"
+            )
     try:
         found = closing_attributes(begun.master, begun.system, certify=certify)
     except (KeyboardInterrupt, Terminated) as error:

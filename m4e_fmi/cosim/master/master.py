@@ -123,7 +123,7 @@ class Master:
                 instance.stop_at_events()
         bonds = self.network.scenario.untouched(self._prepared.wiring.bonds)
         self._energy = EnergyBalance(self.network, bonds, self._algorithm.followed)
-        self._estimator: ErrorEstimator | None = None
+        self.estimator: ErrorEstimator | None = None
         self._unwatched = ""
         self._second_look = SecondLook(self.network)
         if self._certify and self.network.links:
@@ -138,7 +138,7 @@ class Master:
             if isinstance(found, str):
                 self._unwatched = found
             else:
-                self._estimator = found
+                self.estimator = found
 
     def _make(self, network: Network) -> Algorithm:
         """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
@@ -166,7 +166,7 @@ class Master:
         """The coupling errors of the run that has ended, or why they are not known."""
         with same_folder(), not_lost():
             return certified(
-                self._estimator,
+                self.estimator,
                 self.network,
                 self._prepared.system.connections,
                 unwatched=self._unwatched,
@@ -288,7 +288,7 @@ class Master:
             self._energy,
             self._prepared.system.simulation,
             results=results,
-            watcher=self._estimator,
+            watcher=self.estimator,
             control=self._control,
             returns=self._shortens,
             singly=singly,
@@ -339,8 +339,8 @@ class Master:
             return
         self.network.refresh(self._changes)
         self._energy.jump()
-        if self._estimator:
-            self._estimator.changed(self._changes)
+        if self.estimator:
+            self.estimator.changed(self._changes)
         self._changes = []
 
     @not_lost()
@@ -354,7 +354,7 @@ class Master:
             )
         point = self.network.keep()
         row = self._results.mark() if self._results else None
-        estimator = self._estimator
+        estimator = self.estimator
         known = isinstance(estimator, StepDoublingEstimator)
         return State(
             self,
@@ -383,8 +383,8 @@ class Master:
         self._time_loop.restore(state.time_loop)
         self._second_look.restore(state.second_look)
         self._stability.back(state.time, self.steps)
-        if isinstance(self._estimator, StepDoublingEstimator) and state.seen:
-            self._estimator.restore(state.seen)
+        if isinstance(self.estimator, StepDoublingEstimator) and state.seen:
+            self.estimator.restore(state.seen)
         self._changes = []
 
     def memory(self) -> Memory:

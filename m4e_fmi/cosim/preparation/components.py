@@ -72,7 +72,7 @@ def ready_fmus(
     folder = Path(build_directory) / file_stem(system.name)
     stems = file_stems(component.name for component in system.components)
     remove_leftovers(folder)
-    tell = tell or _silent
+    tell = _once(tell or _silent)
     if native is None:
         native = NATIVE and _library_is_there(tell)
     fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
@@ -173,6 +173,24 @@ def _library_is_there(tell: Tell) -> bool:
 
 def _silent(_: str) -> None:
     pass
+
+
+def _once(tell: Tell) -> Tell:
+    """The same, but for warnings that another component has given, and that name no part of it.
+
+    What they name stands in quotes.
+    """
+    given: set[str] = set()
+
+    def tell_new(line: str) -> None:
+        text = line.partition(": ")[2]
+        if text.startswith(WARNING) and "'" not in text:
+            if text in given:
+                return
+            given.add(text)
+        tell(line)
+
+    return tell_new
 
 
 def _built(

@@ -53,6 +53,8 @@ def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:
     message = f"cannot be unpacked: {error}"
     if number in (errno.ENAMETOOLONG, errno.EINVAL, errno.ENOENT):
         return refusal(fmu, message, "give the files in it shorter and plainer names")
+    if number == errno.EFBIG:
+        return RunError(f"{fmu}: {message}", "raise the limit of file sizes (ulimit -f)")
     if isinstance(error, OSError):
         return RunError(f"{fmu}: {message}", "free disk space, or set TMPDIR to another folder")
     return refusal(fmu, message, "copy or export the file again: it is damaged")

@@ -318,7 +318,7 @@ def _union_panels(
             keys=keys,
         )
     try:
-        panels = on_the_bed(even_panels(solid, body.panels, wetted=True), bed)
+        panels = on_the_bed(even_panels(solid, body.panels, name, wetted=True), bed)
         many = [edge for edge, sides in panels.edges().items() if len(sides) > 2]
         if many:
             x = panels.vertices[list(many[0])].mean(axis=0)

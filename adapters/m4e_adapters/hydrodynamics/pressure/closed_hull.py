@@ -57,7 +57,7 @@ def closed_hull(name: str, body: HullBody, folder: Path) -> Panels:
     keys = ("bodies", name, "shape", body.shape.kind)
     if body.shape.union is not None:
         solid = union_of(name, body.shape, body.center_of_gravity, folder, whole=True)
-        panels, file = even_panels(solid, body.panels, wetted=False), ""
+        panels, file = even_panels(solid, body.panels, name, wetted=False), ""
     elif body.shape.mesh is None:
         panels, file = _drawn(body.shape, body.panels), ""
     else:

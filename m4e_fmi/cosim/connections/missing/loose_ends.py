@@ -1,10 +1,10 @@
 """Unconnected inputs, and components whose outputs lead nowhere.
 
 An input that is not connected keeps its start value. That is reported, unless it is intended: a
-value is given under `start:`, the input is one of the system's own `inputs`, or it is an *idle
-load*: a force, moment or effort on a body, point or joint of a multibody FMU that is 0, as most of
-them are in any system. An idle load is reported only where something else says that it should be
-connected:
+value is given under `start:`, or in the configuration of the component, the input is one of the
+system's own `inputs`, or it is an *idle load*: a force, moment or effort on a body, point or joint
+of a multibody FMU that is 0, as most of them are in any system. An idle load is reported only where
+something else says that it should be connected:
 
 - its connector is connected in part, and the other side has an output of its name;
 - another component has a connector for it (`matching_connectors`), whose outputs lead nowhere;
@@ -24,6 +24,7 @@ import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
 from m4e_fmi.cosim.connections.missing.matching_connectors import Pair, fits, free_pairs, group_of
+from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
 
@@ -37,6 +38,12 @@ Descriptions = Mapping[str, Description]
 def unfed(system: System, wiring: Wiring) -> list[Port]:
     """Inputs without a connection and without a given value."""
     given = {Port(c.name, name) for c in system.components for name in c.start}
+    given |= {
+        Port(c.name, f"{c.source.name}.{key}")  # as direction of kind: wind for wind.direction
+        for c in system.components
+        if isinstance(c.source, Kind)
+        for key in c.source.config.model_fields_set
+    }
     given |= {Port.named(text) for ts in system.inputs.values() for text in ts}
     return [port for port in wiring.unconnected if port not in given]
 

@@ -162,3 +162,14 @@ def test_an_unknown_spectrum_is_marked_itself() -> None:
         validated(GOOD.replace("jonswap", "jonswop"))
     (problem,) = caught.value.problems
     assert problem.source[problem.column - 1 :][: problem.width] == "jonswop"
+
+
+def test_spreading_as_a_number_has_a_remedy() -> None:
+    text = """\
+waves: {spectrum: jonswap, significant_height: 2, peak_period: 8, spreading: 8}
+bodies: {a: {shape: {sphere: {radius: 1}}, center_of_gravity: [0, 0]}}
+"""
+    with pytest.raises(InputError) as caught:
+        Document.parse(text).validate(HydrodynamicsConfig)
+    (problem,) = caught.value.problems
+    assert problem.remedy == "write spreading: {exponent: 8}"

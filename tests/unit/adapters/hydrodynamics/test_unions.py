@@ -19,6 +19,7 @@ from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
+from m4e_adapters.hydrodynamics.geometry.unions import remeshing
 from m4e_adapters.hydrodynamics.geometry.unions.remeshing import thinness
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hull
 from m4e_adapters.hydrodynamics.pressure.config import HullBody
@@ -216,6 +217,18 @@ def test_wrong_parts(name: str, tmp_path: Path) -> None:
     if name == "missing":
         assert "bodies.a.shape.union.2.mesh: body 'a': the mesh is not watertight: 4" in found[1]
     assert len(found) == (2 if name == "missing" else 1)
+
+
+def test_where_no_even_panels_are_found_the_body_and_its_panels_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(remeshing, "TRIALS", 0)
+    told = "body 'a': no even panels were found on the union of shapes with about 300 panels"
+    assert problems({"union": SPAR}, tmp_path) == [f"bodies.a.shape.union: {told}"]
+    body = HullBody.model_validate({"shape": {"union": SPAR}, "center_of_gravity": [0, -8]})
+    with pytest.raises(InputError, match="body 'b': no even panels") as caught:
+        closed_hull("b", body, tmp_path)
+    assert caught.value.problems[0].keys == ("bodies", "b", "shape", "union")
 
 
 @pytest.mark.parametrize("library", ["manifold3d", "mmgpy"])

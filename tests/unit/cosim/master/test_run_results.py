@@ -26,6 +26,7 @@ from m4e_fmi.cosim import (
     run,
 )
 from m4e_fmi.cosim.connections.recorded_variables import LARGEST_ARRAY
+from m4e_fmi.cosim.master import begun
 from m4e_fmi.cosim.results.writer import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import build_fmu
@@ -244,3 +245,17 @@ def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
     outcome = run(System("s", (part,), (), Simulation(1, 0.1)), results=path, tell=told.append)
     assert [line[:38] for line in told] == ["the results have no column but time: t"]
     assert told[0] in run_summary(outcome)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1e9])
+def test_a_long_run_tells_that_its_error_is_estimated(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float
+) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(begun, "LONG", seconds)
+    settings = Simulation(1, 0.1)
+    run(oscillator(c_fmu, settings), results=tmp_path / "r.nc", tell=told.append)
+    assert [line for line in told if "error is estimated" in line] == ([] if seconds else told[-1:])
+    told.clear()
+    run(oscillator(c_fmu, settings), results=tmp_path / "r.nc", tell=told.append, real_time=1e6)
+    assert not told

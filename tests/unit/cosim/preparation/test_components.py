@@ -169,3 +169,18 @@ def test_built_fmus_run_together(pair: Callable[..., System], tmp_path: Path) ->
     assert x.long_name == "position"
     # second order, as for the same pair in C: H²/12 displacement, phase t H²/24
     np.testing.assert_allclose(x.values, np.cos(results.time), atol=2e-5)
+
+
+def test_a_warning_of_several_components_is_told_once_unless_it_names_a_part() -> None:
+    told: list[str] = []
+    tell = components._once(told.append)
+    for name in ("sea", "buoy"):
+        for text in ("warning: the sea is too steep", "warning: body 'a' is heavy", "building"):
+            tell(f"{name}: {text}")
+    assert told == [
+        "sea: warning: the sea is too steep",
+        *(f"{name}: {text}" for name, text in (
+            ("sea", "warning: body 'a' is heavy"), ("sea", "building"),
+            ("buoy", "warning: body 'a' is heavy"), ("buoy", "building"),
+        )),
+    ]  # fmt: skip

@@ -35,11 +35,11 @@ ALONG_EDGES = 2.0 / 3.0  # share of a curve's distance, over that of a surface, 
 MOST_OUTWARDS = 0.5  # share of the distance from the middle of the neighbours; 1/4 is usual
 
 
-def even_panels(solid: Solid, count: int, *, wetted: bool) -> Panels:
+def even_panels(solid: Solid, count: int, name: str, *, wetted: bool) -> Panels:
     """About `count` triangles on the surface of a solid, open at z = 0 if it is `wetted`.
 
     A wetted solid ends at z = 0. There are more triangles where fewer cannot follow its surface.
-    InputError if no even surface is found.
+    InputError if no even surface is found on the body of that `name`.
     """
     planes = [axis for axis in (0, 1) if is_symmetric(solid, axis)]
     piece = solid
@@ -47,7 +47,15 @@ def even_panels(solid: Solid, count: int, *, wetted: bool) -> Panels:
         piece = piece.trim_by_plane([1.0 * (k == axis) for k in range(3)], 0.0)
     cut = [*planes, *([2] if wetted else [])]
     vertices, triangles = opened(piece, cut)
-    points, faces = _even(vertices, triangles, count / 2 ** len(planes), piece.volume())
+    found = _even(vertices, triangles, count / 2 ** len(planes), piece.volume())
+    if found is None:
+        raise InputError.single(
+            f"body {name!r}: no even panels were found on the union of shapes with about {count} "
+            "panels",
+            "use more panels, or avoid parts that nearly touch, or overlap by little",
+            keys=("bodies", name, "shape", "union"),
+        )
+    points, faces = found
     panels = Panels(_snapped(points, faces, cut), np.column_stack([faces, faces[:, 2]])).merged()
     for axis in planes:
         panels = joined(panels, panels.mirrored(axis))
@@ -56,10 +64,10 @@ def even_panels(solid: Solid, count: int, *, wetted: bool) -> Panels:
 
 def _even(
     vertices: np.ndarray, triangles: np.ndarray, wanted: float, volume: float
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray] | None:
     """About `wanted` even triangles (nt, 3) of vertices (nv, 3) [m] on a surface around `volume`.
 
-    In m3, with the parts of planes through the origin that close it.
+    In m3, with the parts of planes through the origin that close it. None if none are found.
     """
     edge = 1.1 * math.sqrt(4.0 / math.sqrt(3.0) * _areas(vertices[triangles]).sum() / wanted)
     best, most, longest = None, math.inf, math.inf
@@ -78,12 +86,7 @@ def _even(
         if most < NEAR or abs(math.log(following / edge)) < 0.25 * NEAR:
             break
         edge = following
-    if best is not None:
-        return best
-    raise InputError.single(
-        f"no even panels were found on a union of shapes with about {wanted:.0f} panels",
-        "use more panels, or avoid parts that nearly touch, or overlap by little",
-    )
+    return best
 
 
 def opened(solid: Solid, planes: list[int]) -> tuple[np.ndarray, np.ndarray]:

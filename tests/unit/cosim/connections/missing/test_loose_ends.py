@@ -8,9 +8,11 @@ from pathlib import Path
 import pytest
 from support.described import described
 
+from m4e_adapters.wind import WindConfig
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
+from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.fmu.importer.reading import Description
 
 CART = described(
@@ -213,3 +215,22 @@ def test_a_load_that_is_not_zero_is_told() -> None:
     cart = replace(CART, variables={**CART.variables, moved.name: moved})
     (line,) = told({"cart": cart, "control": CONTROL}, *LOOP)
     assert "cart.body.cart.force_x is connected to nothing and runs on its start value 5 N" in line
+
+
+@pytest.mark.parametrize("direction", [{}, {"direction": 0.0}])
+def test_an_input_that_its_configuration_gives_is_not_told(direction: dict[str, float]) -> None:
+    point = {"area": 1.0, "coefficient": 1.0, "at": [0, 0, 5]}
+    config = {"dimensions": 3, "speed": 15.0, "points": {"tip": point}, **direction}
+    wind = described(
+        "wind", ("wind.speed", "input", "m/s"), ("wind.direction", "input", "rad"),
+        ("tip.x", "input", "m"), ("tip.force_x", "output", "N"),
+    )  # fmt: skip
+    found = {"cart": CART, "wind": wind}
+    parts = (
+        Component("cart", FmuFile(Path("cart"))),
+        Component("wind", Kind("wind", WindConfig.model_validate(config))),
+    )
+    system = System("s", parts, ("cart.tip <-> wind.tip",), Simulation(1.0, 0.1))
+    lines = "".join(loose_ends(system, found, connect(system, found)))
+    assert ("wind.wind.direction is connected to nothing" in lines) == (not direction)
+    assert "wind.speed" not in lines
