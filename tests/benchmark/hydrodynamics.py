@@ -144,7 +144,7 @@ def flow(folder: Path) -> None:
         for who in others:
             other = _of_process(who, depth, count, folder)
             wall, spent = (a / b for a, b in zip(ours, other, strict=True))
-            judged = f", {verdict(wall, FLOW_LIMIT)} {FLOW_LIMIT}" if who == "script" else ""
+            judged = f", {verdict(spent, FLOW_LIMIT)} {FLOW_LIMIT}" if who == "script" else ""
             print(f"  ours over {who}: {wall:.3f}, of processor time {spent:.3f}{judged}")
 
 

@@ -26,10 +26,8 @@ REFINEMENT, DIRECT = 4, 2 * COARSE  # more segments than DIRECT start from a 4th
 ROUNDING = 16 * float_info.epsilon  # of a node's place, over its coordinates
 ITERATIONS = 150  # of each stage
 SHIFTS = (1e-9, 1e-3, 1.0)  # least, first and most, over the largest entry of the diagonal
-DRIFTS, LEFT = (
-    100,
-    1e-6,
-)  # rounds of drag and equilibrium; change of drag, over its sum, that is none
+DRIFTS = 100  # rounds of drag and equilibrium
+LEFT = 1e-6  # change of drag, over its sum, that is none
 LONGEST_MOVE = 0.25  # of a node in one iteration, over the length of the longest line
 SLOPE, BISECTIONS = 0.5, 12  # share of the slope along a step that may be left, and how it is found
 

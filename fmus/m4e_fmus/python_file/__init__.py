@@ -35,7 +35,15 @@ def make(
     InputError with file and line for what is wrong with the file.
     """
     path = _there(folder, config.file, ("file",))
+    if path.suffix != ".py":
+        text = f"{config.file} is no Python file"
+        raise InputError.single(text, "name a file that ends in .py", keys=("file",))
     others = [_there(folder, file, ("files", k)) for k, file in enumerate(config.files)]
+    names = [file.name for file in (path, *others)]
+    for k, name_of in enumerate(names[1:], 1):
+        if name_of in names[:k]:
+            text = f"two files are called {name_of}: they travel in one folder"
+            raise InputError.single(text, "rename one of them", keys=("files", k - 1))
     shown, lines = path.name, Lines(_source(path))
     try:
         user = UserClass(loaded(path, shown, f"checked_{path.stem}"), path, shown)
@@ -58,7 +66,10 @@ def make(
 def _there(folder: Path, file: str, keys: tuple[str | int, ...]) -> Path:
     path = (folder / file).resolve()
     if not is_file(path):
-        raise InputError.single(*missing_file(path, "Python file"), keys=keys)
+        raise InputError.single(*missing_file(path), keys=keys)
+    if not path.is_relative_to(folder.resolve()):
+        text, remedy = f"{file} is outside of the system's folder", "copy it there"
+        raise InputError.single(text, remedy, keys=keys)
     return path
 
 
@@ -102,7 +113,7 @@ def _python_source(
         modules={file: HERE / file for file in TRAVELS},
         data={
             "component.json": json.dumps(data).encode(),
-            **{file.name: file.read_bytes() for file in (path, *others)},
+            **{f"user/{file.name}": file.read_bytes() for file in (path, *others)},
         },
     )
 

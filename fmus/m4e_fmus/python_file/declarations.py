@@ -17,6 +17,7 @@ from m4e_fmus.python_file.user_class import GROUPS, METHODS, Declared, UserClass
 Variables = Mapping[str, Mapping[str, Declared]]
 """Group → name → what is declared."""
 ARRAY = re.compile(r"(.+)\[(\d+)\]")
+MUTABLE = ("list", "dict", "set", "deque", "ndarray", "bytearray")
 MOST = 10_000  # elements of an array
 FORMS = {
     "parameters": "(start, unit) or (start, unit, text)",
@@ -140,7 +141,11 @@ def _contradictions(
         yield "the class declares no outputs", "write outputs = {name: unit}"
     if user.has("save") != user.has("restore"):
         yield "save and restore belong together", "write both of them, or none"
-    for name in vars(user.kind):
+    for name, value in vars(user.kind).items():
+        kind = type(value).__name__
+        if name not in GROUPS and kind in MUTABLE and name[0] != "_":
+            text = f"{user.kind.__name__}.{name} is a {kind} of the class, which is not saved"
+            yield text, f"set self.{name} in start(self, v)"
         near = suggestion(name, [*GROUPS, *METHODS])
         if near.startswith("did you mean") and name not in (*GROUPS, *METHODS) and name[0] != "_":
             yield f"{user.kind.__name__}.{name} means nothing here", near

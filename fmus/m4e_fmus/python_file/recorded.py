@@ -10,7 +10,12 @@ from pathlib import Path
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 from m4e_fmi.program.evaluation import evaluated
 from m4e_fmus.python_file.declarations import Lines, Variables
-from m4e_fmus.python_file.recording_file import CannotBeRecordedError, check, prepare
+from m4e_fmus.python_file.recording_file import (
+    CannotBeRecordedError,
+    check,
+    nothing_is_equal,
+    prepare,
+)
 from m4e_fmus.python_file.user_class import (
     Declared,
     UserClass,
@@ -20,7 +25,7 @@ from m4e_fmus.python_file.user_class import (
     loaded,
 )
 
-SAMPLES = 12  # of inputs, states and time at which program and code are compared
+SAMPLES = 48  # of inputs, states and time at which program and code are compared
 CLOSE = 1e-9
 
 
@@ -50,9 +55,12 @@ def _program(path: Path, shown: str, *, name: str, variables: Variables, lines: 
     )
     before = dict(vars(user.object))
     rates = {}
-    if variables["states"]:
-        rates = user.results("rates", variables["states"], recorder.time, seen.filled(values))
-    results = user.results("calculate", variables["outputs"], recorder.time, seen.filled(values))
+    with nothing_is_equal():
+        if variables["states"]:
+            rates = user.results("rates", variables["states"], recorder.time, seen.filled(values))
+        results = user.results(
+            "calculate", variables["outputs"], recorder.time, seen.filled(values)
+        )
     if vars(user.object) != before:
         raise CannotBeRecordedError("its object changes while it computes")
     for element, rate in rates.items():
@@ -101,7 +109,7 @@ def _compare(program: Program, path: Path, shown: str, variables: Variables) -> 
     nodes = [*program.rates, *program.results]
     generator = random.Random(1)
     for k in range(SAMPLES):
-        values = _sample(groups, generator, spread=10.0 ** -(k % 4) if k else 0.0)
+        values = _sample(groups, generator, k=k)
         time = 0.0 if k == 0 else generator.uniform(0.0, 100.0)
         given = evaluated(program.tape, nodes, {**values, "time": time})
         own = _own(user, variables, seen.filled(values), time)
@@ -111,18 +119,23 @@ def _compare(program: Program, path: Path, shown: str, variables: Variables) -> 
 
 
 def _sample(
-    groups: Mapping[str, Mapping[str, Declared]], generator: random.Random, *, spread: float
+    groups: Mapping[str, Mapping[str, Declared]], generator: random.Random, *, k: int
 ) -> dict[str, float]:
-    """Values by element: the start values, or others around them.
+    """Values by element of sample `k`: the start values, others around them, small whole numbers.
 
-    `spread` is relative to the start value, or to 1 where that is 0; parameters stay.
+    Around means relative to the start value, or to 1 where that is 0.
     """
     found: dict[str, float] = {}
+    spread = 10.0 ** -(k % 4) if k else 0.0
     for group, variables in groups.items():
         for v in variables.values():
             for element in v.elements:
-                change = 0.0 if group == "parameters" else spread * generator.gauss(0.0, 1.0)
+                change = spread * generator.gauss(0.0, 1.0)
+                if group == "parameters" and k % 3 != 1:
+                    change = 0.0
                 found[element] = v.start + change * (abs(v.start) or 1.0)
+                if k % 3 == 2:
+                    found[element] = generator.choice((v.start, 0.0, 1.0, 2.0, 3.0))
     return found
 
 

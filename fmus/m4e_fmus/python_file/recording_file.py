@@ -9,11 +9,13 @@ from __future__ import annotations
 import ast
 import builtins
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from functools import reduce
 from types import ModuleType
+from typing import NoReturn
 
-from m4e_fmi.program import functions
+from m4e_fmi.program import Scalar, functions
 from m4e_fmi.program.functions import AnyScalar
 
 RECORDED = ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "tanh", "exp", "log", "sqrt")
@@ -54,12 +56,27 @@ def _extreme(of_two: Callable[[AnyScalar, AnyScalar], AnyScalar]) -> Callable[..
 def check(source: str) -> None:
     """CannotBeRecordedError for what a recording would take for something else, with its line.
 
-    Objects that record are equal to themselves only, and not of the type float.
+    Objects that record are not of the type float.
     """
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Compare) and any(
-            isinstance(op, ast.Eq | ast.NotEq | ast.In | ast.NotIn) for op in node.ops
-        ):
-            raise CannotBeRecordedError(f"line {node.lineno} compares for equality")
+        if isinstance(node, ast.Match):
+            raise CannotBeRecordedError(f"line {node.lineno} matches patterns")
         if isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "type"):
             raise CannotBeRecordedError(f"line {node.lineno} asks for a type")
+
+
+@contextmanager
+def nothing_is_equal() -> Generator[None]:
+    """Meanwhile a scalar that records can be compared with nothing, nor looked up in a dict."""
+
+    def refused(*_: object) -> NoReturn:
+        raise TypeError("a recorded scalar cannot be compared, as in `if x == 0` or `table[x]`")
+
+    usual = {name: getattr(Scalar, name) for name in ("__eq__", "__ne__", "__hash__")}
+    for name in usual:
+        setattr(Scalar, name, refused)
+    try:
+        yield
+    finally:
+        for name, function in usual.items():
+            setattr(Scalar, name, function)

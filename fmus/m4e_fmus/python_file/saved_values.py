@@ -19,17 +19,18 @@ class CannotBeSavedError(Exception):
 
 def encoded(value: Value, name: str) -> Value:
     """`value` as JSON values and bytes; CannotBeSavedError with the `name` of what cannot."""
-    if value is None or isinstance(value, bool | int | float | str | bytes):
+    kind = type(value)
+    if kind in (type(None), bool, int, float, str, bytes):
         return value
-    if isinstance(value, list):
+    if kind is list:
         return [encoded(each, name) for each in value]
-    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+    if kind is dict and all(isinstance(key, str) for key in value):
         return {key: encoded(each, f"{name}[{key!r}]") for key, each in value.items()}
-    if isinstance(value, tuple):
+    if kind is tuple:
         return _tagged("tuple", [encoded(each, name) for each in value])
-    if isinstance(value, deque):
+    if kind is deque:
         return _tagged("deque", [encoded(each, name) for each in value], value.maxlen)
-    if isinstance(value, random.Random):
+    if kind is random.Random:
         return _tagged("random", encoded(value.getstate(), name))
     return _of_numpy(value, name)
 

@@ -8,6 +8,7 @@ from .slave_base import M4eSlave  # type: ignore
 from .user_class import Declared, UserClass, UserCodeError, Values, loaded  # type: ignore
 
 TOLERANCE = 1e-8
+SMALLEST = 1e-9  # size of a state that counts
 
 
 class PythonFileSlave(M4eSlave):
@@ -25,13 +26,14 @@ class PythonFileSlave(M4eSlave):
         self._states = states
         self._elements = [name for v in states.values() for name in v.elements]
         self._seen = Values({**parameters, **inputs, **states})
-        self._path, self._shown = self.resources / data["file"], data["shown"]
+        self._path, self._shown = self.resources / "user" / data["file"], data["shown"]
         self._begin()
 
     def _begin(self):
         module = loaded(self._path, self._shown, f"{__package__}.{self._path.stem}")
         self._user = UserClass(module, self._path, self._shown)
         self._held = {name: 0.0 for v in self._held_outputs.values() for name in v.elements}
+        self._sizes = [0.0] * len(self._elements)  # of the states so far
 
     def _values(self, changed=()):
         found = {name: self.values[k] for name, k in self.index.items()}
@@ -63,6 +65,7 @@ class PythonFileSlave(M4eSlave):
             self._integrate(t, h)
 
     def _integrate(self, t, h):
+        import numpy as np
         from scipy.integrate import solve_ivp
 
         def rates(time, x):
@@ -71,8 +74,12 @@ class PythonFileSlave(M4eSlave):
             return [found[name] for name in self._elements]
 
         x = [self.values[self.index[name]] for name in self._elements]
+        moved = [h * rate for rate in rates(t, np.array(x))]
+        sizes = zip(self._sizes, x, moved, strict=True)
+        self._sizes = [max(size, abs(a), abs(b)) for size, a, b in sizes]
         tolerance = self.tolerance or TOLERANCE
-        solved = solve_ivp(rates, (t, t + h), x, rtol=tolerance, atol=tolerance)
+        absolute = [tolerance * max(size, SMALLEST) for size in self._sizes]
+        solved = solve_ivp(rates, (t, t + h), x, method="LSODA", rtol=tolerance, atol=absolute)
         if not solved.success:
             raise UserCodeError(f"{self._shown}:{self._user.line('rates')}: {solved.message}")
         for name, value in zip(self._elements, solved.y[:, -1].tolist(), strict=True):
@@ -111,12 +118,12 @@ class PythonFileSlave(M4eSlave):
                 }
         except CannotBeSavedError as error:
             raise UserCodeError(f"{self._shown}: {error}") from error
-        return {"object": own, "held": self._held}
+        return {"object": own, "held": self._held, "sizes": self._sizes}
 
     def restore(self, saved):
         """Take it back."""
         own, user = decoded(saved["object"]), self._user
-        self._held = saved["held"]
+        self._held, self._sizes = saved["held"], saved["sizes"]
         if user.has("save"):
             user.called(user.object.restore, own)
         else:

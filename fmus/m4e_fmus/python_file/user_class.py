@@ -5,13 +5,16 @@ Travels in the FMU, where m4e_fmi is not: it imports the standard library only.
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
+import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, NoReturn
 
 Value = Any
 """A number, a list of them, or what records in their place."""
@@ -83,7 +86,7 @@ class UserClass:
             return function(*arguments)
         except UserCodeError:
             raise
-        except BaseException as error:  # SystemExit, too, would end the host
+        except (Exception, SystemExit) as error:  # SystemExit would end the host
             raise UserCodeError(told(error, self.path, self.shown)) from error
 
     def results(
@@ -154,23 +157,43 @@ class _Group(SimpleNamespace):
         raise AttributeError(f"no variable {self.path}{name} is declared; there are: {known}")
 
 
+class _Fresh(SourceFileLoader):
+    """Reads the source each time: bytecode in a cache is that of the same second and size."""
+
+    def path_stats(self, path: str) -> NoReturn:
+        raise OSError(f"no bytecode of {path} is wanted")
+
+
 def loaded(
     path: Path, shown: str, name: str, prepare: Callable[[ModuleType], None] | None = None
 ) -> ModuleType:
     """The file as a module called `name`, run once; `prepare` gets the module before.
 
-    UserCodeError, which shows the file as `shown`, for whatever happens when it is run.
+    It may import modules beside it, which nobody else gets. UserCodeError, which shows the file as
+    `shown`, for whatever happens when it is run.
     """
-    spec = importlib.util.spec_from_file_location(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=_Fresh(name, str(path)))
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     if prepare is not None:
         prepare(module)
+    beside = {file.stem for file in path.parent.glob("*.py")}
+    others = {key: sys.modules.pop(key) for key in beside & sys.modules.keys()}
+    writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    sys.modules[name] = module
+    sys.path.insert(0, str(path.parent))
+    importlib.invalidate_caches()
     try:
         spec.loader.exec_module(module)
-    except BaseException as error:
+    except (Exception, SystemExit) as error:
         raise UserCodeError(told(error, path, shown)) from error
+    finally:
+        sys.path.remove(str(path.parent))
+        sys.dont_write_bytecode = writes
+        for key in (name, *beside & sys.modules.keys()):
+            sys.modules.pop(key, None)
+        sys.modules.update(others)
     return module
 
 

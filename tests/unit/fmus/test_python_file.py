@@ -6,7 +6,8 @@ import io
 import json
 import random
 import re
-from collections import deque
+import sys
+from collections import defaultdict, deque, namedtuple
 from pathlib import Path
 from textwrap import dedent
 
@@ -16,7 +17,7 @@ import pytest
 from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import PythonSource
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, evaluated
 from m4e_fmus.python_file import Config, make
 from m4e_fmus.python_file.saved_values import CannotBeSavedError, decoded, encoded
 
@@ -24,7 +25,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 HYDRAULICS = (EXAMPLES / "hydraulic_pto" / "hydraulics.py").read_text(encoding="utf-8")
 BRANCH = "        if v.oil > 1.0:\n            p = 0.0\n"
 DELAY = """
-from collections import deque
+from collections import defaultdict, deque, namedtuple
 
 class Delay:
     parameters = {"gain": (2.0, "1")}
@@ -86,7 +87,18 @@ def test_the_hydraulic_power_take_off_is_that_of_its_package(tmp_path: Path) -> 
             "f = v.z if v.z > 0 else 0",
             "force.py:10: TypeError: a recorded scalar cannot be compared",
         ),
-        ("f = 1.0 if v.z == 0 else 0.0", "line 10 compares for equality"),
+        (
+            "f = 1.0 if v.z == 0 else 0.0",
+            "force.py:10: TypeError: a recorded scalar cannot be compared",
+        ),
+        (
+            "f = {2: 7.0}.get(v.z, 1.0)",
+            "force.py:10: TypeError: a recorded scalar cannot be compared",
+        ),
+        (
+            "f = [0.0, 1.0].count(v.z)",
+            "force.py:10: TypeError: a recorded scalar cannot be compared",
+        ),
         ("f = v.z if isinstance(v.z, float) else 0.0", "line 10 asks for a type"),
         ("self.n += 1; f = self.n * v.z", "it computes something else each time|object changes"),
         ("import random; f = random.random() * v.z", "it computes something else each time"),
@@ -113,6 +125,103 @@ def test_what_cannot_be_recorded_stays_python_and_is_told(
     assert re.search(
         told.replace("force.py:10", r"force.py:\d+").replace("line 10", r"line \d+"), line
     )
+
+
+def test_patterns_are_not_recorded(tmp_path: Path) -> None:
+    source, (line,) = made(
+        tmp_path,
+        """
+        class Force:
+            parameters = {"mode": (0.0, "1")}
+            outputs = {"f": "N"}
+
+            def calculate(self, t, v):
+                match v.mode:
+                    case 1:
+                        return {"f": 2.0}
+                return {"f": 0.0}
+        """,
+    )
+    assert isinstance(source, PythonSource)
+    assert "line 7 matches patterns" in line
+
+
+def test_a_changed_file_is_read_anew_within_its_second(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bytecode in a cache would be that of the first: of the same second, and the same size."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", False)
+    text = """
+    class Force:
+        inputs = {"z": "m"}
+        outputs = {"f": "N"}
+
+        def calculate(self, t, v):
+            return {"f": 1.0 * v.z}
+    """
+    programs = [made(tmp_path, text.replace("1.0", f"{k}.0"))[0] for k in (2, 3, 4)]
+    for k, program in zip((2, 3, 4), programs, strict=True):
+        assert isinstance(program, Program)
+        assert evaluated(program.tape, program.results, {"z": 1.0}) == {program.results[0]: k}
+    assert not (tmp_path / "__pycache__").exists()
+
+
+def test_files_beside_are_imported_and_read(tmp_path: Path) -> None:
+    (tmp_path / "gains.csv").write_text("2.5", encoding="utf-8")
+    (tmp_path / "slave.py").write_text("FACTOR = 4.0\n", encoding="utf-8")
+    force = """
+    from dataclasses import dataclass
+    from pathlib import Path
+
+    import slave
+
+    @dataclass
+    class Gain:
+        value: float
+
+    class Force:
+        outputs = {"y": "N"}
+
+        def start(self, v):
+            text = (Path(__file__).parent / "gains.csv").read_text()
+            self.gain = Gain(float(text)).value * slave.FACTOR
+
+        def calculate(self, t, v):
+            return {"y": self.gain}
+    """
+    (tmp_path / "force.py").write_text("from __future__ import annotations\n" + dedent(force))
+    (tmp_path / "system.yaml").write_text(
+        "name: beside\n"
+        "components: {force: {kind: python, file: force.py, files: [gains.csv, slave.py]}}\n"
+        "simulation: {stop_time: 0.2, step_size: 0.1}\n",
+        encoding="utf-8",
+    )
+    assert results(tmp_path / "system.yaml")["force.y"] == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize(
+    ("file", "files", "message"),
+    [
+        ("force.txt", (), "force.txt is no Python file"),
+        ("force.py", ("../other.csv",), "is outside of the system's folder"),
+        ("force.py", ("a.csv", "sub/a.csv"), "two files are called a.csv"),
+    ],
+)
+def test_files_that_cannot_travel(
+    tmp_path: Path, file: str, files: tuple[str, ...], message: str
+) -> None:
+    folder = tmp_path / "system"
+    (folder / "sub").mkdir(parents=True)
+    for name in ("force.txt", "force.py", "../other.csv", "a.csv", "sub/a.csv"):
+        (folder / name).write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        make(Config(file=file, files=files), name="force", folder=folder)
+
+
+def test_a_list_of_the_class_is_refused(tmp_path: Path) -> None:
+    """It would be shared, and not be saved for rollback."""
+    with pytest.raises(InputError, match=r"Delay.past is a list of the class.*\n.*start"):
+        made(tmp_path, DELAY.replace("parameters =", "past = []\n    parameters ="))
 
 
 def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
@@ -235,6 +344,12 @@ def test_random_generators_go_on_where_they_were() -> None:
         generator.random()
         again = decoded(json.loads(json.dumps(encoded(generator, "self.noise"))))
         assert again.random() == generator.random()
+
+
+def test_kinds_of_dicts_and_tuples_are_not_taken_for_plain_ones() -> None:
+    for value in (defaultdict(list), namedtuple("Pair", "a b")(1, 2)):
+        with pytest.raises(CannotBeSavedError):
+            encoded(value, "self.table")
 
 
 def test_what_cannot_be_saved_is_named() -> None:

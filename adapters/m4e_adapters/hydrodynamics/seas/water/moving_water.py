@@ -17,7 +17,7 @@ MOVED: tuple[str, ...] = ("omega", "amplitude", "phase", "direction")  # of each
 
 
 class ComponentCode(Protocol):
-    """A program that `system_seas.components_program` makes, in its plain-Python form."""
+    """A program that `system_seas.water_program` makes, in its plain-Python form."""
 
     @property
     def constants(self) -> Callable[..., list[float]]: ...
