@@ -250,6 +250,13 @@ def test_high_frequencies_that_scatter_are_left_out_and_told() -> None:
     assert np.abs(found / data.radiation_damping[band, 1, 1] - 1).max() < 0.05
     assert told[0].startswith("warning: radiation of ball heave")
     assert "data above scatter and are left out" in told[0]
+    found = np.real(transfer(memory, data.omega))[:, 1, 1]
+    apart = np.abs(found - spoilt.radiation_damping[:, 1, 1])
+    share = 100 * apart.max() / spoilt.radiation_damping[:, 1, 1].max()
+    assert (
+        f"the damping differs by at most {share:.2g} % of the motion's largest, ball heave at "
+        f"{data.omega[apart.argmax()]:.3g} rad/s" in told[0]
+    )
 
 
 def test_pitch_of_a_ball_about_its_centre_has_no_memory() -> None:

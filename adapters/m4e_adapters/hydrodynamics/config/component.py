@@ -110,7 +110,8 @@ class Radiation(Section):
     """The radiation memory of each group of coupled motions: a passive `state_space` (default) with
     `order` poles, or the `convolution` with the memory that the damping has.
 
-    `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy.
+    `order: auto` (default) takes the smallest of 4 to 16 that reaches the accuracy, and 20
+    where all of these are poor.
     """
 
     order: Order = None

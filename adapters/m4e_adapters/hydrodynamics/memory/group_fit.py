@@ -14,6 +14,7 @@ from m4e_adapters.hydrodynamics.memory.reach import Reach
 from m4e_fmi.errors import InputError
 
 ORDERS = (4, 5, 6, 8, 10, 12, 16)
+LAST_ORDER = 20  # tried where all of these are poor
 EVALUATIONS = 10  # of the poles' least squares, derivatives not counted
 NEAR_BEST = 1.5  # how much larger an error than the best is accepted for fewer states
 DISAGREE = 0.01  # error of A over A∞ from which A∞ is fitted too
@@ -85,7 +86,9 @@ def _best(values: GroupData, order: int | None, *, offset: bool) -> RadiationGro
     """The fit with the fewest poles that is good, or nearly as good as any; None: none passive."""
     samples = values.samples(offset=offset)
     fits: list[RadiationGroup] = []
-    for k in ORDERS if order is None else (order,):
+    for k in (*ORDERS, LAST_ORDER) if order is None else (order,):
+        if k == LAST_ORDER and any(not fit.misfit_of_all.is_poor for fit in fits):
+            break
         try:
             fit = passive_fit(samples, order=k, evaluations=EVALUATIONS)
         except UnprovenError:

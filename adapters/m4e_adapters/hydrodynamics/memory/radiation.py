@@ -165,6 +165,19 @@ def _tell_of_early_ends(
         )
 
 
+def _beyond(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
+    """The largest difference from any of the computed damping, in words."""
+    own = data.radiation_damping.diagonal(axis1=1, axis2=2)[:, list(group.motions)]
+    found = np.real(group.transfer(data.omega)).diagonal(axis1=1, axis2=2)
+    share = np.abs(found - own) / own.max(axis=0)
+    at, motion = np.unravel_index(int(share.argmax()), share.shape)
+    return (
+        f" (of all {len(data.omega)} frequencies, up to {data.omega[-1]:.3g} rad/s, the damping "
+        f"differs by at most {100 * share[at, motion]:.2g} % of the motion's largest, "
+        f"{data.motions[group.motions[motion]]} at {data.omega[at]:.3g} rad/s)"
+    )
+
+
 def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
     names = ", ".join(data.motions[k] for k in group.motions)
     motion, at = group.misfit.damping_at
@@ -177,8 +190,10 @@ def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str
     ends = np.minimum(data.memory_limits[list(group.motions)], data.omega[-1])
     if group.scattered:
         text += f" up to {group.resolved.min():.3g} rad/s; data above scatter and are left out"
+        text += _beyond(group, data)
     elif (group.resolved < ends).any():
         text += f" where the panels resolve the waves, up to {group.resolved.min():.3g} rad/s"
+        text += _beyond(group, data)
     if group.doubtful:
         left_out = ", ".join(f"{w:.3g}" for w in group.doubtful)
         text += f", data off the line at {left_out} rad/s"

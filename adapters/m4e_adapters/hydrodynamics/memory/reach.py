@@ -50,12 +50,12 @@ class Reach:
         return replace(self, fitted=fitted)
 
     def smooth(self, data: Coefficients, motions: tuple[int, ...]) -> Reach:
-        """Without high frequencies at which the data of one of these motions scatter."""
-        own, end = data.retardation, math.inf
+        """Each of these motions without the high frequencies at which its own data scatter."""
+        own, ends = data.retardation, np.full_like(self.limits, math.inf)
         for k in motions:
             below = data.omega <= self.fitted[k]
-            end = min(end, soundness.smooth_to(data.omega[below], own[below, k, k]))
-        resolved = np.minimum(self.resolved, np.maximum(end, COARSEST * self.limits))
+            ends[k] = soundness.smooth_to(data.omega[below], own[below, k, k])
+        resolved = np.minimum(self.resolved, np.maximum(ends, COARSEST * self.limits))
         return replace(self, resolved=resolved).shorter()
 
 
