@@ -123,7 +123,7 @@ def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
 
 
 def _separator(text: str) -> str:
-    """The mark between columns of the first line that is not empty: a comma, else ; or a tab."""
+    """Mark between columns of the first line that is not empty: a comma, else ; or a tab."""
     first = text.strip("\r\n ").partition("\n")[0]
     return next((mark for mark in ",;\t" if mark in first), ",")
 

@@ -85,7 +85,7 @@ class _Built:
             self.notes.append(f"{name} is not shown: {error.problems[0].message}")
 
     def _add_kind(self, name: str, source: Kind, values: Mapping[str, float]) -> None:
-        """What a kind shows. Its code may be anyone's: a fault of it is a note, and no error."""
+        """Add a kind's scene. Its code may be anyone's: a fault of it is a note, and no error."""
         make = getattr(kind_module(source.name), SCENE, None)
         if make is None:
             return

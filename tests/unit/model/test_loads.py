@@ -237,7 +237,11 @@ def test_checks(
     ("content", "message", "remedy"),
     [
         ("", "wave.csv: has no two columns", "separate them by commas, names first"),
-        ("time\n1\n2\n", "wave.csv, line 1: has no two columns", "separate them by commas, names first"),
+        (
+            "time\n1\n2\n",
+            "wave.csv, line 1: has no two columns",
+            "separate them by commas, names first",
+        ),
         (
             "time,height\n0,1\n1,x\n",
             "wave.csv, line 3: expected a finite number in column 'height', got 'x'",
