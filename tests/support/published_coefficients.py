@@ -8,6 +8,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
+from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 RHO, G = 1000.0, 9.81
@@ -100,6 +101,7 @@ def linear_system(
     size = len(mass)
     blocks = []
     for group in memory.groups:
+        assert isinstance(group, RadiationGroup)
         for column, motion in enumerate(group.motions):
             for pole, residue in zip(group.poles, group.residues, strict=True):
                 force = np.zeros(size, dtype=complex)

@@ -379,6 +379,7 @@ def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.Monke
     """If the resolved data agree with the A∞ given: A∞ of two rafts was wrong by a quarter."""
     data = replace(sphere(), resolved=(2.0,))
     good = fit_radiation(data).groups[0]
+    assert isinstance(good, RadiationGroup)
     changed = replace(good, surplus=0.2 * good.inertia[:, None])
     changed = replace(changed, misfit=replace(good.misfit, error=0.01))
     fits_in_turn(monkeypatch, changed, good)
@@ -389,6 +390,7 @@ def test_a_fit_of_less_data_is_compared_on_these(monkeypatch: pytest.MonkeyPatch
     """A fit that seems poor, for data that scatter, and is better than another below these."""
     data = replace(sphere(), resolved=(2.5,))
     good = fit_radiation(data).groups[0]
+    assert isinstance(good, RadiationGroup)
     damping = data.radiation_damping.copy()
     high = data.omega > 1.9
     damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))

@@ -10,6 +10,7 @@ from m4e_adapters.hydrodynamics.config import Drag, Radiation
 from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.passivity import MARGIN
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
@@ -32,6 +33,7 @@ def coefficients() -> Coefficients:
 )
 def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
     (group,) = fit_radiation(sphere).groups
+    assert isinstance(group, RadiationGroup)
     assert group.motions == (1,)
     assert group.order <= 8
     assert np.all(np.real(group.poles) < 0)
@@ -71,6 +73,7 @@ def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
         }
     )
     (group,) = fit_radiation(made, order=2).groups
+    assert isinstance(group, RadiationGroup)
     assert group.error < 2 * MARGIN
     assert group.poles[0] == pytest.approx(-a + 1j * b, rel=1e-4)
     time = np.linspace(0, 10, 50)

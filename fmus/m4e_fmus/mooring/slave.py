@@ -55,13 +55,12 @@ class MooringSlave(M4eSlave):
         values = [self.values[k] for k in self._of_water]
         if self._water is not None and values != self._values_of_water:
             self._water.set(values)
-            self._check_speed()
+            self._check_speed(self._water.speed())
             self._values_of_water = values
         return values
 
-    def _check_speed(self):
-        """Raise ValueError if the internal step is not stable in water as fast as now."""
-        speed = self._water.speed()
+    def _check_speed(self, speed):
+        """Raise ValueError if the internal step is not stable in water of that `speed` [m/s]."""
         if self._fastest is not None and speed > self._fastest * (1 + ROUNDING):
             raise ValueError(
                 f"waves and current reach {speed:.3g} m/s with these parameters, but the lines' "
