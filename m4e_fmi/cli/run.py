@@ -7,7 +7,6 @@ import math
 import sys
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -227,7 +226,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 progress=progress,
                 check=options.check,
                 variables=options.variables,
-                tell=partial(say_beside, file=sys.stdout),
+                tell=say,
                 warn=warn,
                 beside=[picture],
                 resume=options.resume,

@@ -6,25 +6,20 @@ import sys
 import time
 from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
-from typing import NoReturn, TextIO
+from typing import NoReturn
 
 _FORMAT = "{percentage:3.0f} % |{bar:30}| {n:.1f} of {total:g} s simulated{postfix}"
 _INTERVAL = 0.1
 
 
-def say_beside(line: str, *, file: TextIO | None = None) -> None:
-    """Print a line above a progress bar if there is one; on the standard error, if not on `file`.
-
-    No error is raised if that does not take it.
-    """
+def say_beside(line: str) -> None:
+    """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
     from tqdm import tqdm
 
-    file = file or sys.stderr
-    if file is None:
+    if sys.stderr is None:
         return
     with suppress(OSError):
-        tqdm.write(line, file=file)
-        file.flush()
+        tqdm.write(line, file=sys.stderr)
 
 
 def _unseen(_: float) -> None:

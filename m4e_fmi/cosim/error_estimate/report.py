@@ -32,11 +32,6 @@ LEAST_RANGE = 1e-9
 NOISE = 1e-12
 """The least range over the largest present value of the unit, and over the nominal values: what
 moves less is noise of rounding."""
-MOMENTS = {"N.m": "N"}
-"""Units of moments, and of the forces that they sum up."""
-LEAST_ARM = 1e-9
-"""Arm [m] of the largest present force up to which the range of moments is noise of rounding, as of
-a pressure of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
 LARGE = 0.1
@@ -133,7 +128,7 @@ class Spans:
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
     NOISE of the largest present or nominal value of the unit, which ranges of bodies at rest are
-    not; of moments, LEAST_ARM of the largest present force.
+    not.
     """
 
     def __init__(self, network: Network) -> None:
@@ -143,7 +138,6 @@ class Spans:
         self._bare = np.array([not unit for unit in units], dtype=bool)
         self._places = monitored_places(network)
         self._values, self._largest = network.values, np.zeros(len(numbers))
-        self._sums = [(numbers[a], numbers[b]) for a, b in MOMENTS.items() if {a, b} <= {*numbers}]
         self._nominal = np.zeros(len(numbers))
         np.maximum.at(
             self._nominal, self._of_unit, [network.nominal(p) for _, p in network.monitored_outputs]
@@ -163,10 +157,7 @@ class Spans:
         """The least range of each, for the magnitudes of the present values."""
         largest = self._nominal.copy()
         np.maximum.at(largest, self._of_unit, present)
-        noise = NOISE * largest
-        for moments, forces in self._sums:
-            noise[moments] = max(noise[moments], LEAST_ARM * largest[forces])
-        return noise[self._of_unit]
+        return NOISE * largest[self._of_unit]
 
 
 def certificate(

@@ -54,7 +54,9 @@ def _cannot_unpack(fmu: Path, error: Exception) -> M4eError:
     if number in (errno.ENAMETOOLONG, errno.EINVAL, errno.ENOENT):
         return refusal(fmu, message, "give the files in it shorter and plainer names")
     if number == errno.EFBIG:
-        return RunError(f"{fmu}: {message}", "raise the limit of file sizes (ulimit -f)")
+        return RunError(
+            f"{fmu}: {message}", "free disk space, or raise the limit of file sizes (ulimit -f)"
+        )
     if isinstance(error, OSError):
         return RunError(f"{fmu}: {message}", "free disk space, or set TMPDIR to another folder")
     return refusal(fmu, message, "copy or export the file again: it is damaged")

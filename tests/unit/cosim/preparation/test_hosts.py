@@ -132,7 +132,7 @@ def test_the_limit_of_file_sizes_is_told(c_fmu: Fmus) -> None:
             Unpacked(fmu)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert caught.value.remedy == "raise the limit of file sizes (ulimit -f)"
+    assert caught.value.remedy == "free disk space, or raise the limit of file sizes (ulimit -f)"
 
 
 def test_a_damaged_library_is_told(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -130,21 +130,6 @@ def test_ranges_of_rounding_noise_are_no_scale_of_errors() -> None:
     np.testing.assert_array_equal(spans(np.array([1.0, 1e-9])), [1.0, 1e-9])
 
 
-def test_moments_that_large_forces_balance_have_the_noise_of_these() -> None:
-    """Of a pressure of 4 MN about its own axis: 1e-8 N.m of rounding are no range."""
-    places = {Port("a", "m"): 0, Port("a", "f"): 1}
-    network = SimpleNamespace(
-        monitored_outputs=tuple(enumerate(places)),
-        unit=lambda port: {"f": "N", "m": "N.m"}[port.variable],
-        index=places.__getitem__,
-        nominal=lambda _: 1.0,
-        values=np.array([0.0, 4e6]),
-    )
-    spans = Spans(cast("Network", network))
-    np.testing.assert_allclose(spans(np.array([1e-8, 3e6])), [4e-3, 3e6], rtol=1e-15)
-    np.testing.assert_array_equal(spans(np.array([1.0, 3e6])), [1.0, 3e6])
-
-
 def test_integrals_are_of_fourth_order() -> None:
     errors = []
     for steps in (20, 40):
