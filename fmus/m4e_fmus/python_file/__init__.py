@@ -46,7 +46,7 @@ def make(
             raise InputError.single(text, "rename one of them", keys=("files", k - 1))
     shown, lines = path.name, Lines(_source(path))
     try:
-        user = UserClass(loaded(path, shown, f"checked_{path.stem}"), path, shown)
+        user = UserClass(loaded(path, shown, f"checked_{path.stem}", travels=names), path, shown)
     except UserCodeError as error:
         raise _input_error(str(error), path) from None
     variables = declared(user, path, lines)

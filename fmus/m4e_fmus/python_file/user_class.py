@@ -9,7 +9,7 @@ import importlib
 import importlib.util
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -165,11 +165,17 @@ class _Fresh(SourceFileLoader):
 
 
 def loaded(
-    path: Path, shown: str, name: str, prepare: Callable[[ModuleType], None] | None = None
+    path: Path,
+    shown: str,
+    name: str,
+    prepare: Callable[[ModuleType], None] | None = None,
+    *,
+    travels: Container[str] | None = None,
 ) -> ModuleType:
     """The file as a module called `name`, run once; `prepare` gets the module before.
 
-    It may import modules beside it, which nobody else gets. UserCodeError, which shows the file as
+    It may import modules beside it, which nobody else gets: those that it `travels` with, by file
+    name (None: all). UserCodeError, which shows the file as
     `shown`, for whatever happens when it is run.
     """
     spec = importlib.util.spec_from_file_location(name, path, loader=_Fresh(name, str(path)))
@@ -191,9 +197,16 @@ def loaded(
     finally:
         sys.path.remove(str(path.parent))
         sys.dont_write_bytecode = writes
-        for key in (name, *beside & sys.modules.keys()):
+        imported = beside & sys.modules.keys()
+        for key in (name, *imported):
             sys.modules.pop(key, None)
         sys.modules.update(others)
+    files = [f"{key}.py" for key in sorted(imported)]
+    left = [file for file in files if travels is not None and file not in travels]
+    if left:
+        raise UserCodeError(
+            f"{shown}: imports {left[0]} beside it, which must be among its 'files'"
+        )
     return module
 
 

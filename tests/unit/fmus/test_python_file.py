@@ -199,6 +199,15 @@ def test_files_beside_are_imported_and_read(tmp_path: Path) -> None:
     assert results(tmp_path / "system.yaml")["force.y"] == pytest.approx(10.0)
 
 
+def test_an_import_beside_must_be_among_the_files(tmp_path: Path) -> None:
+    """Else it would not travel, and its changes would go unnoticed."""
+    (tmp_path / "gains.py").write_text("GAIN = 2.0\n", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nimport gains")
+    with pytest.raises(InputError, match=r"imports gains.py beside it.*'files'"):
+        made(tmp_path, text)
+    assert isinstance(made(tmp_path, text, files=("gains.py",))[0], PythonSource)
+
+
 @pytest.mark.parametrize(
     ("file", "files", "message"),
     [
