@@ -1,0 +1,73 @@
+"""Statistics of the values of one run, each row weighted by its share in the time.
+
+The share is half the steps beside a row (trapezoidal rule), so that rows in unequal steps, and the
+two rows of an event, count as long as they last.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from m4e_fmi.statistics.record import Floats, weights
+
+
+def mean(time: Floats, run: Floats) -> float:
+    """Mean over time of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(weights(time) @ run)
+
+
+def standard_deviation(time: Floats, run: Floats) -> float:
+    """Standard deviation over time of `run` (n,), in its unit, at `time` (n,) [s]."""
+    share = weights(time)
+    return float(np.sqrt(share @ (run - share @ run) ** 2))
+
+
+def rms(time: Floats, run: Floats) -> float:
+    """Root of the mean square over time of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(np.sqrt(weights(time) @ run**2))
+
+
+def minimum(time: Floats, run: Floats) -> float:  # noqa: ARG001
+    """Smallest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(run.min())
+
+
+def maximum(time: Floats, run: Floats) -> float:  # noqa: ARG001
+    """Largest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(run.max())
+
+
+def value_range(time: Floats, run: Floats) -> float:  # noqa: ARG001
+    """Largest minus smallest recorded value of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(np.ptp(run))
+
+
+def largest_magnitude(time: Floats, run: Floats) -> float:  # noqa: ARG001
+    """Largest recorded magnitude of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return float(np.max(np.abs(run)))
+
+
+def percentile(time: Floats, run: Floats, *, percent: float) -> float:
+    """Value below which `run` (n,), in its unit, at `time` (n,) [s], is for `percent` of the time.
+
+    Interpolated between the sorted rows, each at the middle of its share (of equal rows: Hazen's
+    definition).
+    """
+    share, order = weights(time), np.argsort(run, kind="stable")
+    share = share[order]
+    kept = share > 0.0
+    middle = (np.cumsum(share) - 0.5 * share)[kept]
+    return float(np.interp(percent / 100.0, middle, run[order][kept]))
+
+
+def time_above(time: Floats, run: Floats, *, level: float) -> float:
+    """Share of the time [1] in which `run` (n,), in its unit, at `time` (n,) [s] is above `level`.
+
+    Crossings of the level are interpolated between the rows.
+    """
+    weights(time)
+    steps = np.diff(time)
+    high, low = np.maximum(run[1:], run[:-1]), np.minimum(run[1:], run[:-1])
+    rise = np.where(high > low, high - low, 1.0)
+    part = np.where(high > low, np.clip((high - level) / rise, 0.0, 1.0), high > level)
+    return float(part @ steps / (time[-1] - time[0]))

@@ -1,0 +1,73 @@
+"""Records of one or more runs, checked; the reason where a statistic of one is not defined."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from m4e_fmi.errors import InputError
+
+Floats = NDArray[np.float64]
+CONSTANT = 1e-12
+"""Range over the largest magnitude up to which values count as constant: rounding."""
+
+
+class UndefinedError(ValueError):
+    """A statistic of a record is not defined; the text is the reason."""
+
+
+def checked_runs(time: ArrayLike, values: ArrayLike) -> tuple[Floats, Floats]:
+    """`time` (n,) [s] and `values` (m, n) of m runs, in their unit, as floats; (n,) is one run.
+
+    Rows at equal times, before and after an event, are accepted. InputError for arrays that do not
+    fit each other, no rows, times that decrease or are not finite.
+    """
+    t, x = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
+    if t.ndim != 1 or x.ndim not in (1, 2) or x.shape[-1:] != t.shape:
+        message = f"time and values do not fit each other: {t.shape} and {x.shape}"
+        raise InputError.single(message, "give times (n,) and values (n,) or (m, n)")
+    if not len(t):
+        raise InputError.single("the record has no rows")
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        raise InputError.single(f"the time in row {bad[0]} is not finite", "leave such rows out")
+    back = np.flatnonzero(np.diff(t) < 0.0)
+    if len(back):
+        k = int(back[0]) + 1
+        message = f"the time decreases in row {k}: {t[k - 1]:g} s, then {t[k]:g} s"
+        raise InputError.single(message, "sort the rows")
+    return t, x.reshape(-1, len(t))
+
+
+def check_finite(time: Floats, run: Floats) -> None:
+    """UndefinedError unless all of `run` (n,), in its unit, at `time` (n,) [s] are finite."""
+    bad = np.flatnonzero(~np.isfinite(run))
+    if len(bad):
+        raise UndefinedError(
+            f"{len(bad)} of {len(run)} rows are not finite, the first at t = {time[bad[0]]:g} s"
+        )
+
+
+def weights(time: Floats) -> Floats:
+    """Share of each row in the time of a record (n,) [1]: half the steps beside it (trapezoids).
+
+    UndefinedError for a record without duration.
+    """
+    steps = np.diff(time)
+    if not len(steps) or time[-1] <= time[0]:
+        raise UndefinedError("the record has no duration: two rows at different times are needed")
+    share = np.zeros(len(time))
+    share[:-1] += 0.5 * steps
+    share[1:] += 0.5 * steps
+    return share / (time[-1] - time[0])
+
+
+def is_constant(run: Floats) -> bool:
+    """True if `run` (n,), in its unit, varies by no more than rounding."""
+    return bool(np.ptp(run) <= CONSTANT * np.max(np.abs(run)))
+
+
+def check_varies(run: Floats) -> None:
+    """UndefinedError if `run` (n,), in its unit, is constant."""
+    if is_constant(run):
+        raise UndefinedError(f"the record is constant: {run[0]:g}")

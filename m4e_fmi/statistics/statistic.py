@@ -1,0 +1,147 @@
+"""Statistics by name, as study files have them: `STATISTICS`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.errors import InputError, Named, Problem, suggestion
+from m4e_fmi.shown import short
+from m4e_fmi.statistics import moments, unit_texts
+from m4e_fmi.statistics.record import Floats, UndefinedError, check_finite, checked_runs
+
+Kernel = Callable[..., float]
+"""Takes the times (n,) [s], the values (n,) of one run, parameters by name; or UndefinedError."""
+
+
+@short
+@dataclass(frozen=True)
+class Limits:
+    """Range of a parameter's values: more than `above`, at most `most`."""
+
+    above: float = -math.inf
+    most: float = math.inf
+
+    def complaint(self, value: object) -> str:
+        """The fault of a value in words; empty if it has none."""
+        if isinstance(value, bool | str) or not isinstance(value, int | float | np.number):
+            return f"is {value!r}, expected a number"
+        if not math.isfinite(value):
+            return f"is {value}, expected a finite number"
+        if not self.above < value <= self.most:
+            texts = [f"more than {self.above:g}"] if math.isfinite(self.above) else []
+            texts += [f"at most {self.most:g}"] if math.isfinite(self.most) else []
+            return f"is {value:g}, expected {' and '.join(texts)}"
+        return ""
+
+
+POSITIVE = Limits(above=0.0)
+
+
+@dataclass(frozen=True)
+class Explained:
+    """`values` (m,) of a statistic of m runs, in its unit; `reasons` of those that are nan."""
+
+    values: Floats = field(repr=False)
+    reasons: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        bad = sum(map(bool, self.reasons))
+        return f"Explained({len(self.values)} values, {bad} of them not defined)"
+
+
+@short
+@dataclass(frozen=True)
+class Statistic:
+    """A statistic of a record: its `name` and `text`, and its `unit` from that of the values.
+
+    `parameters` are the defaults by name; None is one that must be given. `limits` are their
+    ranges. `kernel` computes it for one run.
+    """
+
+    name: str
+    text: str
+    unit: Callable[[str], str]
+    kernel: Kernel
+    parameters: Mapping[str, float | None] = field(default_factory=dict)
+    limits: Mapping[str, Limits] = field(default_factory=dict)
+
+    def compute(self, time: ArrayLike, values: ArrayLike, **parameters: float) -> Floats:
+        """The statistic of m runs, (m,) in the unit by `unit`; nan where it is not defined.
+
+        `time` (n,) [s] is that of all runs, `values` (m, n) are in their unit. InputError as
+        `checked_runs` and `problems`.
+        """
+        return self.explained(time, values, **parameters).values
+
+    def explained(self, time: ArrayLike, values: ArrayLike, **parameters: float) -> Explained:
+        """The statistic of m runs, with the reason where it is not defined.
+
+        `time` (n,) [s] and `values` (m, n), in their unit, as `compute`.
+        """
+        if wrong := self.problems(parameters):
+            raise InputError(wrong)
+        given = {k: v for k, v in {**self.parameters, **parameters}.items() if v is not None}
+        t, x = checked_runs(time, values)
+        found, reasons = np.full(len(x), np.nan), []
+        for k, run in enumerate(x):
+            reason = ""
+            try:
+                check_finite(t, run)
+                found[k] = self.kernel(t, run, **given)
+            except UndefinedError as error:
+                reason = str(error)
+            reasons.append(reason)
+        return Explained(found, tuple(reasons))
+
+    def problems(self, parameters: Mapping[str, object]) -> list[Problem]:
+        """A problem for each parameter that is unknown, out of range or missing."""
+        wrong = [
+            Problem(f"{self.name} has no parameter {name!r}", suggestion(name, self.parameters))
+            for name in parameters
+            if name not in self.parameters
+        ]
+        for name, default in self.parameters.items():
+            if name not in parameters:
+                if default is None:
+                    wrong.append(Problem(f"{self.name} needs the parameter {name!r}"))
+                continue
+            fault = self.limits.get(name, Limits()).complaint(parameters[name])
+            if fault:
+                wrong.append(Problem(f"{self.name}: {name} {fault}"))
+        return wrong
+
+
+def _registry(*every: Statistic) -> Mapping[str, Statistic]:
+    return Named("there is no statistic", {one.name: one for one in every})
+
+
+STATISTICS: Mapping[str, Statistic] = _registry(
+    Statistic("mean", "mean over time", unit_texts.same, moments.mean),
+    Statistic(
+        "standard_deviation", "standard deviation over time", unit_texts.same,
+        moments.standard_deviation,
+    ),
+    Statistic("rms", "root of the mean square over time", unit_texts.same, moments.rms),
+    Statistic("minimum", "smallest recorded value", unit_texts.same, moments.minimum),
+    Statistic("maximum", "largest recorded value", unit_texts.same, moments.maximum),
+    Statistic("range", "maximum minus minimum", unit_texts.same, moments.value_range),
+    Statistic(
+        "largest_magnitude", "largest recorded magnitude", unit_texts.same,
+        moments.largest_magnitude,
+    ),
+    Statistic(
+        "percentile", "value below which the record is for `percent` of the time",
+        unit_texts.same, moments.percentile,
+        {"percent": None}, {"percent": Limits(above=0.0, most=100.0)},
+    ),
+    Statistic(
+        "time_above", "share of the time above `level`", unit_texts.none, moments.time_above,
+        {"level": None},
+    ),
+)  # fmt: skip
+"""All statistics by name."""
