@@ -75,7 +75,7 @@ def weights(time: Floats) -> Floats:
 
 
 def even_rows(time: Floats, run: Floats) -> tuple[float, Floats]:
-    """The step [s], and `run`, in its unit, in rows with equal steps from the first one on.
+    """The step [s], and `run` (n,), in its unit, in rows (k,) with equal steps from the first on.
 
     The step is the median of those of `time` (n,) [s]. Rows between, as those of events, are left
     out, others interpolated linearly in `run` (n,). UndefinedError for fewer than 16 rows, and
