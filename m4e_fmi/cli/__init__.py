@@ -18,6 +18,7 @@ from typing import Any, NoReturn
 import m4e_fmi
 from m4e_fmi.cli import (
     build,
+    compare,
     decay,
     doctor,
     draw,
@@ -42,7 +43,7 @@ EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
     equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
-    run, doctor,
+    run, compare, doctor,
 )  # fmt: skip
 
 
