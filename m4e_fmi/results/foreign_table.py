@@ -158,16 +158,15 @@ def _is_unit(text: str) -> bool:
 
 
 def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
-    """The form of the last rows: the first in which they are rows of numbers.
+    """The form of the last row: the first in which it is one of numbers.
 
     Commas are decimal marks where rows are numbers with them only.
     """
-    last = [line for _, line in rows[-3:]]
+    last = rows[-1][1] if rows else ""
     for form in _FORMS:
-        if form.separator is not None and form.separator not in (last or [""])[-1]:
+        if form.separator is not None and form.separator not in last:
             continue
-        found = [form.numbers(line) for line in last]
-        if last and found[-1] and (len(last) < 3 or any(found[:-1])):
+        if form.numbers(last):
             other = _Form(form.separator, ",")
             marked = [line for _, line in rows if "," in line and form.separator != ","]
             commas = any(other.numbers(line) and not form.numbers(line) for line in marked)

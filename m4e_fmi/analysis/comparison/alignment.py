@@ -20,6 +20,8 @@ SAME = 1e-6
 """Part of a step within which two times are the same."""
 LONG_STEP = 10.0
 """Longest step over the median one that counts as no gap."""
+ROUNDING = 1e-12
+"""Part of the range of a record that is rounding."""
 CUBIC, LINEAR = 1.0 / 16.0, 1.0 / 4.0
 """Errors in the middle between rows over those at a row that is left out, whose gap is double."""
 
@@ -112,7 +114,7 @@ def _interpolated(
         return linear, np.zeros(len(at), bool), 0.0
     miss_cubic, miss_linear = _misses(t, x)
     smooth_row = np.zeros(len(t), bool)
-    smooth_row[2:-2] = miss_cubic <= miss_linear
+    smooth_row[2:-2] = miss_cubic <= miss_linear + ROUNDING * np.ptp(x)
     smooth_row[:2], smooth_row[-2:] = smooth_row[2], smooth_row[-3]
     smooth = smooth_row[near] & smooth_row[near + 1]
     begin = np.clip(near - 1, 0, len(t) - 4)

@@ -23,16 +23,20 @@ def plot_differences(found: Comparison, picture: Path) -> Path:
     from matplotlib.figure import Figure
 
     shown = [one for one in found.worst if len(one.time)][:MOST_SHOWN]
-    figure = Figure(figsize=(11, 1.2 + 1.9 * max(1, len(shown))), layout="constrained")
+    figure = Figure(figsize=(11, 1.2 + 1.6 * max(1, len(shown))), layout="constrained")
     grid = figure.subplots(max(1, len(shown)), 2, squeeze=False, sharex=True)
     for (records, differences), one in zip(grid, shown, strict=False):
-        _draw_records(records, one, found)
+        _draw_records(records, one, found)  # without rows in common: empty axes
         _draw_difference(differences, one, found)
     for axis in grid.flat:
         axis.grid(color=GRID, lw=0.6)
         axis.tick_params(labelsize=8, colors=GREY)
         for side in ("top", "right"):
             axis.spines[side].set_visible(False)
+    grid[0, 0].legend(
+        fontsize=8, frameon=False, ncols=2, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0
+    )
+    figure.align_ylabels()
     for axis in grid[-1]:
         axis.set_xlabel("time [s]", fontsize=9)
     title = f"{shortened(found.path.name)} beside {shortened(found.reference.name)}"
@@ -47,7 +51,6 @@ def _draw_records(axis: Axes, one: Difference, found: Comparison) -> None:
     axis.plot(one.time, one.reference, color=GREY, lw=2.2, alpha=0.55, label=reference)
     axis.plot(one.time, one.values, color=COLOURS[0], lw=0.9, label=shortened(found.path.name))
     axis.set_ylabel(f"{shortened(one.name)}\n[{one.unit}]", fontsize=8)
-    axis.legend(fontsize=7, frameon=False, ncols=2, loc="upper right")
 
 
 def _draw_difference(axis: Axes, one: Difference, found: Comparison) -> None:
