@@ -79,6 +79,11 @@ class _Form:
         except ValueError:
             return None
 
+    def is_number(self, entry: str) -> bool:
+        """True for a number, not for a missing one."""
+        value = self.number(entry)
+        return value is not None and math.isfinite(value)
+
     def plain_row(self, line: str) -> list[float] | None:
         """The row of numbers of a line without gaps, quickly; None if it is not as simple."""
         if "_" in line or (self.decimal == "," and "." in line):
@@ -210,6 +215,10 @@ def _headings(
         shown = one_line(line)[:_LONGEST_SHOWN]
         raise InputError([Problem(message, remedy, str(path), number, 1, shown, len(shown))])
     number, names = found[-1]
+    if wrong := [entry for entry in names if form.is_number(entry)]:
+        message = f"names of columns or numbers expected, got both: {one_line(', '.join(names))}"
+        remedy = f"{wrong[0]!r} is a number; write names above the numbers, and no marks in those"
+        raise InputError([Problem(message[:200], remedy, str(path), number, 1)])
     units: list[str | None] = []
     last = [re.sub(r"^[\[(](.*)[\])]$", r"\1", entry) for entry in names]
     if len(found) > 1 and all(_is_unit(_unit_text(entry)) for entry in last):

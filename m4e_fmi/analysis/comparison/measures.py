@@ -14,6 +14,8 @@ from m4e_fmi.statistics.record import UndefinedError, even_rows, is_constant
 
 LEAST_PERIODS = 2.0
 """Periods of the dominant frequency in a record of which a phase is given."""
+ROWS_PER_PERIOD = 20
+"""Least rows that the frequency is sought in: of finer records not all."""
 SCALES = ("range", "amplitude", "value")
 """Sizes of the reference that differences are divided by."""
 
@@ -83,7 +85,9 @@ def phase(time: Floats, values: Floats, reference: Floats) -> Phase:
     omega, window = _dominant(step, even), _hann(time)
     if omega * span < 2.0 * math.pi * LEAST_PERIODS:
         return Phase(reason=f"fewer than {LEAST_PERIODS:g} periods of the dominant frequency")
-    omega = _refined(omega, math.pi / span, time, reference, window)
+    every = max(1, int(2.0 * math.pi / (omega * step * ROWS_PER_PERIOD)))
+    some = slice(None, None, every)
+    omega = _refined(omega, math.pi / span, time[some], reference[some], window[some])
     of_reference, left = _fitted(omega, time, reference, window)
     of_values, _ = _fitted(omega, time, values, window)
     ratio = of_values / of_reference
@@ -124,17 +128,18 @@ def _refined(omega: float, width: float, time: Floats, values: Floats, window: F
         lambda w: _fitted(w, time, values, window)[1],
         bounds=(omega - width, omega + width),
         method="bounded",
-        options={"xatol": 1e-9 * omega},
+        options={"xatol": 1e-8 * omega},
     )
     return float(found.x)
 
 
 def _fitted(omega: float, time: Floats, values: Floats, window: Floats) -> tuple[complex, float]:
     """Complex amplitude X of Re(X exp(iωt)) in values (k,), and the part of their variance left."""
-    root = np.sqrt(window)
-    columns = np.stack([np.ones(len(time)), np.cos(omega * time), np.sin(omega * time)], axis=1)
-    found = np.linalg.lstsq(columns * root[:, None], values * root, rcond=None)[0]
-    left = float(window @ (values - columns @ found) ** 2)
-    mean = float(window @ values / window.sum())
-    whole = float(window @ (values - mean) ** 2)
+    angle = omega * time
+    rows = np.stack([np.ones(len(time)), np.cos(angle), np.sin(angle)])
+    away = values - window @ values / window.sum()
+    weighted = rows * window
+    found = np.linalg.solve(weighted @ rows.T, weighted @ away)  # well conditioned: two periods
+    left = float(window @ (away - found @ rows) ** 2)
+    whole = float(window @ away**2)
     return complex(found[1], -found[2]), left / whole if whole > 0.0 else 1.0

@@ -202,7 +202,8 @@ def test_a_record_of_gaps_is_not_within() -> None:
 
 def test_comparisons_are_shown_in_a_few_lines() -> None:
     many = {f"v{k}": np.sin(TIME + 0.001 * k) for k in range(50)}
-    one, other = results(TIME, **many), results(TIME, v0=TIME, v9=np.sin(TIME))
+    one = results(TIME, Path(), "ours.nc", "m", **many)
+    other = results(TIME, v0=TIME, v9=np.sin(TIME))
     found = m4e_fmi.compare(one, other, tolerance=0.1)
     assert repr(found).startswith("Comparison of 'ours.nc' with 'ours.nc', beyond the tolerance of")
     assert len(repr(found).splitlines()) <= 20
