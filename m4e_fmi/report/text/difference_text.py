@@ -15,17 +15,20 @@ MOST_ROWS = 40
 MOST_NAMES = 8
 NO_SHIFT = 1e-6
 """Part of a period that is shown as 0."""
-_LONGEST = 40
+LONGEST_NAME = 40
+"""Characters of a name in the table."""
 
 
 def difference_text(found: Comparison) -> str:
     """Table of differences, the largest first, with notes and the verdict."""
     start, stop = _span(found)
+    shown = found.worst[:MOST_ROWS]
+    width = min(LONGEST_NAME, max(len(one.name) for one in shown))
     lines = [
         f"{found.path.name} beside {found.reference.name} (the reference), {start:g} to {stop:g} s",
         "",
-        _head(found),
-        *(_row(one, found) for one in found.worst[:MOST_ROWS]),
+        _head(found, width),
+        *(_row(one, found, width) for one in shown),
     ]
     if (more := len(found.differences) - MOST_ROWS) > 0:
         lines.append(f"  and {more} with smaller differences: --json has them")
@@ -46,17 +49,18 @@ def _span(found: Comparison) -> tuple[float, float]:
     return min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
 
 
-def _head(found: Comparison) -> str:
+def _head(found: Comparison, width: int) -> str:
     share = f"of {found.relative_to}"
     first = f"{'first beyond':>13}" if found.tolerance is not None else ""
     return (
-        f"  {'':<{_LONGEST}} {'RMS':>11} {share:>12} {'largest':>11} {share:>12} {'at':>9} "
+        f"  {'':<{width}} {'RMS':>11} {share:>12} {'largest':>11} {share:>12} {'at':>9} "
         f"{'Eq. (10)':>10} {'amplitude':>10} {'later by':>10}{first}"
     )
 
 
-def _row(one: Difference, found: Comparison) -> str:
-    name = one.name if len(one.name) <= _LONGEST else f"{one.name[: _LONGEST - 1]}…"
+def _row(one: Difference, found: Comparison, width: int) -> str:
+    name = one_line(one.name)
+    name = name if len(name) <= width else f"{name[: width - 1]}…"
     ratio = _number(one.phase.amplitude_ratio, "10.5g", 10)
     later = _number(_rounded(one.phase), "8.3g", 8)
     first = ""
@@ -64,7 +68,7 @@ def _row(one: Difference, found: Comparison) -> str:
         since = one.first_beyond(found.tolerance)
         first = f"{'' if since is None else f'{since:.5g} s':>13}"
     return (
-        f"  {one_line(name):<{_LONGEST}} {one.rms:11.4g} {_percent(one.rms_share):>12} "
+        f"  {name:<{width}} {one.rms:11.4g} {_percent(one.rms_share):>12} "
         f"{one.largest:11.4g} {_percent(one.largest_share):>12} {one.largest_at:7.5g} s "
         f"{one.nrmse:10.3g} {ratio} {later}{' s' if later.strip() else '  '}{first}  {one.unit}"
     )
