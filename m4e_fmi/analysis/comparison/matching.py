@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from m4e_fmi.errors import InputError, Problem, suggestion, unknown_names
 from m4e_fmi.results.compared_file import ComparedFile, Quantity
+from m4e_fmi.results.foreign_table import heading
 from m4e_fmi.units import parse_unit
 
 _MOST_SHOWN = 4
@@ -32,11 +33,12 @@ def matched(
 ) -> list[Pair]:
     """Pairs of variables: those that `mapping` names, then those of the same name.
 
-    `mapping` leads from names in the reference to ours. A name in the reference without a component
+    `mapping` leads from names in the reference, with or without unit, to ours. A name in the reference without a component
     stands for the only variable of ours that is called so. `variables` are those of ours that are
     wanted, None for all. InputError with all names that are unknown or without a counterpart, and
     all units that do not fit.
     """
+    mapping = {_plain(name, reference): other for name, other in mapping.items()}
     problems = unknown_names(
         mapping, reference.quantities, f"{reference.path.name} has no variable", "variables"
     )
@@ -71,6 +73,13 @@ def matched(
             if n in found
         ]
     )
+
+
+def _plain(name: str, reference: ComparedFile) -> str:
+    """The name without its unit, if a variable of the reference is so called."""
+    plain = heading(name)[0]
+    known = reference.quantities
+    return plain if name not in known and plain in known else name
 
 
 def _alone(name: str, one: ComparedFile) -> str | None:

@@ -155,7 +155,8 @@ def test_units_of_a_table_are_converted(tmp_path: Path) -> None:
     rows = "\n".join(f"{t:.3f},{1e3 * np.sin(t):.9g},{np.sin(t):.9g}" for t in TIME)
     table.write_text(f"t [s],Heave [mm],buoy.y\n{rows}\n")
     ours = results(TIME, z=np.sin(TIME), y=np.sin(TIME))
-    found = m4e_fmi.compare(ours, table, mapping={"Heave": "buoy.z"})
+    found = m4e_fmi.compare(ours, table, mapping={"Heave [mm]": "buoy.z"})
+    assert repr(found) == repr(m4e_fmi.compare(ours, table, mapping={"Heave": "buoy.z"}))
     assert found["buoy.z"].largest < 1e-9 * 2.0
     assert "buoy.z: 'Heave' converted from mm to m" in found.notes
     assert "buoy.y: 'buoy.y' says no unit: taken as m" in found.notes

@@ -18,7 +18,7 @@ def test_rainflow_cycles_of_the_standards_example() -> None:
     assert found.table() == {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
 
 
-@pytest.mark.parametrize("scale", [2.0**-300, 2.0**300])
+@pytest.mark.parametrize("scale", [2.0**-180, 2.0**180])
 def test_rainflow_cycles_do_not_depend_on_the_unit(scale: float) -> None:
     table = rainflow_cycles(np.array(ASTM) * scale).table()
     assert [(s / scale, n) for s, n in table.items()] == [
