@@ -15,7 +15,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     """Add `compare` to the command line."""
     command = commands.add_parser(
         "compare",
-        help="differences of results from a reference; exit code 1 beyond a tolerance",
+        help="differences of results from a reference",
     )
     files = "results (netCDF), or a table of any tool (CSV, Parquet)"
     command.add_argument("file", type=Path, metavar="FILE", help=files)

@@ -12,7 +12,7 @@ CONSTANT = 1e-12
 """Range over the largest magnitude up to which values count as constant: rounding."""
 
 SMALLEST, LARGEST = 1e-60, 1e60
-"""Range up to which values count as constant, and their largest magnitude: fourth powers are numbers."""
+"""Range up to which values count as constant, and largest magnitude: fourth powers are finite."""
 LEAST_STEPS = 15
 """Steps of a record of which a spectrum is made."""
 LONGEST_STEP = 1.5

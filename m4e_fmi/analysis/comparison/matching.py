@@ -33,10 +33,10 @@ def matched(
 ) -> list[Pair]:
     """Pairs of variables: those that `mapping` names, then those of the same name.
 
-    `mapping` leads from names in the reference, with or without unit, to ours. A name in the reference without a component
-    stands for the only variable of ours that is called so. `variables` are those of ours that are
-    wanted, None for all. InputError with all names that are unknown or without a counterpart, and
-    all units that do not fit.
+    `mapping` leads from names in the reference, with or without unit, to ours. A name in the
+    reference without a component stands for the only variable of ours that is called so.
+    `variables` are those of ours that are wanted, None for all. InputError with all names that are
+    unknown or without a counterpart, and all units that do not fit.
     """
     mapping = {_plain(name, reference): other for name, other in mapping.items()}
     problems = unknown_names(
