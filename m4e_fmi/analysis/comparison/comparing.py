@@ -16,6 +16,10 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.results.compared_file import ComparedFile, read_compared
 from m4e_fmi.results.results_file import Results
 
+MOSTLY_OFFSET = 0.2
+"""RMS difference without its mean over that with it, below which a note says so."""
+ROUNDING = 1e-9
+"""RMS difference over its divisor up to which nothing is said of it."""
 _MOST_NAMED = 5
 
 
@@ -141,6 +145,11 @@ def _told(found: Mapping[str, Difference]) -> list[str]:
             texts.append(f"interpolated to the times of the coarser file, {one.interpolated}")
         if one.left_out:
             texts.append(f"{one.left_out} rows left out, as one of the files has a gap there")
+        if one.rms_beside_offset < MOSTLY_OFFSET * one.rms and one.rms_share > ROUNDING:
+            texts.append(
+                f"differs by {one.offset:.6g} {one.unit} in the mean, and by "
+                f"{one.rms_beside_offset:.4g} (RMS) without that: is its origin another one?"
+            )
         if not len(one.time):
             texts.append("no rows in common")
         for text in texts:

@@ -49,6 +49,16 @@ class Difference:
         return self.values - self.reference
 
     @property
+    def offset(self) -> float:
+        """Mean difference, in `unit`; nan without common rows."""
+        return float(np.mean(self.difference)) if len(self.time) else math.nan
+
+    @property
+    def rms_beside_offset(self) -> float:
+        """Root of the mean square difference without its mean, in `unit`."""
+        return float(np.std(self.difference)) if len(self.time) else math.nan
+
+    @property
     def rms_share(self) -> float:
         """Root of the mean square difference over `scale` [1]."""
         return float(normalised(np.array([self.rms]), self.scale)[0])

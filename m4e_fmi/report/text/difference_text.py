@@ -114,6 +114,8 @@ def _values(one: Difference, found: Comparison) -> dict[str, object]:
     limit = found.tolerance
     numbers = {
         "rms": one.rms,
+        "offset": one.offset,
+        "rms_beside_offset": one.rms_beside_offset,
         "largest": one.largest,
         "largest_at": one.largest_at,
         "rms_share": one.rms_share,

@@ -50,8 +50,18 @@ def test_measures_of_a_known_difference() -> None:
     assert found.rms_share == pytest.approx(0.025, rel=1e-4)
     relative = np.abs(found.values - found.reference) / np.max(np.abs(found.reference))
     assert found.nrmse == pytest.approx(np.sqrt(np.mean(relative**2)), rel=1e-12)
+    assert found.offset == pytest.approx(0.1)
+    assert found.rms_beside_offset < 1e-12
     assert found.first_beyond(0.02) == 0.0
     assert found.first_beyond(0.03) is None
+
+
+def test_another_origin_is_noted() -> None:
+    reference = np.sin(TIME)
+    shifted = m4e_fmi.compare(results(TIME, z=1.05 * reference - 2.0), results(TIME, z=reference))
+    assert "buoy.z: differs by -1.99" in shifted.notes[0]
+    scaled = m4e_fmi.compare(results(TIME, z=1.05 * reference), results(TIME, z=reference))
+    assert scaled.notes == ()
 
 
 def test_differences_are_divided_as_asked() -> None:
