@@ -58,6 +58,10 @@ class Difference:
         """Root of the mean square difference without its mean, in `unit`."""
         return float(np.std(self.difference)) if len(self.time) else math.nan
 
+    def over(self, difference: float, size: str) -> float:
+        """A `difference` in `unit` over the reference's range, amplitude or value [1]."""
+        return float(normalised(np.array([difference]), getattr(self.sizes, size))[0])
+
     @property
     def rms_share(self) -> float:
         """Root of the mean square difference over `scale` [1]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from m4e_fmi.analysis.comparison.measures import SCALES
 from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
@@ -120,9 +121,9 @@ def _values(one: Difference, found: Comparison) -> dict[str, object]:
         "largest_at": one.largest_at,
         "rms_share": one.rms_share,
         "largest_share": one.largest_share,
-        "range": one.sizes.range,
-        "amplitude": one.sizes.amplitude,
-        "value": one.sizes.value,
+        **{name: getattr(one.sizes, name) for name in SCALES},
+        **{f"rms_of_{name}": one.over(one.rms, name) for name in SCALES},
+        **{f"largest_of_{name}": one.over(one.largest, name) for name in SCALES},
         "nrmse": one.nrmse,
         "period": one.phase.period,
         "amplitude_ratio": one.phase.amplitude_ratio,

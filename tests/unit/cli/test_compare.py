@@ -47,6 +47,7 @@ def test_json_and_picture(capsys: pytest.CaptureFixture[str]) -> None:
         0.2 / 2.4 * one["amplitude"] / 1.2 / np.sqrt(2), rel=0.05
     )
     assert one["first_beyond"] is None
+    assert one["largest_of_value"] == pytest.approx(2.0 * one["largest_of_range"], rel=1e-3)
     assert Path("build/ours_compared.png").is_file()
     assert main(["compare", "ours.csv", "far.csv", "--output-file", "p.svg"]) == 0
     assert "wrote p.svg" in capsys.readouterr().out
