@@ -144,14 +144,22 @@ def test_jumps_are_interpolated_linearly() -> None:
 
 def test_nothing_is_extrapolated_and_gaps_are_not_bridged() -> None:
     fine = np.linspace(0.0, 10.0, 101)
-    values = np.where((fine > 4.05) & (fine < 5.05), np.nan, fine)
+    values = np.where((fine > 4.05) & (fine < 4.55), np.nan, fine)
     coarse = np.linspace(-5.0, 20.0, 101) + 0.01
     found = aligned(coarse, coarse, fine, values)
     assert found.time.min() >= 0.0
     assert found.time.max() <= 10.0
-    assert not np.any((found.time > 4.0) & (found.time < 5.1))
-    assert found.left_out == 5  # from 4.01 to 5.01
+    assert not np.any((found.time > 4.0) & (found.time < 4.6))
+    assert found.left_out == 3  # 4.01, 4.26, 4.51
     assert found.reference == pytest.approx(found.time)
+
+
+def test_long_steps_are_gaps() -> None:
+    fine = np.delete(np.linspace(0.0, 10.0, 101), slice(40, 60))
+    coarse = np.linspace(0.0, 10.0, 21) + 0.01
+    found = aligned(coarse, coarse, fine, fine)
+    assert found.left_out == 4  # 4.01 to 5.51
+    assert not np.any((found.time > 3.9) & (found.time < 6.0))
 
 
 def test_whole_numbers_hold() -> None:
