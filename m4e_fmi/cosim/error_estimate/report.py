@@ -9,7 +9,8 @@ at H/2, differ by most of the error of the first:
 
 The largest over the run is reported for each connection, relative to the range: the largest range
 of any monitored output of that unit; of the output itself, if it has no unit. A range
-of rounding noise counts as NOISE times the largest value of the unit. Monitored are the sources of
+of rounding noise counts as NOISE times the largest value of the unit, that of moments at least as
+LEAST_ARM times the forces of their component. Monitored are the sources of
 all connections; of a component from which no Real is taken, all outputs. This is the error of the
 coupling alone; each FMU's own error is the same in both runs.
 """
@@ -32,6 +33,11 @@ LEAST_RANGE = 1e-9
 NOISE = 1e-12
 """The least range over the largest present value of the unit, and over the nominal values: what
 moves less is noise of rounding."""
+MOMENTS, FORCES = "N.m", "N"
+"""Units of moments, and of the forces that make them."""
+LEAST_ARM = 1e-9
+"""Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
+as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
 LARGE = 0.1
@@ -160,6 +166,24 @@ class Spans:
         return NOISE * largest[self._of_unit]
 
 
+def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
+    """Ranges (n,) that the errors of the monitored outputs are told relative to, in their units.
+
+    Those of `Spans`, for the range (n,) of each output; moments of a component have at least
+    LEAST_ARM times the largest range or present value of its forces. The estimate itself does not
+    know this bound: the steps that it repeats do not depend on it.
+    """
+    ports = [port for _, port in network.monitored_outputs]
+    sizes = np.maximum(ranges, np.abs(network.values[monitored_places(network)]))
+    forces: dict[str, float] = {}
+    for port, size in zip(ports, sizes.tolist(), strict=True):
+        if network.unit(port) == FORCES:
+            forces[port.component] = max(forces.get(port.component, 0.0), size)
+    least = [LEAST_ARM * forces.get(p.component, 0.0) * (network.unit(p) == MOMENTS) for p in ports]
+    spans = Spans(network)(ranges)
+    return np.where(spans > 0.0, np.maximum(spans, least), spans)
+
+
 def certificate(
     network: Network,
     connections: Sequence[str],
@@ -174,7 +198,7 @@ def certificate(
     `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     """
     largest: dict[int, CouplingError] = {}
-    spans = Spans(network)(ranges)
+    spans = scales(network, ranges)
     shares = np.array([*over(np.array([errors, halved]), spans), spans]).T.tolist()
     for (number, port), (error, half, span) in zip(network.monitored_outputs, shares, strict=True):
         known = largest.get(number)
