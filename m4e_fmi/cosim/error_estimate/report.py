@@ -169,9 +169,9 @@ class Spans:
 def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
     """Ranges (n,) that the errors of the monitored outputs are told relative to, in their units.
 
-    Those of `Spans`, for the range (n,) of each output; moments of a component have at least
-    LEAST_ARM times the largest range or present value of its forces. The estimate itself does not
-    know this bound: the steps that it repeats do not depend on it.
+    Those of `Spans`, for the `ranges` (n,) of the outputs, in their units; moments of a component
+    have at least LEAST_ARM times the largest range or present value of its forces. The estimate
+    itself does not know this bound: the steps that it repeats do not depend on it.
     """
     ports = [port for _, port in network.monitored_outputs]
     sizes = np.maximum(ranges, np.abs(network.values[monitored_places(network)]))
