@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from m4e_fmi.cosim.exchange.network import Network
 
 HULL = (Port("hull", "force_z"), Port("hull", "moment_y"))
-UNITS = {"force_z": "N", "moment_y": "N.m", "torque": "N.m"}
+UNITS = {"force_z": "N", "moment_y": "N.m", "torque": "N.m", "damping": "N.s/m", "v": "m/s"}
 
 
 def network_of(*ports: Port, values: list[float]) -> Network:
@@ -75,3 +75,46 @@ def test_the_estimate_does_not_know_the_noise_of_moments() -> None:
 def test_what_does_not_move_has_no_range() -> None:
     report = told(*HULL, values=[4e6, 0.0], errors=[0.0, 0.0], ranges=[0.0, 0.0])
     assert [found.error for found in report.errors] == [0.0, 0.0]
+
+
+LATCH = (Port("latch", "damping"), Port("body", "v"))
+
+
+def switched(*, errors: list[float], leaps: list[float] | None) -> CouplingErrorReport:
+    """Errors of a latch that switches between 0 and 1, and of a motion of the range 1."""
+    network = network_of(*LATCH, values=[0.0, 0.0])
+    return certificate(
+        network,
+        [str(port) for port in LATCH],
+        errors=np.array(errors),
+        halved=0.5 * np.array(errors),
+        ranges=np.array([1.0, 1.0]),
+        leaps=None if leaps is None else np.array(leaps),
+    )
+
+
+def test_what_switches_a_step_later_leaves_the_motion_usable() -> None:
+    report = switched(errors=[0.4, 0.02], leaps=[1.0, 0.05])
+    assert not report.warning()
+    assert report.worst
+    assert report.worst.source == LATCH[1]
+    assert str(report).endswith(
+        "; beside it latch.damping, off by up to 4.0e-01 of range where they switch a step "
+        "earlier or later"
+    )
+    assert report.errors[0].source == LATCH[0]  # the largest first, as ever
+
+
+@pytest.mark.parametrize(
+    ("errors", "leaps"),
+    [
+        ([0.4, 0.3], [1.0, 0.05]),  # the motion is wrong, too
+        ([0.4, 0.02], [0.3, 0.05]),  # more than the latch changes within one step
+        ([0.4, 0.3], [1.0, 1.0]),  # nothing is left that would say more
+        ([0.4, 0.02], None),  # nothing is sampled
+    ],
+)
+def test_errors_that_no_shift_of_a_step_explains_are_unusable(
+    errors: list[float], leaps: list[float] | None
+) -> None:
+    assert "unusable" in switched(errors=errors, leaps=leaps).warning()
