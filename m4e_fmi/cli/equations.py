@@ -6,7 +6,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cli.shared.options import MODEL_OR_SYSTEM, add_open, load_equations
+from m4e_fmi.cli.shared.options import (
+    MODEL_OR_SYSTEM,
+    add_build_folder,
+    add_open,
+    load_equations,
+)
 from m4e_fmi.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +25,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_open(command)
+    add_build_folder(command)
     form = command.add_mutually_exclusive_group()
     form.add_argument("--latex", action="store_true", help="as LaTeX instead of text")
     form.add_argument(

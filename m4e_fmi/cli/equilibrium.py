@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    add_build_folder,
     add_open,
     add_start_values,
     finite,
@@ -31,6 +32,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_open(command)
+    add_build_folder(command)
     command.add_argument(
         "--nearest",
         action="store_true",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    add_build_folder,
     add_open,
     add_start_values,
     finite,
@@ -30,6 +31,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_open(command)
+    add_build_folder(command)
     command.add_argument(
         "--at",
         choices=tuple(POINTS),

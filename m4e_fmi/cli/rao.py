@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
+    add_build_folder,
     add_open,
     add_start_values,
     finite,
@@ -19,6 +20,7 @@ from m4e_fmi.cli.shared.options import (
     load_system,
     print_files,
     start_values,
+    tell,
 )
 from m4e_fmi.errors import InputError
 
@@ -39,6 +41,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("model", type=Path, metavar="system", help="a system file")
     add_open(command)
+    add_build_folder(command)
     command.add_argument(
         "--periods",
         nargs="+",
@@ -165,6 +168,7 @@ def _regular(
         directions=_directions(options),
         outputs=options.outputs,
         height=options.height,
+        progress=tell,
     )
     files = [write_waves(response, output)]
     if not options.no_plot:
@@ -174,7 +178,7 @@ def _regular(
         found = np.isfinite(response.values).all(axis=2)
         largest = np.where(found, response.third.max(axis=2), -1.0)
         d, k = (int(place) for place in np.unravel_index(largest.argmax(), largest.shape))
-        compared = compared_in_time(waves, response, period=k, direction=d)
+        compared = compared_in_time(waves, response, period=k, direction=d, progress=tell)
         return compared, f"of {response.periods[k]:.4g} s"
 
     _tell(options, wave_text(response), wave_json(response), files, check, settled=_settled(waves))
@@ -184,13 +188,12 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
     from m4e_fmi.analysis.response import compared_in_time, sea_response
     from m4e_fmi.report import sea_json, sea_text, write_sea
 
-    response = sea_response(
-        waves, point, _given_sea(waves, point, options), outputs=options.outputs
-    )
+    sea = _given_sea(waves, point, options)
+    response = sea_response(waves, point, sea, outputs=options.outputs, progress=tell)
     files = [write_sea(response, output)]
 
     def check() -> tuple[list[Comparison], str]:
-        return compared_in_time(waves, response), "of an hour, in the same waves"
+        return compared_in_time(waves, response, progress=tell), "of an hour, in the same waves"
 
     _tell(options, sea_text(response), sea_json(response), files, check, settled=_settled(waves))
 

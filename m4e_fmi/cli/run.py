@@ -95,7 +95,13 @@ def add(commands: argparse._SubParsersAction) -> None:
         const=1.0,
         metavar="FACTOR",
         help="pass no point before its wall time; FACTOR: simulated over wall time, default 1; "
-        "no coupling error is estimated, so that 1e6, say, leaves that out of any run",
+        "no coupling error is estimated",
+    )
+    command.add_argument(
+        "--no-certify",
+        dest="certify",
+        action="store_false",
+        help="estimate no coupling error: no step is made twice, and the results say so",
     )
     add_animate(command, "write an animation (.html)")
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
@@ -165,6 +171,9 @@ def _system(options: argparse.Namespace) -> System:
         settings = {key: getattr(options, key) for key in times}
         system = gathered.of(system.changed, origin="command line", **settings) or system
         if options.reference:
+            if not options.certify:
+                message = "--reference compares the outputs with the largest stated errors"
+                gathered.problems.append(Problem(message, "leave out --no-certify"))
             gathered.problems += reference_problems(system)
         if gathered.problems:
             gathered.problems += checked_inputs(system)[0]
@@ -231,6 +240,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 beside=[picture],
                 resume=options.resume,
                 real_time=options.real_time,
+                certify=options.certify,
                 animated=animation is not None,
             )
     except ExportError as error:

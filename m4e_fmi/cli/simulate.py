@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_animate,
+    add_build_folder,
     add_open,
     add_output_file,
     add_start_values,
@@ -40,6 +41,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_open(command)
+    add_build_folder(command)
     for flag, text in (("--stop-time", "10 s"), ("--output-interval", "0.01 s")):
         command.add_argument(
             flag, type=float, metavar="S", help=f"default {text}; of a system as in its file"

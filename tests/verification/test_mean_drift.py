@@ -9,20 +9,13 @@ import numpy as np
 import pytest
 from support.cylinder_drift import cylinder_drift, standing_cylinder
 from support.drifting import series
+from support.floating_hemisphere import RHO, G, free_motions, hemisphere
 from support.momentum import momentum_through_cylinder
 
-from m4e_adapters.hydrodynamics import (
-    Hull,
-    HydrodynamicsConfig,
-    make_hulls,
-    program_from_config,
-    solve_hulls,
-)
+from m4e_adapters.hydrodynamics import HydrodynamicsConfig, program_from_config
 from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.drift.far_field import far_field_drift, write_csv
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
-
-RHO, G = 1000.0, 9.81
 
 
 @pytest.mark.verifies(
@@ -47,34 +40,6 @@ def test_a_standing_cylinder() -> None:
     assert np.abs(yaw).max() < 1e-6 * surge.max()
 
 
-def hemisphere() -> tuple[Hull, HydrodynamicsConfig]:
-    config = HydrodynamicsConfig.model_validate(
-        {
-            "water": {"density": RHO, "gravity": G},
-            "bodies": {
-                "ball": {
-                    "shape": {"sphere": {"radius": 1.0}},
-                    "center_of_gravity": [0.0, 0.0],
-                    "panels": 300,
-                }
-            },
-        }
-    )
-    (hull,) = make_hulls(config, Path(), progress=lambda _: None)
-    return hull, config
-
-
-def free_motions(hull: Hull, config: HydrodynamicsConfig, omega: np.ndarray) -> np.ndarray:
-    """Surge and heave of a floating hemisphere per wave amplitude, (nω, 1, 3) [m/m]."""
-    found = solve_hulls([hull], water=config.water, omega=omega, progress=lambda _: None)
-    w = omega[:, None, None]
-    mass = RHO * hull.hydrostatics.volume * np.eye(3)
-    inertia = -(w**2) * (mass + found.added_mass) - 1j * w * found.radiation_damping
-    dynamic = (inertia + found.hydrostatic_stiffness)[:, :2, :2]
-    moved = np.linalg.solve(dynamic, found.excitation[:, :2, None])[:, :, 0]
-    return np.pad(moved, ((0, 0), (0, 1)))[:, None, :]
-
-
 @pytest.mark.verifies(
     "mean drift of a floating hemisphere, free in surge and heave, ka 0.8 and 1",
     analytic="balance of momentum on a cylinder of twice its radius",
@@ -83,7 +48,7 @@ def free_motions(hull: Hull, config: HydrodynamicsConfig, omega: np.ndarray) -> 
 def test_a_free_hemisphere() -> None:
     """The balance has potentials and velocities in the water, by sources on the hull, whose error
     falls with the first power of the panels' size: 0.6 and 1.7 % here, 0.4 and 1.1 % with 600."""
-    hull, config = hemisphere()
+    hull, config = hemisphere(panels=300)
     numbers = np.array([0.8, 1.0])
     omega = np.sqrt(G * numbers)
     motions = free_motions(hull, config, omega)
@@ -104,7 +69,7 @@ def test_a_free_hemisphere() -> None:
 
 def test_from_a_hull_to_its_force(tmp_path: Path) -> None:
     """Mean drift computed, written, and read by the component: a² D of the held hull."""
-    hull, config = hemisphere()
+    hull, config = hemisphere(panels=300)
     omega = [2.0, 2.5, 3.0, 3.5]
     table = far_field_drift(
         hull, water=config.water, omega=omega, directions=[0.0], progress=lambda _: None

@@ -12,7 +12,7 @@ of quadratic outputs, such as the power of a linear damper, are exact for the li
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,18 +87,23 @@ class SeaResponse:
 
 
 def sea_response(
-    waves: InWaves, point: OperatingPoint, sea: Sea, *, outputs: Sequence[str] | None = None
+    waves: InWaves,
+    point: OperatingPoint,
+    sea: Sea,
+    *,
+    outputs: Sequence[str] | None = None,
+    progress: Callable[[str], object] | None = None,
 ) -> SeaResponse:
     """Statistics in `sea` of the motion about `point`, an equilibrium in still water.
 
-    `outputs` names outputs or states, by default `usual_outputs`. InputError for unknown names,
-    RunError if the iteration does not converge.
+    `outputs` names outputs or states, by default `usual_outputs`; `progress` is told each step of
+    the iteration. InputError for unknown names, RunError if the iteration does not converge.
     """
     names = usual_outputs(waves.program) if outputs is None else outputs
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     forces = waves.per_amplitude(sea.omega, sea.directions, point)
     motion = _Motion(local, sea, forces)
-    linear, mean = motion.settled()
+    linear, mean = motion.settled(progress or (lambda _: None))
     states, values = linear.harmonics(sea.omega, forces)
     means, deviations = motion.statistics(linear, mean)
     notes = [*sea.doubts, *doubts(waves, local, _needed(sea), small=False)]
@@ -131,13 +136,15 @@ class _Motion:
         self._normal = _normal_samples(len(local.curved))
         self._units = np.array([v.unit for v in (*local.states, *local.inputs)], dtype=str)
 
-    def settled(self) -> tuple[LinearEquations, Floats]:
+    def settled(self, progress: Callable[[str], object]) -> tuple[LinearEquations, Floats]:
         """The equivalent linear equations, and the mean step (n,) of the states."""
+        title = "linearised for the sea: step"
         mean = np.zeros(self.local.n)
         linear = LinearEquations.of(self.local)
         last, held = self._covariance(linear, decay=DECAY), Held.by(linear.A)
         way = _Way()
-        for _ in range(MOST_STEPS):
+        for number in range(1, MOST_STEPS + 1):
+            progress(f"{title} {number} of {MOST_STEPS}")
             linear = self._averaged(mean, last)
             sizes = 1.0 + np.abs(mean)
             step = held.step(linear.A, linear.rates)
@@ -147,6 +154,7 @@ class _Motion:
             least = np.maximum(size, SMALL / NONE * self._rounding(size))
             settled = np.abs(size - before) <= ACCURACY * least
             if settled.all() and np.max(np.abs(step) / sizes) <= ACCURACY:
+                progress(f"{title} {number} of {number}")
                 return linear, mean
             part = way.part((size - before) / np.where(least > 0.0, least, 1.0))
             last = (1.0 - part) * last + part * now

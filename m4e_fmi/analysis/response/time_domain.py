@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,20 +51,31 @@ class Comparison:
 
 
 def compared_in_time(
-    waves: InWaves, response: WaveResponse | SeaResponse, *, period: int = 0, direction: int = 0
+    waves: InWaves,
+    response: WaveResponse | SeaResponse,
+    *,
+    period: int = 0,
+    direction: int = 0,
+    progress: Callable[[str], object] | None = None,
 ) -> list[Comparison]:
     """`response` beside a simulation: to the wave of these numbers, or to an hour of the sea.
 
-    The phases of the sea are random, and both see the same waves. RunError if the simulation fails.
+    The phases of the sea are random, and both see the same waves. `progress` is told the time that
+    the simulation has come to. RunError if the simulation fails.
     """
     if isinstance(response, WaveResponse):
         if not response.height:
             raise InputError.single("small waves have no simulation beside them", "give a height")
-        return _in_regular_waves(waves, response, period, direction)
-    return _in_a_sea(waves, response)
+        return _in_regular_waves(waves, response, period, direction, progress or _silent)
+    return _in_a_sea(waves, response, progress or _silent)
 
 
-def _in_regular_waves(waves: InWaves, response: WaveResponse, k: int, d: int) -> list[Comparison]:
+def _silent(_: str) -> None: ...
+
+
+def _in_regular_waves(
+    waves: InWaves, response: WaveResponse, k: int, d: int, progress: Callable[[str], object]
+) -> list[Comparison]:
     omega, amplitude = response.omega[k : k + 1], response.height / 2.0
     angle = float(response.directions[d])
     local = _local(waves, response)
@@ -72,7 +83,7 @@ def _in_regular_waves(waves: InWaves, response: WaveResponse, k: int, d: int) ->
     period = 2.0 * np.pi / float(omega[0])
     times, found = _simulated(
         waves, local, omega, forces, np.real(amplitude * response.states[d, k]),
-        stop_time=PERIODS * period, interval=period / PER_PERIOD,
+        stop_time=PERIODS * period, interval=period / PER_PERIOD, progress=progress,
     )  # fmt: skip
     last = times > (PERIODS - MEASURED + 0.5 / PER_PERIOD) * period
     first = np.exp(1j * omega[0] * times[last])
@@ -87,7 +98,9 @@ def _in_regular_waves(waves: InWaves, response: WaveResponse, k: int, d: int) ->
     return rows
 
 
-def _in_a_sea(waves: InWaves, response: SeaResponse) -> list[Comparison]:
+def _in_a_sea(
+    waves: InWaves, response: SeaResponse, progress: Callable[[str], object]
+) -> list[Comparison]:
     sea = response.sea
     local = _local(waves, response)
     turns = np.random.default_rng(0).uniform(0.0, 2.0 * np.pi, len(sea.omega))
@@ -96,7 +109,7 @@ def _in_a_sea(waves: InWaves, response: SeaResponse) -> list[Comparison]:
     states = waves_now * response.states
     times, found = _simulated(
         waves, local, sea.omega, forces, response.mean_step + np.real(states.sum(axis=0)),
-        stop_time=START_UP + SEA_DURATION, interval=SEA_INTERVAL,
+        stop_time=START_UP + SEA_DURATION, interval=SEA_INTERVAL, progress=progress,
     )  # fmt: skip
     last = times > START_UP
     steps, inputs = (_over(times[last], sea.omega, part) for part in (states, forces))
@@ -123,6 +136,7 @@ def _simulated(
     *,
     stop_time: float,
     interval: float,
+    progress: Callable[[str], object],
 ) -> tuple[Floats, Floats]:
     """Times (s,) [s] and outputs (s, k) of the motion under Σ Re[`forces` (k, m) e^{−iωt}].
 
@@ -137,11 +151,16 @@ def _simulated(
     driven = with_feedback(observed(program, names), laws)
     values = {**point.values, **local.start(start)}
     known = {v.name for v in (*driven.parameters, *driven.inputs, *driven.states)}
+
+    def at(time: float) -> None:
+        progress(f"simulated seconds: {time:.0f} of {stop_time:.0f}")
+
     run = simulate(
         driven.with_start({k: x for k, x in values.items() if k in known}),
         stop_time=stop_time,
         output_interval=interval,
         tolerance=TOLERANCE,
+        progress=at,
     )
     columns = [np.asarray(run[v.name]) for v in local.outputs]
     return np.asarray(run.time), np.array(columns).T

@@ -5,7 +5,7 @@ Small waves have that of the linear equations, waves of a height that of `steady
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -102,13 +102,15 @@ def wave_response(
     directions: ArrayLike | None = None,
     outputs: Sequence[str] | None = None,
     height: float = 0.0,
+    progress: Callable[[str], object] | None = None,
 ) -> WaveResponse:
     """The response to regular waves of `periods` (k,) [s] about `point`, an equilibrium.
 
     `directions` (d,) [rad] are those that waves travel to, by default the configured one. `outputs`
     names outputs or states, by default `usual_outputs`. `height` [m] is that of the waves, crest to
-    trough; 0: small waves. InputError for periods that are not positive and unknown names,
-    RunError where no steady motion is found; where one is found for other waves, nan and a note.
+    trough; 0: small waves. `progress` is told each wave of a height. InputError for periods that
+    are not positive and unknown names, RunError where no steady motion is found; where one is found
+    for other waves, nan and a note.
     """
     omega = _frequencies(periods)
     if not (np.isfinite(height) and height >= 0):
@@ -122,7 +124,7 @@ def wave_response(
         _check_powers(waves.program, names)
     local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
     forces = [waves.per_amplitude(omega, angle, point) for angle in angles.tolist()]
-    found = _Found.of(local, forces, omega, height / 2.0)
+    found = _Found.of(local, forces, omega, height / 2.0, progress or (lambda _: None))
     notes = [*doubts(waves, local, float(omega.max()), small=height == 0), *found.notes]
     if height:
         notes += _breaking(waves, omega, height)
@@ -148,7 +150,12 @@ class _Found:
 
     @classmethod
     def of(
-        cls, local: LocalEquations, forces: Sequence[Complex], omega: Floats, amplitude: float
+        cls,
+        local: LocalEquations,
+        forces: Sequence[Complex],
+        omega: Floats,
+        amplitude: float,
+        progress: Callable[[str], object],
     ) -> _Found:
         """For `forces` (k, m) [SI] of each direction and `omega` (k,) [rad/s]; 0: small waves.
 
@@ -161,16 +168,23 @@ class _Found:
         means = np.tile(rest.outputs, (*values.shape[:2], 1))
         found = cls(values, states, means, np.zeros(values.shape), [])
         if amplitude:
-            found._make_steady(local, forces, omega, amplitude)
+            found._make_steady(local, forces, omega, amplitude, progress)
         return found
 
     def _make_steady(
-        self, local: LocalEquations, forces: Sequence[Complex], omega: Floats, amplitude: float
+        self,
+        local: LocalEquations,
+        forces: Sequence[Complex],
+        omega: Floats,
+        amplitude: float,
+        progress: Callable[[str], object],
     ) -> None:
         """Put the steady motions in waves of that amplitude in place of the linear ones."""
         drifts: dict[str, None] = {}
         failures: list[RunError] = []
-        for place_of in np.ndindex(self.values.shape[:2]):
+        places = list(np.ndindex(self.values.shape[:2]))
+        for number, place_of in enumerate(places):
+            progress(f"steady motion in wave {number + 1} of {len(places)}")
             d, k = place_of
             guess = self.states[place_of]
             try:

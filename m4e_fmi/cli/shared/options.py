@@ -83,7 +83,7 @@ def add_build_folder(command: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path(BUILD_FOLDER),
         metavar="DIR",
-        help="default build/",
+        help="where FMUs of a system are built; default build/",
     )
 
 
@@ -229,7 +229,7 @@ def load_program(system: System, options: argparse.Namespace) -> Program:
         _started_settled(system, options),
         keep_open=options.open,
         settled=options.settled,
-        build_directory=_build_folder(options),
+        build_directory=options.build_folder,
         tell=tell_equations,
     )
 
@@ -243,19 +243,20 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
         highest=highest,
         keep_open=options.open,
         settled=options.settled,
-        build_directory=_build_folder(options),
+        build_directory=options.build_folder,
         tell=tell_equations,
     )
 
 
-def _build_folder(options: argparse.Namespace) -> Path:
-    return Path(getattr(options, "build_folder", BUILD_FOLDER))
-
-
 def tell_equations(line: str) -> None:
-    """Print what matters of the equations of a system: warnings, and what stands in for others."""
+    """Print what matters of the equations of a system: warnings, and what stands in for others.
+
+    Also progress that counts, as `tell`.
+    """
     if "warning" in line or line.startswith(("left open", "settled", "starts at")):
         print(one_line(line), file=sys.stderr)
+    else:
+        tell(line)
 
 
 def tell(line: str) -> None:

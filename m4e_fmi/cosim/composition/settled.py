@@ -71,7 +71,7 @@ def stand_ins(
         def warn(line: str, name: str = name) -> None:
             tell(f"{name}: warning: {line}")
 
-        law = StaticLaw(name, AtRest(new, outputs), inputs, warn)
+        law = StaticLaw(name, AtRest(new, outputs), inputs, warn, tell)
         every = [known[target] for target in links]
         found[name] = law_program(name, inputs, every, outputs), law
     return found

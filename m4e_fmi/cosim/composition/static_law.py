@@ -43,13 +43,19 @@ class StaticLaw:
     Central differences with two step sizes h and 2h give K and its error. h is halved until nothing
     kinks between its ends (what rises to one side rises as much to the other: a line that falls
     slack does not), and further until the error is small or grows. `warn` receives a line for a K
-    that is not accurate.
+    that is not accurate, `progress` one for each column of K.
     """
 
     def __init__(
-        self, name: str, rest: AtRest, inputs: Inputs, warn: Callable[[str], None]
+        self,
+        name: str,
+        rest: AtRest,
+        inputs: Inputs,
+        warn: Callable[[str], None],
+        progress: Callable[[str], object],
     ) -> None:
         self._name, self._rest, self._inputs, self._warn = name, rest, inputs, warn
+        self._progress = progress
         self._known: dict[tuple[float, ...], Mapping[str, float]] = {}
         self._steps: dict[str, float] = {}
         self._errors: dict[str, float] = {}
@@ -72,6 +78,7 @@ class StaticLaw:
         found |= {at_rest(v): float(y) for v, y in zip(outputs, rest.values, strict=True)}
         self.errors = {}
         for j, v in enumerate(moving):
+            self._progress(f"{self._name}: forces at rest, by input {j + 1} of {len(moving)}")
             column = self._column(v, u, rest)
             errors = self._errors[v.name] * self._rest.largest(column)
             names = [_slope(i, j) for i in range(len(outputs))]

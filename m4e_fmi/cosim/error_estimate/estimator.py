@@ -40,6 +40,10 @@ class ErrorEstimator(Watcher, Protocol):
         """Largest known errors (n,) of the outputs, in their units, or those at half the step."""
         ...
 
+    def leaps(self) -> np.ndarray:
+        """Largest known changes (n,) of the outputs within one step, in their units."""
+        ...
+
     def ranges(self) -> np.ndarray:
         """Ranges (n,) of the outputs, in their units."""
         ...

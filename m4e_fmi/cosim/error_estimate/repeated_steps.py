@@ -54,6 +54,11 @@ class Recorded:
         """Range of the values of each source (n_sources,), in the sources' units."""
         return self.bounds[1] - self.bounds[0]
 
+    @cached_property
+    def leaps(self) -> np.ndarray:
+        """Largest change of each source within one step (n_sources,), in the sources' units."""
+        return leaps_of(self.values)
+
     @property
     def largest(self) -> np.ndarray:
         """Largest magnitude of each source (n_sources,), in the sources' units."""
@@ -72,6 +77,11 @@ class Recorded:
             times = self.times[both]
         mine, theirs = (one.values[np.searchsorted(one.times, times)] for one in (self, other))
         return off(theirs, mine, self.largest)
+
+
+def leaps_of(values: np.ndarray) -> np.ndarray:
+    """Largest changes (n,) from one row of `values` (n_times, n) to the next, in their units."""
+    return np.abs(np.diff(values, axis=0)).max(axis=0, initial=0.0)
 
 
 def off(values: np.ndarray, others: np.ndarray, largest: np.ndarray) -> np.ndarray:

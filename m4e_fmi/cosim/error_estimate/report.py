@@ -9,7 +9,8 @@ at H/2, differ by most of the error of the first:
 
 The largest over the run is reported for each connection, relative to the range: the largest range
 of any monitored output of that unit; of the output itself, if it has no unit. A range
-of rounding noise counts as NOISE times the largest value of the unit. Monitored are the sources of
+of rounding noise counts as NOISE times the largest value of the unit, that of moments at least as
+LEAST_ARM times the forces of their component. Monitored are the sources of
 all connections; of a component from which no Real is taken, all outputs. This is the error of the
 coupling alone; each FMU's own error is the same in both runs.
 """
@@ -32,6 +33,11 @@ LEAST_RANGE = 1e-9
 NOISE = 1e-12
 """The least range over the largest present value of the unit, and over the nominal values: what
 moves less is noise of rounding."""
+MOMENTS, FORCES = "N.m", "N"
+"""Units of moments, and of the forces that make them."""
+LEAST_ARM = 1e-9
+"""Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
+as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
 LARGE = 0.1
@@ -45,6 +51,9 @@ class CouplingError:
     """The largest error over the range of one connection, and the output that has it.
 
     `halved` is what half the step would give. Both are shares [1] of `span`, the range in `unit`.
+    The output is `switched` if it has a LARGE error, but changes by more within one step, beside a
+    component that is sampled or has values that are no Reals: it is off where it switches a step
+    earlier or later, which says nothing of the other outputs.
     """
 
     connection: str
@@ -53,6 +62,7 @@ class CouplingError:
     halved: float
     span: float
     unit: str = ""
+    switched: bool = False
 
     def __str__(self) -> str:
         span = f"{self.span:.2g} {self.unit}".rstrip()
@@ -72,11 +82,16 @@ class CouplingErrorReport:
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
 
+    @property
+    def worst(self) -> CouplingError | None:
+        """The largest error of what is not `switched`, or if all is, of all; None without any."""
+        return next((e for e in self.errors if not e.switched), next(iter(self.errors), None))
+
     def warning(self, *, advice: bool = True) -> str:
         """The warning of an error that leaves no result; empty if the largest is not LARGE."""
-        if not self.errors or self.errors[0].error <= LARGE:
+        worst = self.worst
+        if worst is None or worst.error <= LARGE:
             return ""
-        worst = self.errors[0]
         told = f"the coupling error is {worst}: the results are unusable"
         if not advice:
             return told
@@ -85,13 +100,26 @@ class CouplingErrorReport:
         return f"{told}; take a smaller step_size, or another algorithm"
 
     def __str__(self) -> str:
-        if not self.errors:
+        worst = self.worst
+        if worst is None:
             return "no coupling, no coupling error"
-        worst = self.errors[0]
         remedy = f"halve the step for {worst.halved:.1e}"
         if not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        return f"largest coupling error {worst} ({worst.connection}); {remedy}"
+        return f"largest coupling error {worst} ({worst.connection}); {remedy}{self._switched}"
+
+    @property
+    def _switched(self) -> str:
+        """The outputs that switch at other points, in words; empty if there are none."""
+        found = {e.source: e for e in self.errors if e.switched}
+        if not found or (self.worst and self.worst.switched):
+            return ""
+        first, *more = found.values()
+        others = f" and {len(more)} more" if more else ""
+        return (
+            f"; beside it {first.source}{others}, off by up to {first.error:.1e} of range where "
+            "they switch a step earlier or later"
+        )
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
@@ -160,6 +188,29 @@ class Spans:
         return NOISE * largest[self._of_unit]
 
 
+def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
+    """Ranges (n,) that the errors of the monitored outputs are told relative to, in their units.
+
+    Those of `Spans`, for the `ranges` (n,) of the outputs, in their units; moments of a component
+    have at least LEAST_ARM times the largest range or present value of its forces. The estimate
+    itself does not know this bound: the steps that it repeats do not depend on it.
+    """
+    ports = [port for _, port in network.monitored_outputs]
+    sizes = np.maximum(ranges, np.abs(network.values[monitored_places(network)]))
+    forces: dict[str, float] = {}
+    for port, size in zip(ports, sizes.tolist(), strict=True):
+        if network.unit(port) == FORCES:
+            forces[port.component] = max(forces.get(port.component, 0.0), size)
+    least = [LEAST_ARM * forces.get(p.component, 0.0) * (network.unit(p) == MOMENTS) for p in ports]
+    spans = Spans(network)(ranges)
+    return np.where(spans > 0.0, np.maximum(spans, least), spans)
+
+
+def is_sampled(network: Network) -> bool:
+    """True if a component does nothing at some points of the system."""
+    return any(rate.is_sampled for rate in network.rates.values())
+
+
 def certificate(
     network: Network,
     connections: Sequence[str],
@@ -167,20 +218,28 @@ def certificate(
     errors: np.ndarray,
     halved: np.ndarray,
     ranges: np.ndarray,
+    leaps: np.ndarray | None = None,
     coverage: Coverage | None = None,
 ) -> CouplingErrorReport:
     """The certificate of a run from errors of the monitored outputs.
 
-    `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
+    `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units, as
+    are the largest changes within one step, `leaps` (n,), of a run in which outputs may be switched
+    at points of their own.
     """
     largest: dict[int, CouplingError] = {}
-    spans = Spans(network)(ranges)
-    shares = np.array([*over(np.array([errors, halved]), spans), spans]).T.tolist()
-    for (number, port), (error, half, span) in zip(network.monitored_outputs, shares, strict=True):
+    spans = scales(network, ranges)
+    leaps = 0.0 * errors if leaps is None else leaps
+    shares = np.array([*over(np.array([errors, halved, leaps]), spans), spans]).T.tolist()
+    for (number, port), (error, half, leap, span) in zip(
+        network.monitored_outputs, shares, strict=True
+    ):
         known = largest.get(number)
         if known is None or error > known.error:
             unit = network.unit(port)
-            largest[number] = CouplingError(connections[number], port, error, half, span, unit)
+            largest[number] = CouplingError(
+                connections[number], port, error, half, span, unit, LARGE < error <= leap
+            )
     ordered = sorted(largest.values(), key=lambda found: -found.error)
     return CouplingErrorReport(tuple(ordered), coverage)
 
@@ -197,4 +256,7 @@ def compared(
     share = 2.0**order / (2.0**order - 1)
     errors = np.abs(first - second).max(axis=0) * share
     ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
-    return certificate(network, connections, errors=errors, halved=halved, ranges=ranges)
+    leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if is_sampled(network) else None
+    return certificate(
+        network, connections, errors=errors, halved=halved, ranges=ranges, leaps=leaps
+    )

@@ -14,7 +14,7 @@ import numpy as np
 
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.error_estimate.kinks import NOISE, SMALL, halved_kinks
-from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, off
+from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, leaps_of, off
 from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, Roughness, fourth_differences
 from m4e_fmi.cosim.exchange.network import TWICE, Change, Network
@@ -133,6 +133,7 @@ class ShadowRun:
         self._difference = np.zeros(len(values))
         self._start = round(network.time * NS_PER_SECOND)
         self._extremes = np.array([values, values])
+        self._leaps = np.zeros(len(values))
         self.failure = ""
         """Why the errors are not known, if so."""
         self.switched = False
@@ -201,7 +202,9 @@ class ShadowRun:
             self.stop(f"steps of {name} the length fail ({error.message})")
             return
         (times, values), (others, again) = (r.take(loop.now) for r in (self._run, self._other))
-        known = np.concatenate((self._extremes, values if self._twice else again))
+        better = values if self._twice else again
+        self._leaps = np.maximum(self._leaps, leaps_of(better))
+        known = np.concatenate((self._extremes, better))
         self._extremes = np.array([known.min(axis=0), known.max(axis=0)])
         _, mine, theirs = np.intersect1d(times, others, assume_unique=True, return_indices=True)
         largest = np.abs(self._extremes).max(axis=0)
@@ -232,6 +235,10 @@ class ShadowRun:
         """All of the run was followed."""
         start, end = self._start, round(self._network.time * NS_PER_SECOND)
         return Coverage(start, end, followed=((start, end),))
+
+    def leaps(self) -> np.ndarray:
+        """Largest changes (n,) of the sources within one step, in their units."""
+        return self._leaps
 
     def ranges(self) -> np.ndarray:
         """Ranges (n,) of the values of the sources, in their units."""

@@ -29,7 +29,8 @@ class StepDoublingState:
     the errors of windows, `kinked` (n,) the largest differences of the followed run, and
     `kinked_since` (n,) those since kinks may be of another kind; `met` counts the events of kinks
     since then in windows, or where the run was followed. They are many and left to windows if
-    `crowded`. `bounds` (2, n) are the smallest and largest values. `watched` and `rough`
+    `crowded`. `bounds` (2, n) are the smallest and largest values, `leaps` (n,) the
+    largest changes within one step. `watched` and `rough`
     (n_outputs,), in the outputs' units, are the largest fourth differences in windows, and where
     the run was followed. `lengths` are those of repeated steps, over the run's, that can be made;
     `falls` is the order of smooth errors as measured, 0 at least.
@@ -42,6 +43,7 @@ class StepDoublingState:
     lengths: tuple[float, ...]
     coverage: Coverage
     bounds: np.ndarray
+    leaps: np.ndarray
     kinked: np.ndarray
     kinked_since: np.ndarray
     watched: np.ndarray
@@ -81,7 +83,8 @@ class StepDoublingState:
         self.kinked_since = np.maximum(self.kinked_since, largest)
 
     def widen(self, run: Recorded) -> None:
-        """Account for the values of `run` in the ranges."""
+        """Account for the values of `run` in the ranges and leaps."""
+        self.leaps = np.maximum(self.leaps, run.leaps)
         (low, high), (least, most) = self.bounds, run.bounds
         self.bounds = np.array([np.minimum(low, least), np.maximum(high, most)])
 

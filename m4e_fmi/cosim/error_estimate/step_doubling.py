@@ -14,14 +14,9 @@ differences are scaled up.
 
 Where steps of twice the length are not possible (they fail or grow without bound, most of them
 would end at jumps, values were set between the run's steps, a component's own points are not met) a
-window is repeated at H/2:
-
-    error of y = |y − z| 2^p / (2^p − 1)
-
-Values are set there as in the run. This costs twice the steps of the window again.
-
-Beyond its window an error may go on growing: see `windows`. How windows are repeated:
-`repeated_windows`.
+window is repeated at H/2, and the error of y is |y − z| 2^p / (2^p − 1).
+Values are set there as in the run. This costs twice the steps of the window again. Beyond its
+window an error may go on growing: see `windows`. `repeated_windows` repeats them.
 
 **Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
 *stretches*. One that is rougher than all windows, apart from its kinks, becomes a window too, whose
@@ -122,6 +117,7 @@ class StepDoublingEstimator:
             lengths=tuple(lengths),
             coverage=Coverage(self._now, self._now),
             bounds=np.repeat(network.values[sources][None], 2, axis=0),
+            leaps=np.zeros(len(sources)),
             kinked=np.zeros(len(sources)),
             kinked_since=np.zeros(len(sources)),
             watched=np.zeros(len(network.outputs)),
@@ -339,8 +335,8 @@ class StepDoublingEstimator:
 
     def _set_gates(self, run: Recorded) -> None:
         """Set the fourth differences from which on the monitored outputs count as rough."""
-        least = np.maximum(NOISE * run.largest, self._state.of_known(SMALL))
-        self._roughness.gate[self._sources] = least
+        known = self._state.of_known(SMALL)
+        self._roughness.gate[self._sources] = np.maximum(NOISE * run.largest, known)
 
     def _follow(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
         """Repeat the stretch in finer steps about `kinks` (k,); why that fails, if so.
@@ -394,6 +390,10 @@ class StepDoublingEstimator:
     def coverage(self) -> Coverage:
         """The part of the run up to the present point that was repeated."""
         return replace(self._state.coverage, end=self._now)
+
+    def leaps(self) -> np.ndarray:
+        """Largest known changes (n,) of the outputs within one step, in their units."""
+        return self._state.leaps
 
     def ranges(self) -> np.ndarray:
         """Ranges (n,) of the sources where their values are known, in their units."""

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints, resumable
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
-from m4e_fmi.cosim.master.real_time import NO_ESTIMATE, RealTime
+from m4e_fmi.cosim.master.real_time import NOT_IN_REAL_TIME, RealTime
 from m4e_fmi.cosim.master.recording import (
     attributes_of,
     closing_attributes,
@@ -39,6 +39,7 @@ from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
 LONG = 5.0
 """Seconds of wall time that a run takes, from which on the estimate after it is told."""
+NOT_ASKED = "it was not estimated, as asked (certify, --no-certify)"
 
 
 @dataclass(frozen=True)
@@ -77,6 +78,13 @@ class Options:
             since = f"from t = {resumed.head.time:.9g} s on: " if resumed else ""
             lines.append(f"{since}{self.paced.lateness}")
         return "\n".join(lines)
+
+    @property
+    def no_estimate(self) -> str:
+        """The reason why the coupling error is not estimated; empty if it is."""
+        if not self.certify:
+            return NOT_ASKED
+        return NOT_IN_REAL_TIME if self.real_time else ""
 
     def warn_of(self, lines: Sequence[str]) -> None:
         """Tell each of some warnings."""
@@ -176,7 +184,7 @@ def _master(
             options.paced.since = resumed.head.time
     with Master(
         system,
-        certify=options.certify and not options.real_time,
+        certify=not options.no_estimate,
         changeable=options.changeable,
         recorded=recorded,
         watched=options.watched or (resumed is not None and resumed.head.watched),
@@ -232,8 +240,8 @@ def _written(
 
 def _closing(begun: Begun, options: Options) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run."""
-    certify = options.certify and not begun.failed
-    if certify and options.tell and begun.master.estimator:
+    ended = not begun.failed
+    if ended and options.tell and begun.master.estimator:
         wall_time = clock.perf_counter() - begun.started
         if wall_time > LONG:
             options.tell(
@@ -241,9 +249,11 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
                 "steps are repeated, which may take as long"
             )
     try:
-        found = closing_attributes(begun.master, begun.system, certify=certify)
+        found = closing_attributes(
+            begun.master, begun.system, ended=ended, no_estimate=options.no_estimate
+        )
     except (KeyboardInterrupt, Terminated) as error:
-        if certify:
+        if ended and begun.master.estimator:
             error.add_note("while the coupling error was estimated")
         raise
     return found | ({"real_time": options.real_time} if options.real_time else {})
@@ -252,7 +262,6 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
 def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
     """The outcome of a run that has ended, without its warnings; `wall_time` in seconds."""
     master, writer, paced = begun.master, begun.results, options.paced
-    certificate = master.certificate() if options.certify else ""
     return Outcome(
         prepared=begun.system,
         path=as_given(stream_of(options.given), writer.path) if writer else None,
@@ -262,7 +271,7 @@ def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
         notes=(*begun.system.notes, *master.notes, *(writer.notes if writer else ())),
         order=master.order,
         rejected=master.rejected,
-        certificate=certificate or (NO_ESTIMATE if options.real_time else ""),
+        certificate=master.certificate() or options.no_estimate,
         messages=master.messages,
         scenario=master.scenario,
         real_time=paced.lateness if paced else None,

@@ -13,7 +13,7 @@ SLICE = 0.02
 """Seconds of a wait after which signals are heard."""
 SLOW = 0.1
 """Seconds by which the end of a run may be late before it counts as too slow."""
-NO_ESTIMATE = (
+NOT_IN_REAL_TIME = (
     "what is run in real time is not repeated, which would make others late; run without real "
     "time, from the start, for the error of the same values"
 )

@@ -71,21 +71,24 @@ def place_of(results: str | Path) -> Generator[Path]:
         yield place
 
 
-def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> dict[str, str]:
+def closing_attributes(
+    master: Master, prepared: Prepared, *, ended: bool, no_estimate: str
+) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run.
 
-    These are the warnings and errors of FMUs, a line each, the same of actions of a scenario, how
-    large the coupling errors are, and the notes, with warnings of the run.
+    These are the warnings and errors of FMUs, a line each, the same of actions of a scenario, and,
+    if it has `ended` well, how large the coupling errors are, or why there is `no_estimate` of
+    them, and the notes, with warnings of the run.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
     if master.scenario:
         found["scenario"] = "\n".join(master.scenario)
-    if certify:
+    if ended:
         warnings = (f"warning: {line}" for line in master.warnings)
         found["notes"] = "\n".join((*prepared.notes, *warnings))
         certificate = master.certificate()
-        found["coupling_error"] = str(certificate) or "not known"
+        found["coupling_error"] = str(certificate) or ": ".join(["not known", no_estimate])
         if isinstance(certificate, CouplingErrorReport) and certificate.coverage:
             found["coupling_error_from"] = str(certificate.coverage)
     return found

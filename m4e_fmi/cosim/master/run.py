@@ -42,6 +42,7 @@ def run(
     resume: bool | str | Path = False,
     real_time: float | None = None,
     animated: bool = False,
+    certify: bool = True,
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
@@ -55,6 +56,7 @@ def run(
     `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
     and the outcome has `checked`. With `real_time`, simulated seconds per second, no communication
     point is passed before its wall time, and the outcome has the lateness, but no certificate.
+    Without `certify` it has none either: no step is made twice to estimate the coupling error.
 
     RunError names component, variable and time; the results up to there are then on disk, as they
     are after KeyboardInterrupt, and after SIGTERM, which raises
@@ -91,6 +93,7 @@ def run(
         beside=beside,
         resumed=resumed,
         paced=None if real_time is None else RealTime(real_time),
+        certify=certify,
     )
     options.warn_of(system.warnings)
     if results is None:
@@ -115,6 +118,7 @@ def start(
     tell: Callable[[str], None] | None = None,
     variables: Sequence[str] = (),
     warn: Warn | None = None,
+    certify: bool = True,
 ) -> Generator[Execution]:
     """A run that the block of ``with start(system) as run`` steps, from the start time.
 
@@ -127,7 +131,14 @@ def start(
     if results is not None:
         scene = scene_of(system)
         system = thinned(system, variables, tell)
-    options = Options(results=results, scene=scene, variables=variables, changeable=True, warn=warn)
+    options = Options(
+        results=results,
+        scene=scene,
+        variables=variables,
+        certify=certify,
+        changeable=True,
+        warn=warn,
+    )
     options.warn_of(_no_checkpoints(system, "use 'run', or 'save' of this run in between"))
     with begun_run(system, options) as begun:
         master, writer = begun.master, begun.results

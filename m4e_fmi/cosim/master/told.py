@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from m4e_fmi.cosim.connections.links import Bond
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate, is_sampled
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
@@ -44,6 +44,7 @@ def certified(
         errors=estimator.errors(),
         halved=estimator.errors(halved=True),
         ranges=estimator.ranges(),
+        leaps=estimator.leaps() if switched or is_sampled(network) else None,
         coverage=estimator.coverage(),
     )
 

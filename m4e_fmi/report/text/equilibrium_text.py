@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from m4e_fmi.analysis.attitudes import attitudes
@@ -12,9 +13,13 @@ from m4e_fmi.program import TIME
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import OperatingPoint
+    from m4e_fmi.program import Variable
 
 NOISE = 1e-9
 """Share of the largest value of its unit, or of 1, below which a value is rounding."""
+FOLDED = 4
+"""Elements from which on an array of outputs has one line."""
+ELEMENT = re.compile(r"\[[\d, ]+\]$")
 
 
 def equilibrium_values(point: OperatingPoint) -> dict[str, float]:
@@ -34,6 +39,7 @@ def equilibrium_text(
 ) -> str:
     """The pose, other states, and the outputs that are not zero, a line each; then `notes`.
 
+    An array of outputs, such as the nodes of a mooring line, has one line, of its range.
     `varied` names parameters and inputs that were found for it.
     """
     program, values = point.program, equilibrium_values(point)
@@ -60,5 +66,26 @@ def equilibrium_text(
     acting = [v for v in outputs if abs(values[v.name]) > NOISE * largest[v.unit]]
     if acting:
         lines.append("outputs that are not zero:")
-        lines += [f"  {v.name:<40} {values[v.name]: .6g} {v.unit}" for v in acting]
+        lines += _output_lines(acting, values)
     return "\n".join([*lines, *note_lines(notes)])
+
+
+def _output_lines(acting: Sequence[Variable], values: Mapping[str, float]) -> list[str]:
+    """A line for each output, in its unit; of an array for its smallest and largest value."""
+    arrays: dict[tuple[str, str], list[Variable]] = {}
+    for v in acting:
+        arrays.setdefault((ELEMENT.sub("", v.name), v.unit), []).append(v)
+    lines, folded = [], 0
+    for (name, unit), members in arrays.items():
+        if len(members) < FOLDED:
+            lines += [f"  {v.name:<40} {values[v.name]: .6g} {v.unit}" for v in members]
+            continue
+        folded += len(members)
+        among = [values[v.name] for v in members]
+        title = f"{name}[…]"
+        lines.append(
+            f"  {title:<40} {min(among): .6g} to {max(among):.6g} {unit} ({len(among)} values)"
+        )
+    if folded:
+        lines.append(f"  the {folded} values of arrays: --json")
+    return lines

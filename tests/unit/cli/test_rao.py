@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 from collections.abc import Callable
@@ -75,6 +76,37 @@ def test_the_sea_of_the_file_and_another(
     assert found[0]["significant_height"] == pytest.approx(1.5)
     # 60 components at random frequencies, beside 300 in the middles of their parts
     assert own == pytest.approx(other, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("given", "lines"),
+    [
+        (["--sea", "1.5", "8"], ["linearised for the sea: step 1 of 100"]),
+        (["--periods", "6", "8", "--height", "1"], ["steady motion in wave 2 of 2"]),
+        (
+            ["--periods", "6", "--height", "1", "--check"],
+            ["steady motion in wave 1 of 1", "simulated seconds: 240 of 240"],
+        ),
+    ],
+)
+def test_progress_is_shown_on_terminals_only(
+    buoy: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    given: list[str],
+    lines: list[str],
+) -> None:
+    command = ["rao", str(buoy), *given, "--no-plot", "--output-file", str(tmp_path / "r.nc")]
+    assert main(command) == 0
+    assert not set(lines) & set(capsys.readouterr().err.splitlines())
+    error = io.StringIO()
+    error.isatty = lambda: True  # type: ignore[method-assign]
+    monkeypatch.setattr("sys.stderr", error)
+    assert main(command) == 0
+    shown = error.getvalue().replace("\n", "\r\033[K").split("\r\033[K")
+    assert set(lines) <= set(shown)
+    assert error.getvalue().endswith("\n")  # what is printed next has its own line
 
 
 @pytest.mark.parametrize(

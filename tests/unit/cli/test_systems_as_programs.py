@@ -84,6 +84,13 @@ def test_reference_is_told(system: str, capsys: pytest.CaptureFixture[str]) -> N
     assert "against the solution as one program: largest error" in capsys.readouterr().out
 
 
+def test_reference_needs_an_estimate(system: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", system, "--no-certify"]) == 0
+    assert "coupling error not known: it was not estimated, as asked" in capsys.readouterr().out
+    assert main(["run", system, "--no-certify", "--reference"]) == 2
+    assert "leave out --no-certify" in capsys.readouterr().err
+
+
 def test_linearize_and_equilibrium(system: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["linearize", system, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -158,6 +165,10 @@ def test_what_is_no_equation_takes_part_at_rest(
         assert "line: warning: l is divided coarsely" in caught.err
         if command == ["equilibrium"]:
             assert "line.l.fairlead_tension" in caught.out
+    assert (tmp_path / "build" / "with_line" / "line.fmu").is_file()
+    elsewhere = ["--settled", "line", "--build-folder", "other"]
+    assert main(["equilibrium", "line.yaml", *elsewhere]) == 0
+    assert (tmp_path / "other" / "with_line" / "line.fmu").is_file()
     assert main(["run", "line.yaml", "--start", "equilibrium"]) == 0
     assert "starts at its equilibrium; moved most: m0.joint.hinge.q" in capsys.readouterr().err
     found = load(tmp_path / "build" / "with_line.nc")

@@ -24,6 +24,7 @@ from m4e_fmi.cosim import (
     load,
     read_parameters,
     run,
+    start,
 )
 from m4e_fmi.cosim.connections.recorded_variables import LARGEST_ARRAY
 from m4e_fmi.cosim.master import begun
@@ -245,6 +246,32 @@ def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
     outcome = run(System("s", (part,), (), Simulation(1, 0.1)), results=path, tell=told.append)
     assert [line[:38] for line in told] == ["the results have no column but time: t"]
     assert told[0] in run_summary(outcome)
+
+
+def test_a_run_without_an_estimate_has_the_same_values_and_says_so(
+    c_fmu: Fmus, tmp_path: Path
+) -> None:
+    given = oscillator(c_fmu, Simulation(2, 0.01))
+    found = []
+    for certify in (True, False):
+        outcome = run(given, results=tmp_path / f"{certify}.nc", certify=certify)
+        found.append(outcome.results())
+    reason = "it was not estimated, as asked (certify, --no-certify)"
+    assert outcome.certificate == reason
+    assert f"coupling error not known: {reason}" in run_summary(outcome)
+    assert found[1].attributes["coupling_error"] == f"not known: {reason}"
+    assert "coupling_error_from" not in found[1].attributes
+    assert all(np.array_equal(found[0][n].values, found[1][n].values) for n in found[0].series)
+    with start(given, certify=False) as stepped:
+        stepped.step()
+    assert stepped.outcome.certificate == reason
+
+
+def test_a_checkpoint_of_a_run_with_an_estimate_needs_one(c_fmu: Fmus, tmp_path: Path) -> None:
+    given = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))
+    run(given, results=tmp_path / "r.nc")
+    with pytest.raises(InputError, match="the error estimate was on, and is off"):
+        run(given, results=tmp_path / "r.nc", resume=True, certify=False)
 
 
 @pytest.mark.parametrize("seconds", [0.0, 1e9])
