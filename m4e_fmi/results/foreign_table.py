@@ -214,6 +214,14 @@ def _headings(
         )
         shown = one_line(line)[:_LONGEST_SHOWN]
         raise InputError([Problem(message, remedy, str(path), number, 1, shown, len(shown))])
+    number, names, units = _names(path, form, found)
+    return names, units, sum(k < number for k, _ in above)
+
+
+def _names(
+    path: Path, form: _Form, found: Sequence[tuple[int, list[str]]]
+) -> tuple[int, list[str], list[str | None]]:
+    """Line, names and units of columns from the rows `found` above the numbers."""
     number, names = found[-1]
     if wrong := [entry for entry in names if form.is_number(entry)]:
         message = f"names of columns or numbers expected, got both: {one_line(', '.join(names))}"
@@ -234,7 +242,7 @@ def _headings(
     ]
     if problems:
         raise InputError(shortened(problems))
-    return names, units, sum(k < number for k, _ in above)
+    return number, names, units
 
 
 def _values(

@@ -159,18 +159,9 @@ def _difference(
     mine, theirs = parse_unit(one.unit), parse_unit(other.unit)
     if not mine.same_dimension(theirs):
         raise ValueError(f"{one.unit} and {other.unit} are of different dimension")
-    values, reference = one.values, theirs.factor / mine.factor * other.values
-    places: list[np.ndarray] = []
-    for axis, dimension in enumerate(one.dimensions):
-        here, there = _same(a, b, dimension, values.shape[axis], reference.shape[axis])
-        if len(here) < max(values.shape[axis], reference.shape[axis]):
-            sizes = values.shape[axis], reference.shape[axis]
-            notes[
-                f"{dimension}: {len(here)} values are in both files, of {sizes[0]} and {sizes[1]}"
-            ] = None
-        values = np.take(values, here, axis)
-        reference = np.take(reference, there, axis)
-        places.append(a.coordinates.get(dimension, np.arange(one.values.shape[axis]))[here])
+    factor = theirs.factor / mine.factor
+    values, reference, places = _common(a, b, one, other, notes)
+    reference = factor * reference
     known = np.isfinite(values) & np.isfinite(reference)
     if not known.any():
         raise ValueError("no cell has a number in both files")
@@ -191,6 +182,24 @@ def _difference(
         left_out=int(np.sum(~known)), rms=float(np.sqrt(np.mean(difference**2))),
         largest=float(difference.max()), largest_at=at, scale=scale,
     )  # fmt: skip
+
+
+def _common(
+    a: GriddedFile, b: GriddedFile, one: Grid, other: Grid, notes: dict[str, None]
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Values of both in their common cells, and the values of the dimensions there."""
+    values, reference = one.values, other.values
+    places: list[np.ndarray] = []
+    for axis, dimension in enumerate(one.dimensions):
+        sizes = values.shape[axis], reference.shape[axis]
+        here, there = _same(a, b, dimension, *sizes)
+        if len(here) < max(sizes):
+            text = f"{len(here)} values are in both files, of {sizes[0]} and {sizes[1]}"
+            notes[f"{dimension}: {text}"] = None
+        values = np.take(values, here, axis)
+        reference = np.take(reference, there, axis)
+        places.append(a.coordinates.get(dimension, np.arange(sizes[0]))[here])
+    return values, reference, places
 
 
 def _listed(grid: Grid) -> str:

@@ -105,7 +105,7 @@ def test_gaps_and_rows_at_one_time(tmp_path: Path) -> None:
         ("only words\nand more\n", "the last row is not one of numbers"),
         ("# nothing\n", "has no rows"),
         ("", "has no rows"),
-        ("time,x\n0.5,1_000\n1,2\n", "2:1: names of columns or numbers expected, got both: 0.5, 1_000"),
+        ("time,x\n0.5,1_000\n1,2\n", "2:1: names of columns or numbers expected, got both"),
     ],
 )
 def test_unclear_tables_are_refused(text: str, message: str, tmp_path: Path) -> None:
