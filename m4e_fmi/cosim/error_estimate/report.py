@@ -111,15 +111,13 @@ class CouplingErrorReport:
     @property
     def _switched(self) -> str:
         """The outputs that switch at other points, in words; empty if there are none."""
-        found = {e.source: e for e in self.errors if e.switched}
+        found = dict.fromkeys(e.source for e in self.errors if e.switched)
         if not found or (self.worst and self.worst.switched):
             return ""
-        first, *more = found.values()
+        first, *more = map(str, found)
         others = f" and {len(more)} more" if more else ""
-        return (
-            f"; beside it {first.source}{others}, off by up to {first.error:.1e} of range where "
-            "they switch a step earlier or later"
-        )
+        verb = "switch" if more else "switches"
+        return f"; {first}{others} {verb} a step earlier or later: wrong there by the whole jump"
 
 
 def over(values: np.ndarray, spans: np.ndarray) -> np.ndarray:
@@ -223,9 +221,9 @@ def certificate(
 ) -> CouplingErrorReport:
     """The certificate of a run from errors of the monitored outputs.
 
-    `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units, as
-    are the largest changes within one step, `leaps` (n,), of a run in which outputs may be switched
-    at points of their own.
+    `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
+    `leaps` (n,), in their units, too, are the largest changes within one step of a run in which
+    outputs may be switched at points of their own.
     """
     largest: dict[int, CouplingError] = {}
     spans = scales(network, ranges)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.build import coefficients_from_config, program_of
-from m4e_adapters.hydrodynamics.coefficient_files.consistency import findings
+from m4e_adapters.hydrodynamics.coefficient_files.consistency import Finding, findings
 from m4e_adapters.hydrodynamics.coefficient_files.from_file import checked_waves, read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
@@ -73,15 +73,7 @@ def hydrodynamic_data(
         if not re.search(r"\d+ of \d+$", text):
             notes.append(text)
 
-    if config.coefficients is None:
-        c = coefficients_from_config(config, folder=folder, progress=told)
-        found = findings(c)
-    else:
-        read = read_for(config, folder=folder)
-        c, found = read.coefficients, read.findings
-        notes += read.notes
-        c = c if config.body_to_body else c.without_interaction()
-        checked_waves(config, c, folder=folder)
+    c, found = _known(config, folder, told, notes)
     fitted, faults = _fitted(c, config, told)
     program = program_of(config, c, name=name, folder=folder, memory=fitted, progress=progress)
     fit_omega = np.linspace(0.0, float(c.omega[-1]), FREQUENCIES + 1)[1:]
@@ -104,20 +96,42 @@ def hydrodynamic_data(
         fit_memory=_memory(fitted, time),
         directions=directions,
         excitation=table,
-        memories=tuple(
-            FittedMemory(
-                motions=group.motions,
-                poles=group.order,
-                states=group.order * len(group.motions),
-                error=group.error,
-                damping_error=group.misfit.damping_error,
-            )
-            for group in fitted.groups
-        ),
+        memories=_memories(fitted),
         states=len(program.states),
         operations=len(program.operations(program.results)),
         findings=[*((f.name, f.text, f.warns) for f in found), *_convolutions(c, fitted), *faults],
         notes=tuple(notes),
+    )
+
+
+def _known(
+    config: HydrodynamicsConfig, folder: Path, told: Callable[[str], object], notes: list[str]
+) -> tuple[Coefficients, Sequence[Finding]]:
+    """The coefficients, computed or read, and what is found of them; `notes` of a file are added.
+
+    InputError for waves that those of a file are not for.
+    """
+    if config.coefficients is None:
+        computed = coefficients_from_config(config, folder=folder, progress=told)
+        return computed, findings(computed)
+    read = read_for(config, folder=folder)
+    notes += read.notes
+    c = read.coefficients if config.body_to_body else read.coefficients.without_interaction()
+    checked_waves(config, c, folder=folder)
+    return c, read.findings
+
+
+def _memories(fitted: RadiationMemory) -> tuple[FittedMemory, ...]:
+    """Size and errors of the fit to each group of motions."""
+    return tuple(
+        FittedMemory(
+            motions=group.motions,
+            poles=group.order,
+            states=group.order * len(group.motions),
+            error=group.error,
+            damping_error=group.misfit.damping_error,
+        )
+        for group in fitted.groups
     )
 
 

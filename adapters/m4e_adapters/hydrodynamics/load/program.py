@@ -36,13 +36,18 @@ from m4e_adapters.hydrodynamics.drift.tables import BodyDrift
 from m4e_adapters.hydrodynamics.heading import (
     Heading,
 )
-from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies, record_air_gaps
+from m4e_adapters.hydrodynamics.load.body_points import (
+    OnBody,
+    points_on_bodies,
+    record_air_gaps,
+)
 from m4e_adapters.hydrodynamics.load.drag import (
+    InWater,
     bodies_in_moving_water,
     record_drag,
     record_water_velocity,
 )
-from m4e_adapters.hydrodynamics.load.matched_sea import matched_sea
+from m4e_adapters.hydrodynamics.load.matched_sea import MatchedSea, matched_sea
 from m4e_adapters.hydrodynamics.load.motions import Motions, record_motions
 from m4e_adapters.hydrodynamics.load.outputs import (
     publish_added_mass,
@@ -132,43 +137,24 @@ def hydrodynamics_program(
         space also the inputs `<body>.{y,phi,psi,vy,omega_x,omega_z}` and `force_y`, `moment_x`,
         `moment_z`.
     """
-    drifts, acting, kind = drift or {}, loads or Loads(), radiation or Radiation()
+    drifts, drags, acting = drift or {}, drag or {}, loads or Loads()
     _check_excitation(coefficients, acting)
     matched = matched_sea(
-        coefficients,
-        waves=waves,
-        drift=drifts,
-        heading=heading or Heading(),
-        folder=folder,
+        coefficients, waves=waves, drift=drifts, heading=heading or Heading(), folder=folder,
         progress=progress,
-    )
+    )  # fmt: skip
     recorder = Recorder(name, f"linear hydrodynamics of {', '.join(coefficients.bodies)}")
     moved = record_motions(recorder, coefficients, matched.heading)
     parts: dict[str, Vector] = {}
     fitted = None
     if acting.radiation != "none":
-        fitted = memory or fit_radiation(
-            coefficients,
-            order=kind.order,
-            convolution=kind.memory == "convolution",
-            progress=progress,
-        )
+        fitted = memory or _fitted(coefficients, radiation or Radiation(), progress)
         parts["radiation"] = record_memory(recorder, fitted.groups, coefficients, moved.velocity)
     on_bodies = points_on_bodies(coefficients, points or {})
     acts_drag = acting.drag != "none"
-    in_water = bodies_in_moving_water(coefficients, drag or {}, current) if acts_drag else ()
-    offsets = moved.offsets(coefficients) if acting.displaced else []
-    waters = [body.place(coefficients, moved.reference, offsets) for body in in_water]
-    waves_on = sea(
-        recorder,
-        matched.systems,
-        coefficients,
-        directed=matched.directed,
-        heading=moved.axes.angle if moved.axes else 0.0,
-        places=moved.places,
-        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
-        waters=waters,
-        offsets=offsets,
+    in_water = bodies_in_moving_water(coefficients, drags, current) if acts_drag else ()
+    waves_on = _waves_on(
+        sea, recorder, matched, coefficients, moved, on_bodies, in_water, displaced=acting.displaced
     )
     if coefficients.excited_by:
         parts[_excitation(coefficients)] = waves_on.excitation
@@ -179,7 +165,7 @@ def hydrodynamics_program(
         water = record_water_velocity(
             recorder, coefficients, current, moved, in_water, waves_on.velocities
         )
-        parts["drag"] = record_drag(recorder, coefficients, drag or {}, moved.velocity, water)
+        parts["drag"] = record_drag(recorder, coefficients, drags, moved.velocity, water)
     if drifts:
         parts["drift"] = record_drifts(
             recorder, drifts, matched.drifts, waves_on.waves, coefficients, moved
@@ -190,6 +176,46 @@ def hydrodynamics_program(
         publish = recorder.output if matched.heading.filter_time else recorder.calculate
         publish_added_mass(publish, coefficients, fitted.added_mass_inf, moved.axes)
     return recorder.program()
+
+
+def _fitted(
+    coefficients: Coefficients, radiation: Radiation, progress: Callable[[str], object]
+) -> RadiationMemory:
+    """The radiation memory that is asked for."""
+    convolution = radiation.memory == "convolution"
+    return fit_radiation(
+        coefficients, order=radiation.order, convolution=convolution, progress=progress
+    )
+
+
+def _waves_on(
+    sea: RecordSea,
+    recorder: Recorder,
+    matched: MatchedSea,
+    coefficients: Coefficients,
+    moved: Motions,
+    on_bodies: Sequence[OnBody],
+    in_water: Sequence[InWater],
+    *,
+    displaced: bool,
+) -> RecordedSea:
+    """The waves as `sea` records them: at bodies, at points for air gaps, and where drag acts.
+
+    Where bodies are `displaced`, they meet the waves of where they have come to.
+    """
+    offsets = moved.offsets(coefficients) if displaced else []
+    waters = [body.place(coefficients, moved.reference, offsets) for body in in_water]
+    return sea(
+        recorder,
+        matched.systems,
+        coefficients,
+        directed=matched.directed,
+        heading=moved.axes.angle if moved.axes else 0.0,
+        places=moved.places,
+        gauges=[point.place(coefficients, moved.reference) for point in on_bodies],
+        waters=waters,
+        offsets=offsets,
+    )
 
 
 def _record_bodies(

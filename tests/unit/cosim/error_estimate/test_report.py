@@ -99,8 +99,7 @@ def test_what_switches_a_step_later_leaves_the_motion_usable() -> None:
     assert report.worst
     assert report.worst.source == LATCH[1]
     assert str(report).endswith(
-        "; beside it latch.damping, off by up to 4.0e-01 of range where they switch a step "
-        "earlier or later"
+        "; latch.damping switches a step earlier or later: wrong there by the whole jump"
     )
     assert report.errors[0].source == LATCH[0]  # the largest first, as ever
 
