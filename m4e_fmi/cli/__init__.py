@@ -26,6 +26,7 @@ from m4e_fmi.cli import (
     hydro,
     info,
     linearize,
+    new,
     rao,
     run,
     simulate,
@@ -41,7 +42,7 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
-    equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
+    new, equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
     run, doctor,
 )  # fmt: skip
 
