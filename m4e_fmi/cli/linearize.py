@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from m4e_fmi.cli.shared.log import print_files
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_open,
     add_start_values,
     finite,
     load_equations,
-    print_files,
     start_values,
 )
 from m4e_fmi.errors import RunError

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import print_files
+from m4e_fmi.cli.shared.log import print_files
 from m4e_fmi.errors import InputError, Problem
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -91,7 +91,7 @@ KINDS = {
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `new` to the command line."""
     command = commands.add_parser(
-        "new", help="write a working start: a model, a system, a study, a controller, an adapter"
+        "new", help="write a working start: a model, a system, a controller"
     )
     kinds = "; ".join(f"{name}: {kind.text}" for name, kind in KINDS.items())
     command.add_argument("kind", choices=tuple(KINDS), help=kinds)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.log import add_log, print_files, show, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_open,
@@ -17,7 +17,6 @@ from m4e_fmi.cli.shared.options import (
     is_system,
     load_in_waves,
     load_system,
-    print_files,
     start_values,
 )
 from m4e_fmi.errors import InputError
@@ -85,6 +84,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
     )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    add_log(command)
     command.set_defaults(command=_run)
 
 
@@ -100,7 +100,7 @@ def _run(options: argparse.Namespace) -> None:
     periods = [x for part in options.periods or [_range("4:14:21")] for x in part]
     waves = load_in_waves(system, options, highest=_highest(options, periods))
     if system.scenario:
-        print("warning: the scenario takes no part: a response has no actions", file=sys.stderr)
+        warn("warning: the scenario takes no part: a response has no actions")
     point = equilibrium(waves.program, at=start_values(options))
     if options.sea is None:
         _regular(waves, point, periods, output, options)
@@ -229,13 +229,13 @@ def _tell(
     from m4e_fmi.report import comparison_json, comparison_text
 
     if not options.json:
-        print(text)
+        show(text)
         print_files(files)
     if options.check:
         found, title = check()
         values["check"] = comparison_json(found, title=title, settled=settled)
         if not options.json:
-            print(comparison_text(found, title=title, settled=settled))
+            show(comparison_text(found, title=title, settled=settled))
     if options.json:
         print(json.dumps(values, indent=2))
 
