@@ -31,7 +31,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     """Add `hydro` to the command line."""
     command = commands.add_parser(
         "hydro",
-        help="hydrodynamic coefficients of a file or a system: tables, pictures, consistency, fit",
+        help="hydrodynamic coefficients: tables, pictures, consistency",
     )
     command.add_argument(
         "source",

@@ -33,9 +33,7 @@ FEW, MOST = 2, 100_000
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `rao` to the command line."""
-    command = commands.add_parser(
-        "rao", help="response of a system to waves: amplitudes, phases, statistics in a sea"
-    )
+    command = commands.add_parser("rao", help="response of a system to waves; statistics in a sea")
     command.add_argument("model", type=Path, metavar="system", help="a system file")
     add_open(command)
     command.add_argument(
