@@ -22,7 +22,7 @@ MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
         "signals units errors shown files coupling_algorithms program space joints model multibody "
-        "results runtime simulate fmu analysis code_hash doctor report cosim cli __main__"
+        "results runtime simulate fmu analysis code_hash doctor report cosim notebook cli __main__"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (

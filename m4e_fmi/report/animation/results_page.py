@@ -33,12 +33,16 @@ def animate_run(results: str | Path | Results, path: str | Path) -> Path:
     """
     path = Path(path)
     check_run_animation_path(path)
-    found = results if isinstance(results, Results) else load(results)
-    scene, shown, texts = _read(found)
-    text = page(scene.title, texts, scene_part(scene, shown))
+    text = run_page(results if isinstance(results, Results) else load(results))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
+
+
+def run_page(results: Results) -> str:
+    """The same page as text."""
+    scene, shown, texts = _read(results)
+    return page(scene.title, texts, scene_part(scene, shown))
 
 
 def run_part(results: Results) -> Part:
