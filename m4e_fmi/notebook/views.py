@@ -13,7 +13,7 @@ from m4e_fmi.notebook.sheet import Sheet
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from m4e_fmi.notebook.animation import Animation
+    from m4e_fmi.notebook.framed import Animation
     from m4e_fmi.results.results_file import Results
     from m4e_fmi.simulate import Simulation
 
@@ -53,7 +53,7 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
 
     InputError for a name that is not there.
     """
-    from m4e_fmi.notebook.figure import ShownFigure
+    from m4e_fmi.notebook.shown_figure import ShownFigure
     from m4e_fmi.report.drawing.figures import results_figure, simulation_figure
     from m4e_fmi.results.results_file import Results
 
@@ -63,7 +63,7 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
 
 def animation(results: Results) -> Animation:
     """The animation of the results of a run; InputError for results without a scene."""
-    from m4e_fmi.notebook.animation import Animation
+    from m4e_fmi.notebook.framed import Animation
     from m4e_fmi.report.animation.results_page import run_page
 
     return Animation(str(results.path), run_page(results))

@@ -12,8 +12,8 @@ from m4e_fmi.results.series import Series
 if TYPE_CHECKING:
     import xarray
 
-LONGEST = 2000
-"""Characters of an attribute that goes along; longer ones, as the scene of an animation, do not."""
+SCENE = "scene"
+"""The attribute with what an animation shows, which is for programs only."""
 
 
 def as_dataset(
@@ -23,10 +23,11 @@ def as_dataset(
 
     The variables have `units` and `long_name`, those of whole numbers with names also
     `flag_values` and `flag_meanings` (CF conventions). They share memory with the series.
+    Attributes go along, but for the SCENE.
     """
     import xarray
 
-    told = {name: one for name, one in attributes.items() if len(one) <= LONGEST}
+    told = {name: one for name, one in attributes.items() if name != SCENE}
     variables = {name: ("time", one.values, _attributes(one)) for name, one in series.items()}
     plain = np.asarray(time)
     times = ("time", plain, {"units": "s", "long_name": "simulated time"})

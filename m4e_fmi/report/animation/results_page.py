@@ -14,7 +14,8 @@ from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.animation.frames import Frames, frames_of
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
-from m4e_fmi.report.animation.scene_text import ATTRIBUTE, scene_of_text
+from m4e_fmi.report.animation.scene_text import scene_of_text
+from m4e_fmi.results.dataset import SCENE
 from m4e_fmi.results.results_file import Results, load
 
 Floats = NDArray[np.float64]
@@ -58,7 +59,7 @@ def check_run_animation_path(path: Path) -> None:
 
 def _read(results: Results) -> tuple[Scene, Frames, list[str]]:
     """The scene of results, its frames, and texts about them."""
-    text = results.attributes.get(ATTRIBUTE)
+    text = results.attributes.get(SCENE)
     name = str(results.path)
     if text is None:
         message = "has no scene: it was written by an earlier m4e_fmi, or shows no bodies"
