@@ -31,6 +31,7 @@ PAGES_THAT_RUN = (
     "whole_systems",
     "programs",
     "stepping",
+    "notebooks",
 )
 SCRIPTS = (
     "double_pendulum/double_pendulum.py",
