@@ -9,7 +9,7 @@ import shlex
 import sys
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -26,17 +26,19 @@ class _Start:
     """Contents of a start: files by their templates, and the commands that come next.
 
     In paths and commands `NAME` stands for the name. `is_code` is true if the name becomes that of
-    a Python module.
+    a Python module. Files `beside` are written where the first of them is not there yet.
     """
 
     text: str
     files: dict[str, str]
     commands: tuple[tuple[str, str], ...]
     is_code: bool = False
+    beside: dict[str, str] = field(default_factory=dict)
 
 
 _RUN = ("m4e-fmi run NAME.system.yaml", "simulate it; results and a picture go to build/")
 _LOOK = ("m4e-fmi info NAME.system.yaml", "show all variables")
+_SYSTEM = {"system.yaml": "NAME.system.yaml", "float.model.yaml": "NAME_float.model.yaml"}
 KINDS = {
     "model": _Start(
         "a mechanism with parameters, joints and loads",
@@ -49,12 +51,21 @@ KINDS = {
     ),
     "system": _Start(
         "a float in irregular waves with a power take-off",
-        {"system.yaml": "NAME.system.yaml", "float.model.yaml": "NAME_float.model.yaml"},
+        _SYSTEM,
         (
             _RUN,
             ("m4e-fmi rao NAME.system.yaml", "its response to regular waves"),
             _LOOK,
         ),
+    ),
+    "study": _Start(
+        "many runs of NAME.system.yaml, which is written if it is not there",
+        {"study.yaml": "NAME.study.yaml"},
+        (
+            ("m4e-fmi study NAME.study.yaml --dry-run", "how many runs, how long they take"),
+            ("m4e-fmi study NAME.study.yaml", "make them; the result goes to build/"),
+        ),
+        beside=_SYSTEM,
     ),
     "controller": _Start(
         "a controller in one Python file, and a system that uses it",
@@ -108,10 +119,13 @@ def _run(options: argparse.Namespace) -> None:
     problems = [*_wrong_name(name, is_code=kind.is_code)]
     if problems:
         raise InputError(problems)
-    texts = {
-        folder / target.replace("NAME", name): _filled(template, name)
-        for template, target in kind.files.items()
+    files = {
+        template: folder / target.replace("NAME", name)
+        for template, target in (kind.files | kind.beside).items()
     }
+    if any(files[template].exists() for template in list(kind.beside)[:1]):
+        files = {template: files[template] for template in kind.files}
+    texts = {path: _filled(template, name) for template, path in files.items()}
     problems = [*_occupied(folder, texts)]
     if problems:
         raise InputError(problems)

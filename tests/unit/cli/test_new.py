@@ -14,6 +14,8 @@ from support.command_line import refused
 
 from m4e_fmi.cli import main
 from m4e_fmi.cli.new import KINDS, LONGEST, TEMPLATES
+from m4e_fmi.cosim import load_system
+from m4e_fmi.files.document import Document
 from m4e_fmi.results.results_file import load
 
 BIN = Path(sys.executable).parent
@@ -141,7 +143,27 @@ def test_no_file_is_overwritten(here, capsys):
     )
 
 
+def test_a_study_is_written_beside_its_system(here, capsys):
+    """With the system unless that is there, which is then left as it is."""
+    assert main(["new", "study", "wec"]) == 0
+    assert "  m4e-fmi study wec.study.yaml --dry-run" in capsys.readouterr().out
+    names = {"wec.study.yaml", "wec.system.yaml", "wec_float.model.yaml"}
+    assert {path.name for path in here.iterdir()} == names
+    study = Document.load(Path("wec.study.yaml")).data
+    assert study["system"] == "wec.system.yaml"
+    system = load_system("wec.system.yaml")
+    named = [*study["vary"], *(wanted["variable"] for wanted in study["wanted"].values())]
+    components = {component.name for component in system.components}
+    assert {name.partition(".")[0] for name in named} <= components
+    (here / "my.system.yaml").write_text("mine")
+    assert main(["new", "study", "my"]) == 0
+    assert (here / "my.system.yaml").read_text() == "mine"
+    assert (here / "my.study.yaml").is_file()
+    assert not (here / "my_float.model.yaml").exists()
+    assert "is there already" in refused(capsys, "new", "study", "my")
+
+
 def test_every_template_is_used():
-    used = {name for kind in KINDS.values() for name in kind.files}
+    used = {name for kind in KINDS.values() for name in (*kind.files, *kind.beside)}
     there = {p.relative_to(TEMPLATES).as_posix() for p in TEMPLATES.rglob("*") if p.is_file()}
     assert used == there
