@@ -32,6 +32,7 @@ PAGES_THAT_RUN = (
     "programs",
     "stepping",
     "notebooks",
+    *sorted(f"gallery/{page.stem}" for page in (DOCS / "gallery").glob("*.md")),
 )
 SCRIPTS = (
     "double_pendulum/double_pendulum.py",
