@@ -14,14 +14,11 @@ _INTERVAL = 0.1
 
 def say_beside(line: str) -> None:
     """Print a line on the standard error, if it takes it, above a progress bar if there is one."""
+    from tqdm import tqdm
+
     if sys.stderr is None:
         return
     with suppress(OSError):
-        if "tqdm" not in sys.modules:  # nobody has drawn a bar
-            print(line, file=sys.stderr, flush=True)
-            return
-        from tqdm import tqdm
-
         tqdm.write(line, file=sys.stderr)
 
 

@@ -46,6 +46,8 @@ INTERVAL = 1.0
 """Seconds between events of progress."""
 _COUNTING = re.compile(r"(\d+) of (\d+)$")
 _WARNING = re.compile(r"(^|: )warning\b")
+_BAR = "m4e_fmi.report.progress"
+"""The module of the progress bar; before it is imported, there is none."""
 _FEW = 10
 """Of lines that count, one in so many is kept where they cannot overwrite each other."""
 
@@ -191,12 +193,12 @@ class Log:
         if not (events or path):
             return
         start = _start(command)
-        if path:
-            self._add(_File(path, start))
         if events:
             self._people.only_beside = True
             self._add(_Events(self._began))
         tell_event(start)
+        if path:
+            self._add(_File(path, start))
 
     def _add(self, handler: logging.Handler) -> None:
         self._others.append(handler)
@@ -241,11 +243,19 @@ class _People(logging.Handler):
             end = "\n" if number[0] == number[1] else ""
             print(f"\r\033[K{text}", end=end, file=stream, flush=True)
         elif beside or self.level >= logging.WARNING:
-            from m4e_fmi.report.progress import say_beside
-
-            say_beside(text)
+            _say_beside(text)
         elif _is_kept(record):
             print(text, flush=True)
+
+
+def _say_beside(text: str) -> None:
+    """Print on the standard error, above a progress bar if there may be one."""
+    if _BAR in sys.modules:
+        from m4e_fmi.report import say_beside
+
+        say_beside(text)
+    else:  # an error is told although nothing can be imported any more
+        print(text, file=sys.stderr, flush=True)
 
 
 def _is_kept(record: logging.LogRecord) -> bool:

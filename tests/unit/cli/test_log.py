@@ -7,6 +7,8 @@ import json
 import os
 import re
 import signal
+import subprocess
+import sys
 import time
 from dataclasses import fields
 from pathlib import Path
@@ -171,6 +173,22 @@ def test_a_log_is_not_written_over_other_files(here, capsys):
         capsys, "simulate", path, "--log-file", path.name
     )
     assert path.read_text() == before
+
+
+def test_an_error_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom m4e_fmi.cli import main\nmain(['run', 'x.yaml', '--log-file', 'a.csv'])\n"
+        "print([m for m in ('tqdm', 'sympy', 'm4e_fmi.report') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "a log cannot be written as" in done.stderr
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.usefixtures("here")
+def test_a_wrong_log_file_is_an_event_too(capsys):
+    assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
+    assert [event["event"] for event in events(capsys)] == ["start", "error", "end"]
 
 
 @pytest.mark.usefixtures("here")
