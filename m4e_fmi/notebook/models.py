@@ -7,9 +7,10 @@ from collections.abc import Iterable
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import state_names
+from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.notebook.sheet import Sheet, text
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.report.page.fmu_page import EQUATIONS, MOST_COORDINATES
+from m4e_fmi.report.page.fmu_page import EQUATIONS
 from m4e_fmi.report.page.mathml import equations_markup
 from m4e_fmi.report.text.tables import model_listings
 

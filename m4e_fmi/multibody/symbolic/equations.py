@@ -205,6 +205,11 @@ class Equations(Displayed):
 
         return equations_code(self, language)
 
+    def _repr_latex_(self) -> str | None:
+        from m4e_fmi.multibody.symbolic.printing import notebook_latex
+
+        return notebook_latex(self)
+
     def __repr__(self) -> str:
         title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
         names = self.topology.coordinate_names

@@ -204,6 +204,15 @@ def test_long_equations_are_cut_with_a_note():
     assert "too long to be shown here" in large._repr_html_()
 
 
+def test_equations_are_latex_too_for_exports():
+    equations = m4e.Equations(PENDULUM)
+    text = equations._repr_latex_()
+    assert text is not None
+    assert all(re.fullmatch(r"\\\[ .* = .* \\\]", line) for line in text.splitlines())
+    assert r"M_{2,2} = J + \frac{L^{2} m}{4}" in text
+    assert m4e.Equations(random_tree(3, size=25))._repr_latex_() is None
+
+
 def test_an_error_while_showing_becomes_a_line():
     broken = Model("m", {"b": Body(1.0, 1.0)}, {"j": Joint("revolute", "b")})
     from m4e_fmi.notebook import models
