@@ -33,6 +33,17 @@ PAGES_THAT_RUN = (
     "comparing",
     "programs",
     "stepping",
+    "notebooks",
+    "gallery/double_pendulum",
+    "gallery/equations",
+    "gallery/gyroscope",
+    "gallery/modes",
+    "gallery/decay",
+    "gallery/ballast",
+    "gallery/rao",
+    "gallery/hydraulic_pto",
+    "gallery/line",
+    "gallery/fmu",
 )
 SCRIPTS = (
     "double_pendulum/double_pendulum.py",

@@ -10,7 +10,9 @@ Packages, and the order in which they import each other: docs/architecture.md.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
+
+from m4e_fmi.shown import Views, connect_views
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis import (
@@ -76,6 +78,8 @@ __all__ = [
     "validate_fmu",
     "wave_response",
 ]
+
+connect_views(lambda: cast("Views", import_module("m4e_fmi.notebook")))
 
 _NAMES = {
     "analysis": (

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
+    from matplotlib.figure import Figure
 
 MOST_LINES = 20
 WIDTH = 100
@@ -99,3 +102,47 @@ def span(time: Sequence[float] | np.ndarray) -> str:
     if not len(time):
         return "no rows"
     return f"{len(time)} rows from {time[0]:g} to {time[-1]:g} s"
+
+
+class Animated(Protocol):
+    """An animation, which notebooks show."""
+
+    def save(self, path: str | Path) -> Path:
+        """Write it to `path` (.html)."""
+        ...
+
+
+class Views(Protocol):
+    """The package that makes more than text of objects: `m4e_fmi.notebook`."""
+
+    def html(self, shown: object) -> str:
+        """The HTML of an object."""
+        ...
+
+    def figure(self, shown: object, names: Sequence[str]) -> Figure:
+        """Variables of results over time; the main ones without `names`."""
+        ...
+
+    def animation(self, results: object) -> Animated:
+        """The animation of results."""
+        ...
+
+
+_views: list[Callable[[], Views]] = []
+
+
+def connect_views(find: Callable[[], Views]) -> None:
+    """Say how the views are found; they are above all packages whose objects ask for them."""
+    _views[:] = [find]
+
+
+def views() -> Views:
+    """The views, imported by the first call."""
+    return _views[0]()
+
+
+class Displayed:
+    """Base of objects that notebooks show as HTML."""
+
+    def _repr_html_(self) -> str:
+        return views().html(self)

@@ -45,7 +45,7 @@ from m4e_fmi.analysis.points import (
 )
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Jacobian, Variable, jacobian, tangent
-from m4e_fmi.shown import listing, short
+from m4e_fmi.shown import Displayed, listing, short
 
 if TYPE_CHECKING:
     import control
@@ -72,7 +72,7 @@ class Mechanical:
 
 
 @dataclass(frozen=True)
-class Linearization:
+class Linearization(Displayed):
     """δẋ = A δx + B δinput, δy = C δx + D δinput about `point`.
 
     `states` are in the order of x: coordinates, their velocities, other states. `rates` = ẋ and

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from m4e_fmi.analysis.linearization import Linearization
 from m4e_fmi.program import Variable
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import Displayed, listing
 
 Complex = NDArray[np.complex128]
 
@@ -22,7 +22,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Modes:
+class Modes(Displayed):
     """Solutions v e^{λt} of δẋ = A δx, one of each conjugate pair (that with Im λ > 0).
 
     In the order of |λ|; equal ones by their damping, then by where they move most. Column k of

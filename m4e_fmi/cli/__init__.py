@@ -27,11 +27,14 @@ from m4e_fmi.cli import (
     hydro,
     info,
     linearize,
+    new,
     rao,
     run,
     simulate,
     validate,
 )
+from m4e_fmi.cli.shared.events import Failed
+from m4e_fmi.cli.shared.log import Log, fail, logged
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 from m4e_fmi.cli.shared.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
@@ -42,8 +45,8 @@ EXIT_SIGNAL = 128
 EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
-    equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
-    run, compare, doctor,
+    new, equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info,
+    validate, run, compare, doctor,
 )  # fmt: skip
 
 
@@ -55,37 +58,47 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    with logged() as log:
+        code = _done(options, words, log)
+        log.end(code)
+    return code
+
+
+def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
+    """The exit code of a command that is done, or whose error is told."""
     try:
+        log.open(options, words)
         with ending_cleanly():
             code = options.command(options) or 0
             sys.stdout.flush()
         return code
     except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_USAGE
+        return _failed(EXIT_USAGE, f"error: {error}", error, "input")
     except RunError as error:
-        print(f"failed: {error}", file=sys.stderr)
-        return EXIT_FAILED
+        return _failed(EXIT_FAILED, f"failed: {error}", error, "run")
     except M4eError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return EXIT_FAILED
+        return _failed(EXIT_FAILED, f"error: {error}", error, "run")
     except KeyboardInterrupt as error:
-        print(_with_notes("interrupted", error), file=sys.stderr)
-        return EXIT_INTERRUPTED
+        text = _with_notes("interrupted", error)
+        return _failed(EXIT_INTERRUPTED, text, error, "interrupted")
     except Terminated as error:
-        print(_with_notes(str(error), error), file=sys.stderr)
-        return EXIT_SIGNAL + error.signal
+        text = _with_notes(str(error), error)
+        return _failed(EXIT_SIGNAL + error.signal, text, error, "interrupted")
     except OSError as error:  # of files that come and go, and of an output that is full
-        print(f"failed: {error}", file=sys.stderr)
-        return EXIT_FAILED
-    except MemoryError:
-        print("failed: there is not enough memory", file=sys.stderr)
-        return EXIT_FAILED
+        return _failed(EXIT_FAILED, f"failed: {error}", error, "run")
+    except MemoryError as error:
+        return _failed(EXIT_FAILED, "failed: there is not enough memory", error, "run")
     except Exception as error:  # noqa: BLE001  the last resort
-        from m4e_fmi.cli.shared.defect import defect_line, given
+        from m4e_fmi.cli.shared.defect import defect_line
 
-        print(defect_line(error, given(arguments)), file=sys.stderr)
-        return EXIT_FAILED
+        return _failed(EXIT_FAILED, defect_line(error, words), error, "defect")
+
+
+def _failed(code: int, text: str, error: BaseException, kind: str) -> int:
+    """The exit code, after the error is told."""
+    fail(text, Failed.of(error, kind, text))
+    return code
 
 
 def _with_notes(text: str, error: BaseException) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from m4e_fmi.cli.shared.events import Written
+from m4e_fmi.cli.shared.log import add_log, print_files, say, show
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
     add_build_folder,
@@ -16,8 +18,6 @@ from m4e_fmi.cli.shared.options import (
     load_model,
     load_program,
     load_system,
-    print_files,
-    say,
 )
 from m4e_fmi.errors import InputError, Problem
 
@@ -84,6 +84,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     add_open(command)
     add_build_folder(command)
+    add_log(command)
     command.set_defaults(command=_run, **ARGUMENTS)
 
 
@@ -205,7 +206,7 @@ def _build_system(options: argparse.Namespace) -> None:
     system = load_system(options.source)
     files = fmu_files(system, options.build_folder, native=options.native, tell=say)
     for name, path in files.items():
-        print(f"{name}: {path}")
+        show(f"{name}: {path}", Written(str(path)))
     if options.ssp:
         from m4e_fmi.cosim import save_system
 

@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, finite, print_files
+from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, finite
 from m4e_fmi.errors import InputError, Problem
 
 

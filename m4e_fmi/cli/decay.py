@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, finite, print_files
+from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 

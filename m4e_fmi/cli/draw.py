@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, load_model, print_files
+from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, load_model
 
 
 def add(commands: argparse._SubParsersAction) -> None:

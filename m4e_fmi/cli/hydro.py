@@ -8,13 +8,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     finite,
     is_system,
     load_system,
-    print_files,
-    tell,
 )
 from m4e_fmi.errors import YAML_SUFFIXES, InputError, suggestion
 
@@ -32,7 +31,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     """Add `hydro` to the command line."""
     command = commands.add_parser(
         "hydro",
-        help="hydrodynamic coefficients of a file or a system: tables, pictures, consistency, fit",
+        help="hydrodynamic coefficients: tables, pictures, consistency",
     )
     command.add_argument(
         "source",
@@ -59,6 +58,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="of a system: convergence with finer panels, and the errors of each mesh",
     )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    add_log(command)
     command.set_defaults(command=_run)
 
 
@@ -82,7 +82,10 @@ def _run(options: argparse.Namespace) -> None:
     of_system = options.source.suffix.lower() in SYSTEMS
     data = _of_system(options) if of_system else _of_file(options)
     output = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(data.title)}_hydro.nc"
-    print(json.dumps(hydro_json(data), indent=2) if options.json else hydro_text(data))
+    if options.json:
+        print(json.dumps(hydro_json(data), indent=2))
+    else:
+        show(hydro_text(data))
     files = [write_hydro(data, output)]
     if not options.no_plot:
         files.append(plot_hydro(data, output.with_suffix(".png")))
@@ -98,7 +101,7 @@ def _of_file(options: argparse.Namespace) -> HydrodynamicData:
     module = _kinds()[0]
     config = module.config_of_file(options.source, progress=notes.append, depth=options.depth)
     folder, name = options.source.parent, options.source.stem
-    data = module.hydrodynamic_data(config, name=name, folder=folder, progress=tell)
+    data = module.hydrodynamic_data(config, name=name, folder=folder, progress=count)
     return replace(data, notes=(*notes, *data.notes))
 
 
@@ -133,10 +136,13 @@ def _refine(options: argparse.Namespace) -> None:
         picture = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(title)}_refine.png"
         check_picture_path(picture)
     try:
-        text, numbers = module.refine(config, folder=system.folder, picture=picture, progress=tell)
+        text, numbers = module.refine(config, folder=system.folder, picture=picture, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
-    print(json.dumps(numbers, indent=2) if options.json else text)
+    if options.json:
+        print(json.dumps(numbers, indent=2))
+    else:
+        show(text)
     if picture is not None and not options.json:
         print_files([picture])
 
@@ -146,7 +152,7 @@ def _of_system(options: argparse.Namespace) -> HydrodynamicData:
     system, chosen, title = _chosen(options)
     module, config = _in_water(system)[chosen]
     try:
-        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=tell)
+        return module.hydrodynamic_data(config, name=title, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from m4e_fmi.cli.shared.log import print_files, say
 from m4e_fmi.cli.shared.options import (
     add_build_folder,
     is_system,
     load_model,
     load_system,
-    print_files,
-    say,
 )
 from m4e_fmi.errors import InputError
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from m4e_fmi.cli.shared.log import print_files
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_build_folder,
@@ -12,7 +13,6 @@ from m4e_fmi.cli.shared.options import (
     add_start_values,
     finite,
     load_equations,
-    print_files,
     start_values,
 )
 from m4e_fmi.errors import RunError

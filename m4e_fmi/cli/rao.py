@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.log import add_log, count, print_files, show, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_build_folder,
@@ -18,9 +18,7 @@ from m4e_fmi.cli.shared.options import (
     is_system,
     load_in_waves,
     load_system,
-    print_files,
     start_values,
-    tell,
 )
 from m4e_fmi.errors import InputError
 
@@ -36,9 +34,7 @@ FEW, MOST = 2, 100_000
 
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `rao` to the command line."""
-    command = commands.add_parser(
-        "rao", help="response of a system to waves: amplitudes, phases, statistics in a sea"
-    )
+    command = commands.add_parser("rao", help="response of a system to waves; statistics in a sea")
     command.add_argument("model", type=Path, metavar="system", help="a system file")
     add_open(command)
     add_build_folder(command)
@@ -88,6 +84,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
     )
     command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    add_log(command)
     command.set_defaults(command=_run)
 
 
@@ -103,7 +100,7 @@ def _run(options: argparse.Namespace) -> None:
     periods = [x for part in options.periods or [_range("4:14:21")] for x in part]
     waves = load_in_waves(system, options, highest=_highest(options, periods))
     if system.scenario:
-        print("warning: the scenario takes no part: a response has no actions", file=sys.stderr)
+        warn("warning: the scenario takes no part: a response has no actions")
     point = equilibrium(waves.program, at=start_values(options))
     if options.sea is None:
         _regular(waves, point, periods, output, options)
@@ -168,7 +165,7 @@ def _regular(
         directions=_directions(options),
         outputs=options.outputs,
         height=options.height,
-        progress=tell,
+        progress=count,
     )
     files = [write_waves(response, output)]
     if not options.no_plot:
@@ -178,7 +175,7 @@ def _regular(
         found = np.isfinite(response.values).all(axis=2)
         largest = np.where(found, response.third.max(axis=2), -1.0)
         d, k = (int(place) for place in np.unravel_index(largest.argmax(), largest.shape))
-        compared = compared_in_time(waves, response, period=k, direction=d, progress=tell)
+        compared = compared_in_time(waves, response, period=k, direction=d, progress=count)
         return compared, f"of {response.periods[k]:.4g} s"
 
     _tell(options, wave_text(response), wave_json(response), files, check, settled=_settled(waves))
@@ -189,11 +186,11 @@ def _sea(waves: InWaves, point: OperatingPoint, output: Path, options: argparse.
     from m4e_fmi.report import sea_json, sea_text, write_sea
 
     sea = _given_sea(waves, point, options)
-    response = sea_response(waves, point, sea, outputs=options.outputs, progress=tell)
+    response = sea_response(waves, point, sea, outputs=options.outputs, progress=count)
     files = [write_sea(response, output)]
 
     def check() -> tuple[list[Comparison], str]:
-        return compared_in_time(waves, response, progress=tell), "of an hour, in the same waves"
+        return compared_in_time(waves, response, progress=count), "of an hour, in the same waves"
 
     _tell(options, sea_text(response), sea_json(response), files, check, settled=_settled(waves))
 
@@ -232,13 +229,13 @@ def _tell(
     from m4e_fmi.report import comparison_json, comparison_text
 
     if not options.json:
-        print(text)
+        show(text)
         print_files(files)
     if options.check:
         found, title = check()
         values["check"] = comparison_json(found, title=title, settled=settled)
         if not options.json:
-            print(comparison_text(found, title=title, settled=settled))
+            show(comparison_text(found, title=title, settled=settled))
     if options.json:
         print(json.dumps(values, indent=2))
 

@@ -10,6 +10,16 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.events import Plan, Summary
+from m4e_fmi.cli.shared.log import (
+    add_log,
+    print_files,
+    progress,
+    say,
+    show,
+    tell_event,
+    warn,
+)
 from m4e_fmi.cli.shared.options import (
     Gathered,
     add_animate,
@@ -20,8 +30,6 @@ from m4e_fmi.cli.shared.options import (
     animation_file,
     load_system,
     output_file,
-    print_files,
-    say,
     start_values,
     tell_equations,
 )
@@ -108,6 +116,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
     add_build_folder(command)
+    add_log(command, events=True)
     command.set_defaults(command=_run)
 
 
@@ -207,36 +216,37 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import animate_run, plot_run, progress_bar, run_summary, say_beside
+    from m4e_fmi.report import animate_run, plot_run, run_numbers, run_summary
     from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     animation = animation_file(options, system.name, (".html",))
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)
+    tell_event(_plan(system, output))
     program = system_program(system) if options.reference else None
     prepared = prepare(
         system, build_directory=options.build_folder, native=options.native, tell=say
     )
     count, links = len(system.components), len(prepared.wiring.links)
-    print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
+    show(f"{system.name}: {count} FMUs, {links} connected variables")
     times = system.simulation
     told: list[str] = []
 
-    def warn(line: str) -> None:
+    def heed(line: str) -> None:
         told.append(line)
-        say_beside(line)
+        warn(line)
 
     try:
-        with progress_bar(times.stop_time, start=times.start_time) as progress:
+        with progress(times.stop_time, start=times.start_time) as moving:
             outcome = run(
                 prepared,
                 results=output,
-                progress=progress,
+                progress=moving,
                 check=options.check,
                 variables=options.variables,
                 tell=say,
-                warn=warn,
+                warn=heed,
                 beside=[picture],
                 resume=options.resume,
                 real_time=options.real_time,
@@ -244,16 +254,30 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 animated=animation is not None,
             )
     except ExportError as error:
-        print(run_summary(error.outcome, told))
+        show(run_summary(error.outcome, told), Summary(*run_numbers(error.outcome)))
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
     assert outcome.path is not None
-    print(run_summary(outcome, told))
+    show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
     if program is not None:
-        print(reference(outcome, program))
+        show(str(reference(outcome, program)))
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])
     if animation:
         print_files([animate_run(outcome.path, animation)])
+
+
+def _plan(system: System, output: Path) -> Plan:
+    times = system.simulation
+    return Plan(
+        name=system.name,
+        method=times.algorithm,
+        start_time=times.start_time,
+        stop_time=times.stop_time,
+        step_size=times.step_size,
+        output_interval=times.output_interval or times.step_size,
+        components=[component.name for component in system.components],
+        results=str(output),
+    )

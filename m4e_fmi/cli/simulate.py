@@ -9,6 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from m4e_fmi.cli.shared.events import Plan, Summary
+from m4e_fmi.cli.shared.log import (
+    add_log,
+    print_files,
+    progress,
+    show,
+    tell_event,
+    warn,
+)
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_animate,
@@ -22,7 +31,6 @@ from m4e_fmi.cli.shared.options import (
     load_program,
     load_system,
     output_file,
-    print_files,
     start_values,
 )
 from m4e_fmi.errors import InputError
@@ -73,6 +81,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="NAME",
         help="variables in the picture; default the main ones",
     )
+    add_log(command, events=True)
     command.set_defaults(command=_run)
 
 
@@ -120,9 +129,7 @@ def _source(options: argparse.Namespace) -> _Source:
         _warn_of_start(system, program, options)
         found = _Source(program, f"{system.name}_whole", _system_scene(system, options))
         if system.scenario:
-            print(
-                "warning: the scenario takes no part: one program has no actions", file=sys.stderr
-            )
+            warn("warning: the scenario takes no part: one program has no actions")
     else:
         model = load_only_model(options)
         known = {n: v for n, v in start_values(options).items() if not isinstance(v, str)}
@@ -153,7 +160,7 @@ def _warn_of_start(system: System, program: Program, options: argparse.Namespace
     from m4e_fmi.simulate import started
 
     for line in program_start_warnings(system, started(program, start_values(options))):
-        print(f"warning: {line}", file=sys.stderr)
+        warn(f"warning: {line}")
 
 
 def _simulate_to(
@@ -164,7 +171,7 @@ def _simulate_to(
         animate,
         animate_run,
         plot_simulation,
-        progress_bar,
+        simulation_numbers,
         simulation_summary,
         write_simulation,
     )
@@ -173,7 +180,8 @@ def _simulate_to(
     model = source.equations
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
-    with progress_bar(options.stop_time) as progress:
+    tell_event(_plan(source, output, options))
+    with progress(options.stop_time) as moving:
         result = simulate(
             model,
             stop_time=options.stop_time,
@@ -184,12 +192,12 @@ def _simulate_to(
             step_size=options.step_size,
             events=events,
             needed=options.variables,
-            progress=progress,
+            progress=moving,
         )
     files = write_simulation(result, output, scene=source.scene)
-    print(simulation_summary(result))
+    show(simulation_summary(result), Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
-        print(f"  note: joint {name!r} starts where the parameters in the file put it")
+        show(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
     if not options.no_plot:
@@ -202,6 +210,22 @@ def _simulate_to(
             else animate(model, result, animation)
         )
         print_files([made])
+
+
+def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:
+    from m4e_fmi.simulate.simulation import FIXED
+
+    fixed = options.method == FIXED
+    return Plan(
+        name=source.name,
+        method=options.method,
+        start_time=0.0,
+        stop_time=options.stop_time,
+        step_size=(options.step_size or options.output_interval) if fixed else 0.0,
+        output_interval=options.output_interval,
+        components=[],
+        results=str(output),
+    )
 
 
 def _unmoved(model: Model, given: Iterable[str]) -> list[str]:

@@ -11,7 +11,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity, Vector
 from m4e_fmi.model.loads import Load
 from m4e_fmi.model.table import Table
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import Displayed, listing
 
 if TYPE_CHECKING:
     from m4e_fmi.model.findings import Finding
@@ -20,7 +20,7 @@ STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(Displayed):
     """A multibody system: names map to elements, in the order they were given.
 
     With `dimensions` 2 it lies in the X–Z plane, with 3 it moves in space. `gravity` is the

@@ -27,6 +27,7 @@ from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_v
 from m4e_fmi.report.text.fmu_text import fmu_text
 from m4e_fmi.report.text.hydro_text import hydro_json, hydro_text
 from m4e_fmi.report.text.linear_text import linear_json, linear_text
+from m4e_fmi.report.text.run_numbers import run_numbers, simulation_numbers
 from m4e_fmi.report.text.summaries import run_summary, simulation_summary
 from m4e_fmi.report.text.tables import model_tables
 from m4e_fmi.report.text.validation_text import validation_text
@@ -73,10 +74,12 @@ __all__ = [
     "plot_simulation",
     "plot_waves",
     "progress_bar",
+    "run_numbers",
     "run_summary",
     "say_beside",
     "sea_json",
     "sea_text",
+    "simulation_numbers",
     "simulation_summary",
     "system_figure",
     "validation_text",

@@ -16,17 +16,22 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Named, is_other
 from m4e_fmi.files.writing import check_suffix, netcdf, written
+from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import SMALLER, check_size, is_row_file, read_rows
 from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
 from m4e_fmi.results.series import Series
-from m4e_fmi.shown import listing, span
+from m4e_fmi.shown import Animated, Displayed, listing, span, views
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
 
 NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
 FORMAT = "m4e_fmi_format"
@@ -46,7 +51,7 @@ _LOOKED_AT, _SHOWN = 4096, 60
 
 
 @dataclass(frozen=True)
-class Results:
+class Results(Displayed):
     """A results file in memory: `time` [s], `components[component][variable]`, the attributes.
 
     UnknownNameError, which is a KeyError, where there is no such component or variable.
@@ -77,6 +82,24 @@ class Results:
                 for name, one in members.items()
             },
         )
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All series as a dataset over `time`, by ``component.variable``, with their units."""
+        return as_dataset(self.time, self.series, self.attributes)
+
+    def plot(self, *names: str) -> Figure:
+        """A figure of the variables ``component.variable``; without names, of the main ones.
+
+        InputError for a name that is not there.
+        """
+        return views().figure(self, names)
+
+    def animate(self) -> Animated:
+        """The animation of a run; it is shown by a notebook, and written by its `save`.
+
+        InputError for results without a scene.
+        """
+        return views().animation(self)
 
     def __repr__(self) -> str:
         changed = self.attributes.get("changed", "").splitlines()

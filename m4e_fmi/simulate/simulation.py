@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +22,11 @@ from m4e_fmi.errors import (
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
+from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.series import Series
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
-from m4e_fmi.shown import listing, short, span
+from m4e_fmi.shown import Displayed, listing, short, span, views
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.loops import check_shares, check_start, explained, with_shares
 from m4e_fmi.simulate.solvers import (
@@ -36,6 +38,10 @@ from m4e_fmi.simulate.solvers import (
     solve_scipy,
 )
 from m4e_fmi.simulate.start import started
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
 
 Progress = Callable[[float], None]
 PYTHON = "python"
@@ -57,7 +63,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Simulation:
+class Simulation(Displayed):
     """Result of a simulation: `time` [s], shape (n,), and states and outputs over time.
 
     `values` by name have shape (n,), and the unit of their variable. `load.<name>.work` and
@@ -79,6 +85,17 @@ class Simulation:
     def __getitem__(self, name: str) -> Series:
         """A variable over time, shape (n,), in its unit; UnknownNameError if there is none."""
         return self.values[name]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All states and outputs as a dataset over `time`, with their units."""
+        return as_dataset(self.time, self.values, {"title": self.program.name})
+
+    def plot(self, *names: str) -> Figure:
+        """A figure of the variables of these names; without names, of the main ones.
+
+        InputError for a name that is not there.
+        """
+        return views().figure(self, names)
 
     def __repr__(self) -> str:
         work = [name for name in self.values if name.endswith(".work")]

@@ -30,8 +30,7 @@ def defect_line(error: BaseException, arguments: Sequence[str]) -> str:
 def write_report(error: BaseException, arguments: Sequence[str]) -> str:
     """Path of a new file with traceback, versions and arguments; nothing of the environment."""
     lines = [
-        f"m4e_fmi {m4e_fmi.__version__}, Python {platform.python_version()}, {platform.platform()}",
-        *(f"{name} {_version(name)}" for name in PACKAGES),
+        *(f"{name} {one}" for name, one in versions().items()),
         f"arguments: {list(arguments)!r}",
         "",
         *traceback.format_exception(error),
@@ -61,9 +60,11 @@ def _other_kind(error: BaseException) -> str:
     return ""
 
 
-def given(arguments: Sequence[str] | None) -> list[str]:
-    """The arguments of the command line, as given or as the process has them."""
-    return list(sys.argv[1:] if arguments is None else arguments)
+def versions() -> dict[str, str]:
+    """Versions of m4e_fmi, Python, the platform and the main packages."""
+    own = {"m4e_fmi": m4e_fmi.__version__, "Python": platform.python_version()}
+    packages = {name: _version(name) for name in PACKAGES}
+    return {**own, "platform": platform.platform(), **packages}
 
 
 def _version(name: str) -> str:

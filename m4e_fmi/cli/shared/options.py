@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
-import re
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
+from m4e_fmi.cli.shared.log import count, note, warn
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.shown import one_line
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.response import InWaves
@@ -178,7 +176,7 @@ def load_model(path: Path) -> Model:
 
     found = model.load_model(path)
     for warning in found.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+        warn(f"warning: {warning}")
     return found
 
 
@@ -249,21 +247,16 @@ def load_in_waves(system: System, options: argparse.Namespace, *, highest: float
 
 
 def tell_equations(line: str) -> None:
-    """Print what matters of the equations of a system: warnings, and what stands in for others.
+    """Tell what matters of the equations of a system: warnings, and what stands in for others.
 
-    Also progress that counts, as `tell`.
+    Also progress that counts, as `count`.
     """
-    if "warning" in line or line.startswith(("left open", "settled", "starts at")):
-        print(one_line(line), file=sys.stderr)
+    if "warning" in line:
+        warn(line)
+    elif line.startswith(("left open", "settled", "starts at")):
+        note(line)
     else:
-        tell(line)
-
-
-def tell(line: str) -> None:
-    """Print progress that counts, to stderr on a terminal; all else is part of what is shown."""
-    if sys.stderr.isatty() and re.search(r"\d+ of \d+$", line):
-        last = len(set(line.split()[-3::2])) == 1
-        print(f"\r\033[K{one_line(line)}", end="\n" if last else "", file=sys.stderr, flush=True)
+        count(line)
 
 
 def load_system(path: Path) -> System:
@@ -271,20 +264,9 @@ def load_system(path: Path) -> System:
     from m4e_fmi import cosim
 
     system = cosim.load_system(path)
-    for note in system.notes:
-        print(one_line(f"{path}: {note}"), file=sys.stderr)
+    for line in system.notes:
+        warn(f"{path}: {line}")
     return system
-
-
-def say(text: str) -> None:
-    """Print a line; one that counts ("… 3 of 40") overwrites itself on a terminal."""
-    text = one_line(text)
-    counting = re.search(r"(\d+) of (\d+)$", text)
-    if counting and sys.stdout.isatty():
-        last = counting[1] == counting[2]
-        print(f"\r\033[K{text}", end="\n" if last else "", flush=True)
-    elif not counting or int(counting[1]) % 10 == 0:
-        print(text, flush=True)
 
 
 class Gathered:
@@ -314,9 +296,3 @@ class Gathered:
         """InputError with all problems; other errors pass."""
         if kind is None and self.problems:
             raise InputError(dict.fromkeys(self.problems))
-
-
-def print_files(paths: Iterable[Path]) -> None:
-    """Print the paths of files that were written."""
-    for path in paths:
-        print(f"wrote {path}")

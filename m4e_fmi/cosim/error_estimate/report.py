@@ -26,7 +26,7 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.shown import short
+from m4e_fmi.shown import Displayed, short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
@@ -76,7 +76,7 @@ class CouplingError:
 
 @short
 @dataclass(frozen=True)
-class CouplingErrorReport:
+class CouplingErrorReport(Displayed):
     """Estimated coupling errors of a run, the largest first, and how much of it was watched."""
 
     errors: tuple[CouplingError, ...]

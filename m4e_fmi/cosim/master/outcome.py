@@ -12,11 +12,11 @@ from m4e_fmi.cosim.master.real_time import Lateness
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import Results, load
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import Displayed, listing
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Displayed):
     """A finished run: where its results are, its steps, wall time [s] and energy balance [J].
 
     `order` is that of the coupling, `rejected` steps were taken back and made again, smaller.

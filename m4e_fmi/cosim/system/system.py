@@ -13,11 +13,11 @@ from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import Displayed, listing
 
 
 @dataclass(frozen=True)
-class System:
+class System(Displayed):
     """Components, the connections between them, and the simulation.
 
     A connection is text: ``a.group <-> b.group`` connects connectors, ``a.variable -> b.variable``

@@ -23,7 +23,7 @@ from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
 from m4e_fmi.program import AnyScalar, Variable
-from m4e_fmi.shown import listing
+from m4e_fmi.shown import Displayed, listing
 from m4e_fmi.space import TURN
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from m4e_fmi.multibody.symbolic.code import Language
 
 
-class Equations:
+class Equations(Displayed):
     """Symbolic equations of a model: mass_matrix · u̇ = forcing, with q̇ = u.
 
     `model` may be the path of a model file.
@@ -204,6 +204,11 @@ class Equations:
         from m4e_fmi.multibody.symbolic.code import equations_code
 
         return equations_code(self, language)
+
+    def _repr_latex_(self) -> str | None:
+        from m4e_fmi.multibody.symbolic.printing import notebook_latex
+
+        return notebook_latex(self)
 
     def __repr__(self) -> str:
         title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"

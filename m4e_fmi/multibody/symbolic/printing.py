@@ -30,6 +30,10 @@ MOST_TERMS = 1_000_000
 """Numbers and symbols up to which equations are written out in full."""
 
 
+MOST_COORDINATES, LONGEST = 12, 20_000
+"""Of models whose equations pages and notebooks have: coordinates, and characters of LaTeX."""
+
+
 @dataclass
 class _Part:
     """A titled group of lines: names as text and as LaTeX, and their values."""
@@ -41,6 +45,15 @@ class _Part:
     def add(self, text: str, latex: str, value: AnyScalar) -> None:
         self.names.append((text, latex))
         self.values.append(value)
+
+
+def notebook_latex(equations: Equations) -> str | None:
+    """The lines of the page in LaTeX, for notebooks that become PDF; None if they are too long."""
+    if len(equations.topology.coordinate_names) > MOST_COORDINATES:
+        return None
+    page = equations_text(equations, latex=True)
+    made = "\n".join(line for line in page.splitlines() if line.startswith(r"\["))
+    return made if len(made) <= LONGEST else None
 
 
 def equations_text(

@@ -14,7 +14,8 @@ from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.animation.frames import Frames, frames_of
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
-from m4e_fmi.report.animation.scene_text import ATTRIBUTE, scene_of_text
+from m4e_fmi.report.animation.scene_text import scene_of_text
+from m4e_fmi.results.dataset import SCENE
 from m4e_fmi.results.results_file import Results, load
 
 Floats = NDArray[np.float64]
@@ -33,12 +34,16 @@ def animate_run(results: str | Path | Results, path: str | Path) -> Path:
     """
     path = Path(path)
     check_run_animation_path(path)
-    found = results if isinstance(results, Results) else load(results)
-    scene, shown, texts = _read(found)
-    text = page(scene.title, texts, scene_part(scene, shown))
+    text = run_page(results if isinstance(results, Results) else load(results))
     with written(path) as part:
         part.write_text(text, encoding="utf-8")
     return path
+
+
+def run_page(results: Results) -> str:
+    """The same page as text."""
+    scene, shown, texts = _read(results)
+    return page(scene.title, texts, scene_part(scene, shown))
 
 
 def run_part(results: Results) -> Part:
@@ -54,7 +59,7 @@ def check_run_animation_path(path: Path) -> None:
 
 def _read(results: Results) -> tuple[Scene, Frames, list[str]]:
     """The scene of results, its frames, and texts about them."""
-    text = results.attributes.get(ATTRIBUTE)
+    text = results.attributes.get(SCENE)
     name = str(results.path)
     if text is None:
         message = "has no scene: it was written by an earlier m4e_fmi, or shows no bodies"

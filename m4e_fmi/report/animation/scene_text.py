@@ -29,8 +29,8 @@ from m4e_fmi.report.animation.scene import (
 )
 from m4e_fmi.report.drawing.space.hinges import Spot, Triple
 from m4e_fmi.report.drawing.space.hulls import Hull
+from m4e_fmi.results.dataset import SCENE
 
-ATTRIBUTE = "scene"
 FORMAT = 1
 PLACES, WAVES, CORNERS = 6, 10, 5
 """Significant digits of places, of waves, and of the corners of surfaces."""
@@ -108,7 +108,7 @@ def carried(scene: Scene | None) -> dict[str, str]:
     if scene is None:
         return {}
     text = json.dumps(_plain_scene(scene), separators=(",", ":"), ensure_ascii=False)
-    return {ATTRIBUTE: base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")}
+    return {SCENE: base64.b64encode(zlib.compress(text.encode(), 9)).decode("ascii")}
 
 
 def scene_of_text(text: str) -> Scene:

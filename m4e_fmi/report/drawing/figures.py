@@ -13,10 +13,11 @@ from m4e_fmi.report.drawing.labels import shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY
 from m4e_fmi.report.panels import Panel, by_unit, coinciding, fitting, moving, panels
-from m4e_fmi.results.results_file import Series, load
+from m4e_fmi.results.results_file import Results, Series, load
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from m4e_fmi.simulate import Simulation
 
@@ -33,9 +34,15 @@ def plot_run(results: str | Path, picture: Path, *, variables: Sequence[str] = (
     What people look at first, or the `variables` named, as ``component.variable``. InputError for
     a name that is not there.
     """
-    loaded = load(results)
-    shown = _shown(loaded.series, variables)
-    return _draw(loaded.attributes.get("title", ""), loaded.time, shown, picture)
+    return save(results_figure(load(results), variables), picture)
+
+
+def results_figure(
+    results: Results, variables: Sequence[str] = (), *, kind: type[Figure] | None = None
+) -> Figure:
+    """The same as a figure of matplotlib, or of the `kind` derived from it."""
+    shown = _shown(results.series, variables)
+    return _draw(results.attributes.get("title", ""), results.time, shown, kind)
 
 
 def plot_simulation(
@@ -46,13 +53,20 @@ def plot_simulation(
     What people look at first of its states and outputs, or the `variables` named. InputError for a
     name that is not there.
     """
+    return save(simulation_figure(simulation, variables), picture)
+
+
+def simulation_figure(
+    simulation: Simulation, variables: Sequence[str] = (), *, kind: type[Figure] | None = None
+) -> Figure:
+    """The same as a figure of matplotlib, or of the `kind` derived from it."""
     series = {
         name: simulation[name]
         for name, variable in simulation.variables.items()
         if variables or not variable.local
     }
     shown = _shown(series, variables)
-    return _draw(simulation.program.name, simulation.time, shown, picture)
+    return _draw(simulation.program.name, simulation.time, shown, kind)
 
 
 def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
@@ -70,12 +84,12 @@ def _shown(series: dict[str, Series], variables: Sequence[str]) -> list[Panel]:
     return by_unit({name: series[name] for name in variables})
 
 
-def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Path:
+def _draw(title: str, time: np.ndarray, shown: list[Panel], kind: type[Figure] | None) -> Figure:
     from matplotlib.figure import Figure
 
     zoomed = bool(len(time)) and time[-1] - time[0] > 2 * ZOOM
     columns = 2 if zoomed else 1
-    figure = Figure(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")
+    figure = (kind or Figure)(figsize=(11, 1.2 + 1.75 * max(1, len(shown))), layout="constrained")
     axes = figure.subplots(
         max(1, len(shown)),
         columns,
@@ -110,7 +124,7 @@ def _draw(title: str, time: np.ndarray, shown: list[Panel], picture: Path) -> Pa
     if len(time) > 1:
         axes[0][0].set_xlim(time[0], time[-1])
     axes[0][0].set_title(shortened(title), fontsize=11, loc="left", fontweight="bold")
-    return save(figure, picture)
+    return figure
 
 
 def _by_rows(lines: Sequence[T]) -> list[T]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -57,7 +57,8 @@ def system_figure(prepared: Prepared) -> Figure:
     """The same as a figure of matplotlib, to be shown or changed."""
     from matplotlib.figure import Figure
 
-    places = _places(prepared)
+    pairs = [(a, b) for a, b, _ in _arrows(prepared) if a != b]
+    places = layout(prepared.structure.execution_order, pairs)
     corners = np.array(list(places.values()))
     low, high = corners.min(axis=0) - BOX, corners.max(axis=0) + BOX
     size = np.maximum(high - low, (4.0, 2.0))
@@ -84,19 +85,20 @@ def system_figure(prepared: Prepared) -> Figure:
     return figure
 
 
-def _places(prepared: Prepared) -> dict[str, np.ndarray]:
-    """Centres of the components [inches]: neighbours near one another, none on top of another."""
+def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, np.ndarray]:
+    """Centres of components (2,) [inches]: neighbours near one another, none on top of another.
+
+    `pairs` are the neighbours.
+    """
     import networkx as nx
 
     graph: nx.Graph[str] = nx.Graph()
-    graph.add_nodes_from(prepared.structure.execution_order)
-    graph.add_edges_from((a, b) for a, b, _ in _arrows(prepared) if a != b)
+    graph.add_nodes_from(names)
+    graph.add_edges_from(pairs)
     found: dict[str, np.ndarray] = {}
     left = 0.0
     for part in sorted(nx.connected_components(graph), key=len, reverse=True):
-        members = graph.subgraph(
-            [name for name in prepared.structure.execution_order if name in part]
-        )
+        members = graph.subgraph([name for name in names if name in part])
         raw = nx.kamada_kawai_layout(members)
         points = np.array([raw[name] for name in members])
         points = _turned(points - points.mean(axis=0))

@@ -13,11 +13,9 @@ from m4e_fmi.fmu.export.description.arrays import Grouped
 from m4e_fmi.fmu.export.description.quantities import QUANTITIES, display_factor
 from m4e_fmi.fmu.export.options import Options
 from m4e_fmi.multibody import Equations
+from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.report.page.mathml import equations_markup
 from m4e_fmi.simulate.simulation import FIXED
-
-MOST_COORDINATES = 12
-"""Of models whose equations are written out; longer ones nobody reads."""
 
 EQUATIONS = (
     '<math><mrow><mi>M</mi><mo stretchy="false">(</mo><mi>q</mi><mo stretchy="false">)</mo>'

@@ -20,7 +20,8 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.report import animate_run
 from m4e_fmi.report.animation.frames import frames_of
 from m4e_fmi.report.animation.scene import Scene, Train
-from m4e_fmi.report.animation.scene_text import ATTRIBUTE, carried, scene_of_text
+from m4e_fmi.report.animation.scene_text import carried, scene_of_text
+from m4e_fmi.results.dataset import SCENE
 
 PLANAR = """\
 name: pendulum_at_sea
@@ -53,7 +54,7 @@ def boxes(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 @pytest.fixture(scope="module")
 def scene(boxes: Results) -> Scene:
-    return scene_of_text(boxes.attributes[ATTRIBUTE])
+    return scene_of_text(boxes.attributes[SCENE])
 
 
 def test_the_surface_is_the_sea_of_the_results(boxes: Results, scene: Scene) -> None:
@@ -71,7 +72,7 @@ def test_waves_have_the_start_values_of_their_parameters(tmp_path: Path) -> None
     (tmp_path / "system.yaml").write_text(PLANAR, encoding="ascii")
     run(tmp_path / "system.yaml", results=tmp_path / "r.nc", build_directory=tmp_path)
     results = load(tmp_path / "r.nc")
-    scene = scene_of_text(results.attributes[ATTRIBUTE])
+    scene = scene_of_text(results.attributes[SCENE])
     assert scene.planar
     assert scene.water is not None
     recorded = results["sea.ahead.elevation"]
@@ -233,11 +234,11 @@ def test_results_of_too_few_rows_are_refused(tmp_path: Path, boxes: Results, row
 
 
 def test_results_that_show_nothing_are_refused(tmp_path: Path, boxes: Results) -> None:
-    other = {name: text for name, text in boxes.attributes.items() if name != ATTRIBUTE}
+    other = {name: text for name, text in boxes.attributes.items() if name != SCENE}
     with pytest.raises(InputError, match=r"boxes\.nc.*has no scene"):
         animate_run(replace(boxes, attributes=other), tmp_path / "a.html")
     with pytest.raises(InputError, match="its scene is damaged"):
-        animate_run(replace(boxes, attributes={**other, ATTRIBUTE: "eJyr"}), tmp_path / "a.html")
+        animate_run(replace(boxes, attributes={**other, SCENE: "eJyr"}), tmp_path / "a.html")
     components = {n: m for n, m in boxes.components.items() if n != "boxes"}
     with pytest.raises(InputError, match=r"it has no 'boxes\.body\.barge\.phi' and \d+ more"):
         animate_run(replace(boxes, components=components), tmp_path / "a.html")

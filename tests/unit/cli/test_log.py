@@ -1,0 +1,261 @@
+"""Where lines of a command go: --quiet, --log-file, --events, and the progress bar."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
+
+from m4e_fmi.cli import main
+from m4e_fmi.cli.shared import log
+from m4e_fmi.cli.shared.events import KINDS, Progress, as_json
+from m4e_fmi.signals import Terminated
+
+PAGE = EXAMPLES.parent / "docs" / "logs.md"
+SIMULATE = ["simulate", PENDULUM, "--stop-time", "0.5", "--no-plot"]
+FIELDS = {kind.event: {"event", "wall_time", *(f.name for f in fields(kind))} for kind in KINDS}
+
+
+def called(*words: object) -> int:
+    return main([str(word) for word in words])
+
+
+def events(capsys: pytest.CaptureFixture) -> list[dict]:
+    """The events on the standard output: nothing else is there, and each has its fields."""
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    for event in found:
+        assert set(event) == FIELDS[event["event"]]
+    assert (found[0]["event"], found[-1]["event"]) == ("start", "end")
+    walls = [event["wall_time"] for event in found]
+    assert walls == sorted(walls)
+    return found
+
+
+def one(found: list[dict], kind: str) -> dict:
+    (event,) = [event for event in found if event["event"] == kind]
+    return event
+
+
+@pytest.fixture
+def system(here: Path) -> Path:
+    copied(here, FLEXIBLE / "mass.model.yaml")
+    return copied(here, FLEXIBLE / "system.yaml")
+
+
+@pytest.mark.usefixtures("here")
+def test_a_simulation_tells_its_events(capsys):
+    assert called(*SIMULATE, "--events") == 0
+    found = events(capsys)
+    plan, summary = one(found, "plan"), one(found, "summary")
+    assert (plan["name"], plan["stop_time"], plan["step_size"]) == ("double_pendulum", 0.5, 0.0)
+    numbers = {number["name"]: number for number in summary["numbers"]}
+    assert numbers["simulated time"] == {"name": "simulated time", "unit": "s", "value": 0.5}
+    tip = next(v for v in summary["variables"] if v["name"] == "body.lower.z")
+    assert tip["unit"] == "m"
+    assert tip["min"] < tip["mean"] < tip["max"]
+    assert one(found, "file")["path"] == str(Path("build", "double_pendulum.nc"))
+    assert [e for e in found if e["event"] == "progress"][-1]["fraction"] == 1.0
+    assert one(found, "end")["exit_code"] == 0
+    assert "m4e_fmi" in one(found, "start")["versions"]
+
+
+def test_a_run_tells_its_events_and_its_log_has_the_lines(system, capsys):
+    options = ["--stop-time", "0.2", "--log-file", "logs/run.log"]
+    assert called("run", system, "--events", *options) == 0
+    found = events(capsys)
+    kinds = [event["event"] for event in found]
+    assert kinds.index("plan") < kinds.index("line") < kinds.index("summary") < kinds.index("file")
+    assert one(found, "plan")["components"] == ["body", "line"]
+    lines = Path("logs/run.log").read_text("utf-8").splitlines()
+    stamp = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}[+-]\d\d:\d\d (INFO|WARNING|ERROR) +"
+    assert all(re.match(stamp, line) or line.startswith(" " * 30) for line in lines)
+    assert "command: m4e-fmi run" in lines[0]
+    assert "m4e_fmi" in lines[2]
+    for event in found:
+        if event["event"] == "line":
+            assert any(line.endswith(event["text"]) for line in lines)
+    assert lines[-1].endswith("exit code 0")
+    assert any("coupling error" in line for line in lines)
+
+
+def test_an_error_is_told_with_its_place(here, capsys):
+    copied(here, PENDULUM, ("mass: m, inertia: J}", "mas: m, inertia: J}"))
+    words = ["simulate", PENDULUM.name, "--events", "--log-file", "a.log"]
+    assert called(*words) == 2
+    captured = capsys.readouterr()
+    found = [json.loads(line) for line in captured.out.splitlines()]
+    error = one(found, "error")
+    assert error["kind"] == "input"
+    assert {p["file"] for p in error["problems"]} == {PENDULUM.name}
+    lines = (here / PENDULUM.name).read_text().splitlines()
+    assert "mas: m" in lines[error["problems"][0]["line"] - 1]
+    assert error["text"] in captured.err
+    assert one(found, "end")["exit_code"] == 2
+    told = Path("a.log").read_text("utf-8")
+    assert " ERROR    error: " in told
+    assert told.endswith("exit code 2\n")
+
+
+@pytest.mark.usefixtures("here")
+def test_a_signal_is_told_with_its_exit_code(capsys, monkeypatch):
+    def interrupted(*_: object, **__: object) -> None:
+        raise Terminated(signal.SIGTERM)
+
+    monkeypatch.setattr("m4e_fmi.simulate.simulate", interrupted)
+    assert called(*SIMULATE, "--events") == 128 + signal.SIGTERM
+    found = events(capsys)
+    assert one(found, "error")["kind"] == "interrupted"
+    assert one(found, "end")["exit_code"] == 128 + signal.SIGTERM
+
+
+def test_quiet_leaves_warnings_and_errors(system, capsys):
+    assert called("run", system, "--stop-time", "0.2", "--quiet") == 0
+    out, err = capsys.readouterr()
+    assert out == ""
+    (line,) = err.splitlines()  # of the FMU
+    assert line.startswith("line, warning at t = 0 s: anchor pivot")
+    assert Path("build", "flexible_pendulum.nc").is_file()
+    assert "no such file" in refused(capsys, "run", "none.yaml", "--quiet")
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_a_warning_among_lines_of_progress_is_kept(capsys, quiet):
+    with log.logged() as one_log:
+        one_log.open(_options(quiet=quiet), [])
+        for line in ("hydro: warning: coarse panels", "hydro: 2 of 7", "hydro: 10 of 20", "built"):
+            log.say(line)
+        log.warn("warning: a body floats")
+        log.note("settled: mooring")
+        log.show("a table\n 3 of 4")
+    out, err = capsys.readouterr()
+    if quiet:
+        assert out == ""
+        assert err.splitlines() == ["hydro: warning: coarse panels", "warning: a body floats"]
+    else:
+        # of lines that count, every tenth
+        assert out.splitlines()[1:] == ["hydro: 10 of 20", "built", "a table", " 3 of 4"]
+        assert err.splitlines() == ["warning: a body floats", "settled: mooring"]
+
+
+def _options(**given: object):
+    import argparse
+
+    return argparse.Namespace(**given)
+
+
+@pytest.mark.usefixtures("here")
+def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
+    with log.logged() as one_log:
+        one_log.open(_options(log_file=Path("a.log"), events=True), ["run", "\x1b[2J"])
+        log.say("evil \x1b]0;title\x07 \u202e line\nnext")
+        log.show("two\nlines \x1b[1m")
+    text = Path("a.log").read_text("utf-8")
+    assert not re.search("[\x00-\x09\x0b-\x1f\u202e]", text)
+    assert "\n" + " " * 39 + "lines" in text
+    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert all("\x1b" not in e.get("text", "") for e in told)
+
+
+def test_a_log_is_not_written_over_other_files(here, capsys):
+    path = copied(here, PENDULUM)
+    before = path.read_text()
+    assert "a log cannot be written as" in refused(
+        capsys, "simulate", path, "--log-file", path.name
+    )
+    assert path.read_text() == before
+
+
+def test_an_error_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom m4e_fmi.cli import main\nmain(['run', 'x.yaml', '--log-file', 'a.csv'])\n"
+        "print([m for m in ('tqdm', 'sympy', 'm4e_fmi.report') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "a log cannot be written as" in done.stderr
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.usefixtures("here")
+def test_a_wrong_log_file_is_an_event_too(capsys):
+    assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
+    assert [event["event"] for event in events(capsys)] == ["start", "error", "end"]
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name")
+def test_a_log_that_cannot_be_written_is_told(capsys):
+    os.mkfifo("pipe.log")
+    assert called(*SIMULATE, "--log-file", "pipe.log") == 1
+    assert "pipe.log: cannot be written: it is not a regular file" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("here")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
+def test_a_log_that_is_full_ends_with_a_warning(capsys):
+    with log.logged() as one_log:
+        one_log.open(_options(log_file=Path("a.log")), [])
+        (handler,) = one_log._others
+        handler._file = Path("/dev/full").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
+        log.say("one")
+        log.say("two")
+    assert capsys.readouterr().err.count("the log ends here: a.log") == 1
+
+
+def test_progress_is_told_about_once_a_second(capsys, monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
+    with log.logged() as one_log:
+        one_log.open(_options(events=True), [])
+        with log.progress(10.0, start=2.0) as told:
+            for k in range(41):
+                clock[0] = 0.1 * k
+                told(2.0 + 0.2 * k)
+    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()[1:]]
+    assert [round(e["time"], 9) for e in found] == [2.0, 4.0, 6.0, 8.0, 10.0]
+    assert [round(e["fraction"], 9) for e in found] == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert found[-1]["speed"] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("quiet", "terminal"), [(False, True), (True, True), (False, False)])
+def test_a_bar_is_drawn_on_terminals_only_and_not_when_quiet(monkeypatch, quiet, terminal):
+    error = io.StringIO()
+    error.isatty = lambda: terminal  # type: ignore[method-assign]
+    monkeypatch.setattr("sys.stderr", error)
+    with log.logged() as one_log:
+        one_log.open(_options(quiet=quiet), [])
+        with log.progress(2.0) as told:
+            told(1.0)
+            told(2.0)
+    assert ("of 2 s simulated" in error.getvalue()) is (terminal and not quiet)
+
+
+@pytest.mark.usefixtures("here")
+def test_no_handler_is_left_behind():
+    before = list(log.LOG.handlers)
+    assert called(*SIMULATE, "--log-file", "a.log") == 0
+    assert log.LOG.handlers == before
+
+
+def test_numbers_that_are_not_finite_are_null():
+    line = as_json(Progress(float("nan"), float("inf"), 1.0), 0.0)
+    assert json.loads(line) == {
+        "event": "progress", "time": None, "fraction": None, "speed": 1.0, "wall_time": 0.0,
+    }  # fmt: skip
+
+
+def test_the_page_names_every_field():
+    text = PAGE.read_text("utf-8")
+    for kind in KINDS:
+        (row,) = [line for line in text.splitlines() if line.startswith(f"| `{kind.event}` |")]
+        named = re.findall(r"`(\w+)`", row)
+        assert {f.name for f in fields(kind)} <= set(named), kind.event
