@@ -11,6 +11,13 @@ Floats = NDArray[np.float64]
 CONSTANT = 1e-12
 """Range over the largest magnitude up to which values count as constant: rounding."""
 
+SMALLEST, LARGEST = 1e-100, 1e100
+"""Range up to which values count as constant, and their largest magnitude: squares are numbers."""
+LEAST_STEPS = 15
+"""Steps of a record of which a spectrum is made."""
+LONGEST_STEP = 1.5
+"""Longest step over the median one in rows that count as equally spaced."""
+
 
 class UndefinedError(ValueError):
     """A statistic of a record is not defined; the text is the reason."""
@@ -40,12 +47,17 @@ def checked_runs(time: ArrayLike, values: ArrayLike) -> tuple[Floats, Floats]:
 
 
 def check_finite(time: Floats, run: Floats) -> None:
-    """UndefinedError unless all of `run` (n,), in its unit, at `time` (n,) [s] are finite."""
+    """UndefinedError unless all of `run` (n,), in its unit, at `time` (n,) [s] are finite.
+
+    And of a magnitude whose square is finite.
+    """
     bad = np.flatnonzero(~np.isfinite(run))
     if len(bad):
         raise UndefinedError(
             f"{len(bad)} of {len(run)} rows are not finite, the first at t = {time[bad[0]]:g} s"
         )
+    if (largest := float(np.max(np.abs(run)))) > LARGEST:
+        raise UndefinedError(f"the largest magnitude is {largest:.3g}: out of all scale")
 
 
 def weights(time: Floats) -> Floats:
@@ -62,9 +74,29 @@ def weights(time: Floats) -> Floats:
     return share / (time[-1] - time[0])
 
 
+def even_rows(time: Floats, run: Floats) -> tuple[float, Floats]:
+    """The step [s], and `run` (n,), in its unit, in rows (k,) with equal steps from the first on.
+
+    The step is the median of those of `time` (n,) [s]. Rows between, as those of events, are left
+    out, others interpolated linearly in `run` (n,). UndefinedError for fewer than 16 rows, and
+    where a step is longer than the median by half or more.
+    """
+    steps = np.diff(time)
+    steps = steps[steps > 0.0]
+    if len(steps) < LEAST_STEPS:
+        raise UndefinedError(f"the record has {len(steps)} steps, {LEAST_STEPS} are needed")
+    step = float(np.median(steps))
+    if steps.max() >= LONGEST_STEP * step:
+        raise UndefinedError(
+            f"its time steps differ: most are {step:.4g} s, the longest {steps.max():.4g} s"
+        )
+    count = int((time[-1] - time[0]) / step * (1.0 + 1e-9)) + 1
+    return step, np.interp(time[0] + step * np.arange(count), time, run)
+
+
 def is_constant(run: Floats) -> bool:
     """True if `run` (n,), in its unit, varies by no more than rounding."""
-    return bool(np.ptp(run) <= CONSTANT * np.max(np.abs(run)))
+    return bool(np.ptp(run) <= max(CONSTANT * np.max(np.abs(run)), SMALLEST))
 
 
 def check_varies(run: Floats) -> None:

@@ -5,13 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from m4e_fmi.errors import InputError, Named, Problem, suggestion
 from m4e_fmi.shown import short
-from m4e_fmi.statistics import moments, unit_texts
+from m4e_fmi.statistics import (
+    cycles,
+    extremes,
+    moments,
+    rainflow_counting,
+    spectra,
+    unit_texts,
+)
 from m4e_fmi.statistics.record import Floats, UndefinedError, check_finite, checked_runs
 
 Kernel = Callable[..., float]
@@ -142,6 +150,84 @@ STATISTICS: Mapping[str, Statistic] = _registry(
     Statistic(
         "time_above", "share of the time above `level`", unit_texts.none, moments.time_above,
         {"level": None},
+    ),
+    Statistic(
+        "significant_height",
+        "mean of the highest third of heights, crest minus trough, of cycles about the mean",
+        unit_texts.same, cycles.significant_height,
+    ),
+    Statistic(
+        "significant_amplitude",
+        "mean of the highest third of crests above the mean, one of each cycle",
+        unit_texts.same, cycles.significant_amplitude,
+    ),
+    Statistic(
+        "zero_crossing_period", "mean time between up-crossings of the mean", unit_texts.seconds,
+        cycles.zero_crossing_period,
+    ),
+    Statistic(
+        "number_of_cycles", "complete cycles between up-crossings of the mean", unit_texts.none,
+        cycles.number_of_cycles,
+    ),
+    *(
+        Statistic(
+            f"spectral_moment_{order}", f"∫ ω^{order} S dω of the spectrum", unit,
+            partial(spectra.spectral_moment, order),
+        )
+        for order, unit in (
+            (0, unit_texts.squared),
+            *((k, partial(unit_texts.squared_times_frequency, k)) for k in (1, 2, 4)),
+        )
+    ),
+    *(
+        Statistic(f"spectral_{name}", text, unit, partial(spectra.spectral, name))
+        for name, text, unit in (
+            ("significant_height", "4 √m₀", unit_texts.same),
+            ("mean_period", "T₀₁ = 2π m₀/m₁", unit_texts.seconds),
+            ("zero_crossing_period", "T₀₂ = 2π √(m₀/m₂)", unit_texts.seconds),
+            ("peak_period", "period of the highest spectral density", unit_texts.seconds),
+            ("bandwidth", "√(1 − m₂²/(m₀ m₄)), 0 for a narrow band", unit_texts.none),
+        )
+    ),
+    Statistic(
+        "most_probable_maximum",
+        "mode of the maximum over `duration` [s] of a Gaussian process: mean + σ √(2 ln N)",
+        unit_texts.same, extremes.most_probable_maximum, {"duration": None},
+        {"duration": POSITIVE},
+    ),
+    Statistic(
+        "expected_maximum",
+        "mean of the maximum over `duration` [s] of a Gaussian process: "
+        "mean + σ (√(2 ln N) + γ/√(2 ln N))",
+        unit_texts.same, extremes.expected_maximum, {"duration": None}, {"duration": POSITIVE},
+    ),
+    Statistic(
+        "maximum_quantile",
+        "value that the maximum over `duration` [s] of a Gaussian process does not exceed with "
+        "`probability`",
+        unit_texts.same, extremes.maximum_quantile, {"duration": None, "probability": None},
+        {"duration": POSITIVE, "probability": Limits(above=0.0, most=math.nextafter(1.0, 0.0))},
+    ),
+    Statistic(
+        "weibull_maximum",
+        "mode of the maximum over `duration` [s] by a Weibull distribution of the highest half of "
+        "the crests",
+        unit_texts.same, extremes.weibull_maximum, {"duration": None}, {"duration": POSITIVE},
+    ),
+    Statistic(
+        "gumbel_maximum",
+        "mode of the maximum over `duration` [s] by a Gumbel distribution of the maxima of "
+        "`blocks` parts of the record",
+        unit_texts.same, extremes.gumbel_maximum, {"duration": None, "blocks": 10},
+        {"duration": POSITIVE, "blocks": Limits(above=extremes.LEAST_BLOCKS - 1, most=1e6)},
+    ),
+    Statistic(
+        "damage_equivalent_load",
+        "constant range that, at `reference_frequency` [Hz], does the damage of the rainflow "
+        "cycles, for an S-N curve of `exponent`",
+        unit_texts.same, rainflow_counting.damage_equivalent_load,
+        {"exponent": None, "reference_frequency": 1.0},
+        {"exponent": POSITIVE, "reference_frequency": POSITIVE},
     ),
 )  # fmt: skip
 """All statistics by name."""

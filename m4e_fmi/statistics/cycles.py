@@ -1,0 +1,138 @@
+"""Peaks, heights and periods of the cycles of one run, from one up-crossing of a level to the next.
+
+The level is the mean over time unless another is given. The highest recorded value of a cycle is
+its crest, the lowest its trough: in steps of 1/20 of a period they are up to 1.2 % of the amplitude
+lower than those of the motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.shown import short
+from m4e_fmi.statistics.record import (
+    Floats,
+    UndefinedError,
+    check_finite,
+    check_varies,
+    checked_runs,
+    is_constant,
+    weights,
+)
+
+
+@short
+@dataclass(frozen=True)
+class Peaks:
+    """Complete cycles of a record about `level`; all values are in the unit of the record.
+
+    `crossings` (k + 1,) [s] are the times of up-crossings; `time` (k,) [s] those of the crests,
+    `crests` and `troughs` (k,) the highest and lowest values of each cycle.
+    """
+
+    level: float
+    crossings: Floats
+    time: Floats
+    crests: Floats
+    troughs: Floats
+
+    @property
+    def heights(self) -> Floats:
+        """Crest minus trough of each cycle, (k,) in the unit of the record."""
+        return self.crests - self.troughs
+
+    @property
+    def amplitudes(self) -> Floats:
+        """Crests above the level, (k,) in the unit of the record."""
+        return self.crests - self.level
+
+
+def peaks(time: ArrayLike, values: ArrayLike, *, level: float | None = None) -> Peaks:
+    """Cycles of `values` (n,), in their unit, at `time` (n,) [s], about `level` or the mean.
+
+    InputError as `checked_runs`, for several runs, and where the record has no cycles to count.
+    """
+    t, x = checked_runs(time, values)
+    if len(x) != 1:
+        raise InputError.single(f"expected the values of one run, got {len(x)} runs")
+    try:
+        check_finite(t, x[0])
+        return peaks_of(t, x[0], level)
+    except UndefinedError as error:
+        raise InputError.single(str(error)) from None
+
+
+def peaks_of(time: Floats, run: Floats, level: float | None = None) -> Peaks:
+    """As `peaks`, of `run` (n,), in its unit, at `time` (n,) [s]; UndefinedError if constant."""
+    middle = float(weights(time) @ run) if level is None else level
+    check_varies(run)
+    above = run >= middle
+    up = np.flatnonzero(~above[:-1] & above[1:])
+    if not len(up):
+        none = np.zeros(0)
+        return Peaks(middle, none, none, none, none)
+    part = (middle - run[up]) / (run[up + 1] - run[up])
+    crossings = time[up] + part * (time[up + 1] - time[up])
+    whole = slice(up[0] + 1, up[-1] + 1)
+    starts = up[:-1] - up[0]
+    if not len(starts):
+        none = np.zeros(0)
+        return Peaks(middle, crossings, none, none, none)
+    within = run[whole]
+    crests = np.maximum.reduceat(within, starts)
+    troughs = np.minimum.reduceat(within, starts)
+    cycle = np.repeat(np.arange(len(starts)), np.diff(up))
+    at = np.flatnonzero(within == crests[cycle])
+    first = at[np.unique(cycle[at], return_index=True)[1]]
+    return Peaks(middle, crossings, time[whole][first], crests, troughs)
+
+
+def number_of_cycles(time: Floats, run: Floats) -> float:
+    """Complete cycles of `run` (n,), in its unit, at `time` (n,) [s]; 0 of a constant record."""
+    weights(time)
+    return 0.0 if is_constant(run) else float(len(peaks_of(time, run).crests))
+
+
+def zero_crossing_period(time: Floats, run: Floats) -> float:
+    """Mean time [s] between up-crossings of the mean.
+
+    `run` (n,), in its unit, at `time` (n,) [s].
+    """
+    crossings = peaks_of(time, run).crossings
+    if len(crossings) < 2:
+        raise UndefinedError(f"the record crosses its mean upwards {len(crossings)} times, not 2")
+    return float((crossings[-1] - crossings[0]) / (len(crossings) - 1))
+
+
+def significant_height(time: Floats, run: Floats) -> float:
+    """Mean of the highest third of heights of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return _highest_third(peaks_of(time, run).heights)
+
+
+def significant_amplitude(time: Floats, run: Floats) -> float:
+    """Mean of the highest third of amplitudes of `run` (n,), in its unit, at `time` (n,) [s]."""
+    return _highest_third(peaks_of(time, run).amplitudes)
+
+
+def _highest_third(sizes: Floats) -> float:
+    if len(sizes) < 3:
+        raise UndefinedError(f"the record has {len(sizes)} complete cycles, 3 are needed")
+    return float(np.sort(sizes)[-(len(sizes) // 3) :].mean())
+
+
+def exceedance_curve(values: ArrayLike) -> tuple[Floats, Floats]:
+    """Values (k,), ascending, in their unit, and their probabilities of exceedance (k,) [1].
+
+    `values` (k,), in their unit, are a sample such as the crests of a record. That of the i-th
+    highest of k is i/(k + 1) (Weibull's plotting position). InputError for values that are not
+    finite.
+    """
+    x = np.asarray(values, dtype=float)
+    if x.ndim != 1 or not np.isfinite(x).all():
+        raise InputError.single("expected one row of finite values", "leave the others out")
+    k = len(x)
+    return np.sort(x), np.arange(k, 0, -1) / (k + 1.0)

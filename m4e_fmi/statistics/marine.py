@@ -1,0 +1,147 @@
+"""Wave energy: annual energy over sea states, power matrices, power of waves, capture width."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.shown import short
+from m4e_fmi.statistics.record import Floats
+
+YEAR = 8766.0 * 3600.0
+"""Mean year of 365.25 days [s]."""
+MEGAWATT_HOUR = 3.6e9
+"""In joules."""
+SUM_ROUNDING = 1e-6
+"""By how much probabilities of a table that was rounded may add up to more than 1."""
+
+
+@short
+@dataclass(frozen=True)
+class AnnualEnergy:
+    """Mean `energy` of a year [J] and its standard `error` [J] from the scatter over seeds.
+
+    `covered` is the sum of the probabilities: that of the sea states which are counted.
+    """
+
+    energy: float
+    error: float
+    covered: float
+
+    @property
+    def megawatt_hours(self) -> float:
+        """The energy in MWh."""
+        return self.energy / MEGAWATT_HOUR
+
+
+def annual_energy(
+    power: ArrayLike, probability: ArrayLike, *, shared_seeds: bool = False
+) -> AnnualEnergy:
+    """Σ p·P over sea states, times 8766 h.
+
+    `power` (…, n_seeds) [W] are means over time, `probability` (…,) [1] those of the sea states;
+    what they lack to 1 counts as no power. The standard error is that of independent sea states,
+    or, with `shared_seeds`, that over the sums of each seed. It is nan for one seed; both are nan
+    where a power of a probable sea state is nan. InputError for shapes that do not fit, and
+    probabilities that are negative or add up to more than 1.
+    """
+    watts, p = np.asarray(power, dtype=float), np.asarray(probability, dtype=float)
+    if watts.ndim != p.ndim + 1 or watts.shape[:-1] != p.shape or watts.shape[-1] < 1:
+        message = f"power {watts.shape} and probability {p.shape} do not fit each other"
+        raise InputError.single(message, "give power (…, n_seeds) and probability (…,)")
+    check_probabilities(p)
+    there = p > 0.0
+    watts, p, seeds = watts[there], p[there], watts.shape[-1]
+    energy = YEAR * float(p @ watts.mean(axis=-1))
+    if seeds == 1:
+        error = math.nan
+    elif shared_seeds:
+        error = YEAR * float(np.std(p @ watts, ddof=1)) / math.sqrt(seeds)
+    else:
+        error = YEAR * math.sqrt(float(p**2 @ watts.var(axis=-1, ddof=1)) / seeds)
+    return AnnualEnergy(energy, error, float(p.sum()))
+
+
+def check_probabilities(probability: Floats) -> None:
+    """InputError unless `probability` (…,) [1] are finite, not negative, and at most 1 in sum."""
+    wrong = []
+    if not (np.isfinite(probability).all() and (probability >= 0.0).all()):
+        wrong.append(Problem("probabilities must be finite, 0 or more"))
+    elif (total := float(probability.sum())) > 1.0 + SUM_ROUNDING:
+        remedy = "give probabilities, not hours or percent"
+        wrong.append(Problem(f"the probabilities add up to {total:.6g}, more than 1", remedy))
+    if wrong:
+        raise InputError(wrong)
+
+
+@short
+@dataclass(frozen=True)
+class PowerMatrix:
+    """Mean `power` (h, t) [W] in classes of height and period, nan in those without runs.
+
+    `runs` (h, t) [1] are the numbers of runs; `heights` (h + 1,) [m] and `periods` (t + 1,) [s]
+    bound the classes. `left_out` counts runs outside of all.
+    """
+
+    power: Floats
+    runs: Floats
+    heights: Floats
+    periods: Floats
+    left_out: int
+
+
+def power_matrix(
+    height: ArrayLike,
+    period: ArrayLike,
+    power: ArrayLike,
+    *,
+    heights: ArrayLike,
+    periods: ArrayLike,
+) -> PowerMatrix:
+    """Mean power of runs by classes of their sea states.
+
+    `height` (m,) [m], `period` (m,) [s] and `power` (m,) [W] are those of m runs; `heights`
+    (h + 1,) [m] and `periods` (t + 1,) [s] the bounds of classes, ascending. A run on a bound
+    belongs to the class above it, on the last bound to the last class. InputError for shapes that
+    do not fit and bounds that do not ascend.
+    """
+    h, t, p = (np.asarray(a, dtype=float) for a in (height, period, power))
+    bounds = [np.asarray(a, dtype=float) for a in (heights, periods)]
+    if h.ndim != 1 or not h.shape == t.shape == p.shape:
+        message = f"height {h.shape}, period {t.shape} and power {p.shape} do not fit each other"
+        raise InputError.single(message, "give one of each for every run")
+    for name, edges in zip(("heights", "periods"), bounds, strict=True):
+        if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
+            raise InputError.single(f"the bounds of {name} do not ascend", "give two or more")
+    inside = (h >= bounds[0][0]) & (h <= bounds[0][-1])
+    inside &= (t >= bounds[1][0]) & (t <= bounds[1][-1])
+    h, t, p = h[inside], t[inside], p[inside]
+    runs = np.histogram2d(h, t, bounds)[0]
+    total = np.histogram2d(h, t, bounds, weights=p)[0]
+    mean = np.where(runs > 0, total / np.maximum(runs, 1.0), np.nan)
+    return PowerMatrix(mean, runs, bounds[0], bounds[1], int(np.sum(~inside)))
+
+
+def wave_power(
+    height: ArrayLike, energy_period: ArrayLike, *, density: float = 1025.0, gravity: float = 9.81
+) -> Floats:
+    """Power (…,) [W/m] per metre of crest of irregular waves in deep water: ρ g² H² T/(64 π).
+
+    `height` (…,) [m] is the significant height, `energy_period` (…,) [s] 2π m₋₁/m₀; `density`
+    [kg/m3], `gravity` [m/s2].
+    """
+    h, t = np.asarray(height, dtype=float), np.asarray(energy_period, dtype=float)
+    return np.asarray(density * gravity**2 * h**2 * t / (64.0 * np.pi), dtype=float)
+
+
+def capture_width(power: ArrayLike, power_of_waves: ArrayLike) -> Floats:
+    """Width (…,) [m] of crest that carries the `power` (…,) [W]; nan where the waves have none.
+
+    `power_of_waves` (…,) [W/m] is that per metre of crest.
+    """
+    p, j = np.asarray(power, dtype=float), np.asarray(power_of_waves, dtype=float)
+    return np.asarray(np.where(j > 0.0, p / np.where(j > 0.0, j, 1.0), np.nan), dtype=float)

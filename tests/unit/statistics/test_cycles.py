@@ -1,0 +1,84 @@
+"""Peaks, rainflow cycles and equivalent loads against worked examples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.statistics import STATISTICS, exceedance_curve, peaks, rainflow_cycles
+
+ASTM = [-2, 1, -3, 5, -1, 3, -4, 4, -2]
+"""ASTM E1049-85, figure 6."""
+
+
+def test_rainflow_cycles_of_the_standards_example() -> None:
+    """ASTM E1049-85, section 5.4.4: cycles by range."""
+    found = rainflow_cycles(ASTM)
+    assert found.table() == {3.0: 0.5, 4.0: 1.5, 6.0: 0.5, 8.0: 1.0, 9.0: 0.5}
+
+
+@pytest.mark.parametrize("scale", [2.0**-300, 2.0**300])
+def test_rainflow_cycles_do_not_depend_on_the_unit(scale: float) -> None:
+    table = rainflow_cycles(np.array(ASTM) * scale).table()
+    assert [(s / scale, n) for s, n in table.items()] == [
+        (pytest.approx(s), n) for s, n in rainflow_cycles(ASTM).table().items()
+    ]
+
+
+def test_rainflow_cycles_of_plateaus_and_of_constants() -> None:
+    assert rainflow_cycles(np.repeat(ASTM, 3)).table() == rainflow_cycles(ASTM).table()
+    assert rainflow_cycles([5.0] * 9).table() == {}
+    assert rainflow_cycles([1e9, 1e9 * (1.0 + 1e-15), 1e9]).table() == {}
+    for values in ([1.0, 2.0], [1.0, np.nan, 2.0], [[1.0, 2.0, 3.0]]):
+        with pytest.raises(InputError):
+            rainflow_cycles(values)
+
+
+def test_equivalent_load_of_a_sine_is_its_range() -> None:
+    """50 cycles in 500 s, counted at the sine's frequency; at 1 Hz with 10 times as many."""
+    time = np.linspace(0.0, 500.0, 5001)
+    values = 7.0 + 3.0 * np.cos(2.0 * np.pi * time / 10.0)
+    load = STATISTICS["damage_equivalent_load"]
+    for exponent in (1.0, 3.0, 10.0):
+        at_own = load.compute(time, values, exponent=exponent, reference_frequency=0.1)
+        assert at_own == pytest.approx([6.0], rel=1e-12)
+        at_1_hz = load.compute(time, values, exponent=exponent)
+        assert at_1_hz == pytest.approx([6.0 * 0.1 ** (1.0 / exponent)], rel=1e-12)
+    assert load.compute(time, 0.0 * time, exponent=3.0).tolist() == [0.0]
+
+
+def test_equivalent_load_of_the_standards_example() -> None:
+    found = STATISTICS["damage_equivalent_load"].compute(np.arange(9.0), ASTM, exponent=4.0)
+    damage = 0.5 * 3**4 + 1.5 * 4**4 + 0.5 * 6**4 + 8**4 + 0.5 * 9**4
+    assert found == pytest.approx([(damage / 8.0) ** 0.25], rel=1e-12)
+
+
+def test_peaks_about_the_mean_and_about_a_level() -> None:
+    time = np.linspace(0.0, 40.0, 4001)
+    values = 1.0 + (1.0 + 0.1 * np.floor(time / 10.0)) * np.sin(2.0 * np.pi * (time / 10.0 - 0.01))
+    found = peaks(time, values, level=1.0)
+    assert found.crossings == pytest.approx([0.1, 10.1, 20.1, 30.1], abs=0.02)
+    assert found.time == pytest.approx([2.6, 12.6, 22.6], abs=1e-9)
+    assert found.amplitudes == pytest.approx([1.0, 1.1, 1.2])
+    assert found.heights == pytest.approx([2.0, 2.2, 2.4])
+    assert peaks(time, values).level == pytest.approx(np.trapezoid(values, time) / 40.0)
+    assert len(peaks(time, values, level=9.0).crests) == 0
+
+
+def test_significant_heights_are_of_the_highest_third() -> None:
+    """Nine whole cycles of the heights 2, 4 … 18 and a tenth, cut; each has the mean 0."""
+    time = np.linspace(0.0, 10.0, 10001)
+    values = np.minimum(np.floor(time) + 1.0, 10.0) * np.sin(2.0 * np.pi * (time - 0.001))
+    heights = STATISTICS["significant_height"].compute(time, values)
+    assert heights == pytest.approx([16.0], rel=1e-4)
+    amplitudes = STATISTICS["significant_amplitude"].compute(time, values)
+    assert amplitudes == pytest.approx([8.0], rel=1e-3)
+
+
+def test_exceedance_curve() -> None:
+    values, probability = exceedance_curve([3.0, 1.0, 2.0])
+    assert values.tolist() == [1.0, 2.0, 3.0]
+    assert probability.tolist() == [0.75, 0.5, 0.25]
+    with pytest.raises(InputError):
+        exceedance_curve([1.0, np.nan])
