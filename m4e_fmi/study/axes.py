@@ -33,13 +33,15 @@ class Varied:
 class Axis:
     """A dimension `name`; each of its `points` has one value for each of the `varied` quantities.
 
-    `weights` are those of the points, if they have any [1].
+    `weights` are those of the points, if they have any [1]. `repeats` are runs of one design, with
+    other seeds.
     """
 
     name: str
     varied: tuple[Varied, ...]
     points: tuple[tuple[Scalar, ...], ...] = field(repr=False)
     weights: tuple[float, ...] | None = field(default=None, repr=False)
+    repeats: bool = False
 
     def __len__(self) -> int:
         return len(self.points)
@@ -188,7 +190,8 @@ def _axis(
         return None
     short = given.as_ or name
     varied = (Varied(short, given.names or (name,), at),)
-    return Axis(short, varied, tuple((value,) for value in values))
+    points = tuple((value,) for value in values)
+    return Axis(short, varied, points, repeats=given.seeds is not None)
 
 
 def _values(

@@ -3,28 +3,23 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.cosim.load import load_system
-from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.files.writing import check_suffix
-from m4e_fmi.study.dataset import Labels, dataset, write_dataset
-from m4e_fmi.study.execution import cores, performed
-from m4e_fmi.study.names import Named, named
-from m4e_fmi.study.plan import Plan, Versions, versions
+from m4e_fmi.study.dataset import dataset, write_dataset
+from m4e_fmi.study.execution import cores
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.start_up import DEFAULT
 from m4e_fmi.study.store import Store
 from m4e_fmi.study.study import Study, load_study
-from m4e_fmi.study.targets import KeyTarget, StartTarget
-from m4e_fmi.study.task import Task
+from m4e_fmi.study.work import Work, work_of
 
 if TYPE_CHECKING:
     import xarray
@@ -41,8 +36,9 @@ Progress = Callable[[int, int], None]
 class StudyOutcome:
     """A study that has ended: its `data`, the file `path`, and how its runs went.
 
-    `failures` are those of runs by number, `warnings` lines with the number of runs that have them,
-    `kept` the number of runs that were done before; `wall_time` in s.
+    `failures` are those of runs by number, from 0, `warnings` lines with the number of runs that
+    have them, `kept` the number of runs that were done before; `notes` say how runs were made.
+    `wall_time` in s.
     """
 
     study: Study
@@ -51,6 +47,7 @@ class StudyOutcome:
     records: tuple[Record, ...] = field(repr=False)
     failures: Mapping[int, str]
     warnings: Mapping[str, int]
+    notes: tuple[str, ...]
     kept: int
     wall_time: float
 
@@ -68,10 +65,11 @@ def run_study(
 ) -> StudyOutcome:
     """Make the runs of a study, or of that in a file, which are not kept from earlier ones.
 
-    Runs are made by `jobs` processes (default: one for each processor), or by any `executor`, as
-    Dask's; each that is done is kept in `build_directory`, unless it failed. With `fresh`, all are
-    made again. `output` is a file for the result, netCDF or `.csv`. `progress` is called after each
-    run, `tell` with lines on what is built.
+    Runs of a system are made by `jobs` processes (default: one for each processor), or by any
+    `executor`, as Dask's; those of one program by the C library in threads. Each that is done is
+    kept in `build_directory`, unless it failed. With `fresh`, all are made again. `output` is a
+    file for the result, netCDF or `.csv`. `progress` is called after each run, `tell` with lines on
+    what is built.
 
     A run that fails leaves nan, and its reason. InputError with all problems of the study and its
     system; RunError if FMUs cannot be built or files not be written, or if another study writes to
@@ -81,30 +79,21 @@ def run_study(
     study = given if isinstance(given, Study) else load_study(given)
     if output is not None:
         check_suffix(output, SUFFIXES, "the result of a study")
-    tell = tell or _silent
     folder = Path(build_directory)
     with ExitStack() as stack:
         if output is not None:
             stack.enter_context(claimed(output))
         blobs = stack.enter_context(TemporaryFolder())
         store = stack.enter_context(Store(folder / STORE))
-        known = named(study, load_system(study.source))
-        plan = Plan(versions(known), folder, blobs, tell)
-        plan.build()
-        tasks = list(plan.tasks())
+        work = work_of(study, folder, blobs, tell or _silent)
         records, kept = _records(
-            tasks, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
+            work, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
         )
         found = dataset(
-            study,
-            records,
-            labels_of(plan.versions),
-            start_up=[task.start_up for task in tasks],
-            attributes=_attributes(study),
+            study, records, work.labels, start_up=work.start_up, attributes=_attributes(study)
         )
-        path = None
-        if output is not None:
-            path = Path(output)
+        path = None if output is None else Path(output)
+        if path is not None:
             write_dataset(found, path)
     return StudyOutcome(
         study=study,
@@ -112,14 +101,15 @@ def run_study(
         path=path,
         records=tuple(records),
         failures={k: r.failure for k, r in enumerate(records) if r.failure},
-        warnings=_warnings(plan.warnings, records),
+        warnings=_warnings(work.warnings, records),
+        notes=tuple(work.notes),
         kept=kept,
         wall_time=clock.perf_counter() - began,
     )
 
 
 def _records(
-    tasks: Sequence[Task],
+    work: Work,
     store: Store,
     *,
     jobs: int,
@@ -127,23 +117,22 @@ def _records(
     fresh: bool,
     progress: Progress | None,
 ) -> tuple[list[Record], int]:
-    """The record of each task, and the number of those that were kept."""
-    by_key: dict[str, Record] = {} if fresh else store.found([task.key for task in tasks])
-    kept, total = sum(task.key in by_key for task in tasks), len(tasks)
-    missing = {task.key: task for task in tasks if task.key not in by_key}
-    done = kept
+    """The record of each run, and the number of those that were kept."""
+    keys = work.keys
+    by_key: dict[str, Record] = {} if fresh else store.found(list(dict.fromkeys(keys)))
+    kept = done = sum(key in by_key for key in keys)
+    first = {key: run for run, key in reversed([*enumerate(keys)]) if key not in by_key}
+    missing = sorted(first.values())
     if progress:
-        progress(done, total)
-    waiting: Iterator[tuple[int, Task]] = enumerate(missing.values())
-    keys = list(missing)
-    for number, record in performed(waiting, jobs=min(jobs, len(missing) or 1), executor=executor):
-        key = keys[number]
-        store.keep({key: record})
-        by_key[key] = record
-        done += sum(task.key == key for task in tasks) if total != len(missing) + kept else 1
+        progress(done, len(keys))
+    for batch in work.records(missing, min(jobs, len(missing) or 1), executor):
+        found = {keys[run]: record for run, record in batch.items()}
+        store.keep(found, again=fresh)
+        by_key |= found
+        done += len(batch)
         if progress:
-            progress(done, total)
-    return [by_key[task.key] for task in tasks], kept
+            progress(done, len(keys))
+    return [by_key[key] for key in keys], kept
 
 
 def _attributes(study: Study) -> dict[str, str]:
@@ -152,44 +141,14 @@ def _attributes(study: Study) -> dict[str, str]:
     return {"source": str(study.source), "start_up": told}
 
 
-def labels_of(made: Versions) -> Labels:
-    """Units and descriptions of what is varied and of wanted variables."""
-    known = made.named
-    varied: dict[str, tuple[str, str]] = {}
-    for name, target in known.targets.items():
-        if isinstance(target, StartTarget):
-            varied[name] = target.unit, target.text
-        elif isinstance(target, KeyTarget):
-            one = made.of[target.component]
-            place = one.keys.index(target.keys)
-            varied[name] = one.labels.get(place, ("", ""))
-        elif target.key not in ("algorithm", "tolerance", "coupling_tolerance"):
-            varied[name] = "s", f"{target.key} of the simulation"
-    return Labels(varied, _variables(known))
-
-
-def _variables(known: Named) -> dict[str, tuple[str, str]]:
-    study, found = known.study, dict[str, tuple[str, str]]()
-    for name in (*(w.variable for w in study.wanted), *study.series):
-        component, _, variable = name.partition(".")
-        one = known.descriptions[component].variables[variable]
-        found[name] = one.unit, one.description
-    return found
-
-
 def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[str, int]:
     """Warnings of preparation and of runs, each with the number of runs that have it."""
-    found = dict.fromkeys(prepared, len(records))
+    found = dict(prepared)
     for record in records:
-        told = [*record.warnings, *(f"{name} is not defined: {why}" for name, why in record.undefined.items())]
-        for line in told:
+        undefined = (f"{name} is not defined: {why}" for name, why in record.undefined.items())
+        for line in (*record.warnings, *undefined):
             found[line] = found.get(line, 0) + 1
     return found
-
-
-def stem(study: Study) -> str:
-    """Name of files of a study, without suffix."""
-    return file_stem(study.name)
 
 
 def _silent(_: str) -> None:

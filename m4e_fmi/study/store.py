@@ -64,22 +64,25 @@ class Store:
                 records |= {key: Record.of(head, block) for key, head, block in rows}
         return records
 
-    def keep(self, records: Mapping[str, Record]) -> None:
-        """Add records; they are on the disk when this returns. Those of failed runs are not kept."""
+    def keep(self, records: Mapping[str, Record], *, again: bool = False) -> None:
+        """Add records, in place of others that are made `again`.
+
+        They are on the disk when this returns. Those of failed runs are not kept.
+        """
         rows = [(k, r.head(), r.block()) for k, r in records.items() if not r.failure]
         if not rows:
             return
         with self._errors():
             self._base.execute("BEGIN IMMEDIATE")
             try:
-                self._write(rows)
+                self._write(rows, "REPLACE" if again else "IGNORE")
             except BaseException:
                 self._base.execute("ROLLBACK")
                 raise
             self._base.execute("COMMIT")
 
-    def _write(self, rows: Iterable[tuple[str, str, bytes]]) -> None:
-        self._base.executemany("INSERT OR IGNORE INTO runs VALUES (?, ?, ?)", rows)
+    def _write(self, rows: Iterable[tuple[str, str, bytes]], instead: str) -> None:
+        self._base.executemany(f"INSERT OR {instead} INTO runs VALUES (?, ?, ?)", rows)
 
     @contextmanager
     def _errors(self) -> Generator[None]:

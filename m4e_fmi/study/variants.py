@@ -190,9 +190,12 @@ class _Finder:
             if len(values) < 2 or not numbers:
                 continue
             tried = values[:: max(1, len(values) // TRIED)]
-            names = {self._wired(base, k, value) for value in (*tried, values[-1])} - {base[k]}
-            names |= {self._wired(last, k, value) for value in values[:2]}
-            names -= {None}
+            names = set[str | None]()
+            for at, value in (*((base, v) for v in (*tried, values[-1])), *((last, v) for v in values[:2])):
+                names.add(self._wired(at, k, value))
+                if "" in names:
+                    break
+            names.discard(None)
             if len(names) == 1 and (name := names.pop()):
                 found[k] = str(name)
         if len(set(found.values())) < len(found):
@@ -256,8 +259,13 @@ def code_of(build: Build) -> str:
         digest.update(repr(build.component.source).encode())
         digest.update(repr(build.of).encode())
         return digest.hexdigest()
-    digest.update(encode(_bare(program)))
+    digest.update(bare_code(program).encode())
     return digest.hexdigest()
+
+
+def bare_code(program: Program) -> str:
+    """Hash of the operations of a program and the names and units of its variables."""
+    return hashlib.sha256(encode(_bare(program))).hexdigest()
 
 
 def _bare(program: Program) -> Program:
