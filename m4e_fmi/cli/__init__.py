@@ -29,6 +29,7 @@ from m4e_fmi.cli import (
     rao,
     run,
     simulate,
+    study,
     validate,
 )
 from m4e_fmi.cli.shared.options import EXIT_FAILED
@@ -42,7 +43,7 @@ EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
     equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
-    run, doctor,
+    run, study, doctor,
 )  # fmt: skip
 
 

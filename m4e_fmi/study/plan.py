@@ -14,7 +14,7 @@ from m4e_fmi.code_hash import code_hash
 from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
-from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
+from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
@@ -127,29 +127,46 @@ class Plan:
 
     def build(self) -> None:
         """Build all FMUs that are not there yet."""
-        base = self._base
-        for name, fmu in base.items():
+        for name, fmu in self._base.items():
             self._fmus[name, 0] = fmu
-        system = self.versions.named.system
-        folder = self.folder / f"{file_stem(system.name)}.variants"
         for name, one in self.versions.of.items():
             for number, build in enumerate(one.builds):
-                told = ", ".join(
-                    f"{'.'.join(map(str, key))} {value}"
-                    for key, value in zip(one.keys, build.of, strict=True)
-                )
-                part = replace(
-                    system,
-                    name=f"{name}_{_short(repr((one.keys, build.of, build.component)))}",
-                    components=(replace(build.component, start={}),),
-                )
+                told = of_keys(one, number)
                 fmus = ready_fmus(
-                    part,
-                    folder,
+                    self.part(name, number),
+                    self._variants_folder,
                     tell=lambda line, told=told: self.tell(f"{line} ({told})"),
                     drafts={name: build.draft},
                 )
                 self._fmus[name, number] = fmus[name]
+
+    @property
+    def _variants_folder(self) -> Path:
+        return self.folder / f"{file_stem(self.versions.named.system.name)}.variants"
+
+    def part(self, name: str, number: int) -> System:
+        """A version of a component as a system of its own, which its FMU is built from."""
+        one = self.versions.of[name]
+        build = one.builds[number]
+        same = repr((one.keys, build.of, build.component))
+        return replace(
+            self.versions.named.system,
+            name=f"{name}_{_short(same)}",
+            components=(replace(build.component, start={}),),
+        )
+
+    def missing(self) -> list[str]:
+        """FMUs that would be built, in words."""
+        system = self.versions.named.system
+        same = tuple(c for c in system.components if c.name not in self.versions.of)
+        found = list(missing_fmus(replace(system, components=same), self.folder))
+        for name, one in self.versions.of.items():
+            found += [
+                f"{name} ({of_keys(one, number)})"
+                for number in range(len(one.builds))
+                if missing_fmus(self.part(name, number), self._variants_folder)
+            ]
+        return found
 
     def tasks(self) -> Iterator[Task]:
         """The task of each run, in order; the FMUs have been built."""
@@ -244,6 +261,12 @@ class Plan:
         if path not in self._files:
             self._files[path] = Blob(description.content, path.name, path.absolute())
         return self._files[path]
+
+
+def of_keys(one: Variants, number: int) -> str:
+    """The values of its keys that a version of a component was made for."""
+    pairs = zip(one.keys, one.builds[number].of, strict=True)
+    return ", ".join(f"{'.'.join(map(str, key))} {value}" for key, value in pairs)
 
 
 def _short(text: str) -> str:

@@ -15,6 +15,7 @@ from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.study.dataset import dataset, write_dataset
 from m4e_fmi.study.execution import cores
+from m4e_fmi.signals import Terminated
 from m4e_fmi.study.record import Record
 from m4e_fmi.study.start_up import DEFAULT
 from m4e_fmi.study.store import Store
@@ -125,13 +126,17 @@ def _records(
     missing = sorted(first.values())
     if progress:
         progress(done, len(keys))
-    for batch in work.records(missing, min(jobs, len(missing) or 1), executor):
-        found = {keys[run]: record for run, record in batch.items()}
-        store.keep(found, again=fresh)
-        by_key |= found
-        done += len(batch)
-        if progress:
-            progress(done, len(keys))
+    try:
+        for batch in work.records(missing, min(jobs, len(missing) or 1), executor):
+            found = {keys[run]: record for run, record in batch.items()}
+            store.keep(found, again=fresh)
+            by_key |= found
+            done += len(batch)
+            if progress:
+                progress(done, len(keys))
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note(f"{done} of {len(keys)} runs are kept: the same command makes the others")
+        raise
     return [by_key[key] for key in keys], kept
 
 
