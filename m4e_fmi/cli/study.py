@@ -52,11 +52,11 @@ def _run(options: argparse.Namespace) -> int:
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.study.estimate import estimate
-    from m4e_fmi.study.figure import plot_study
-    from m4e_fmi.study.progress import runs_bar
+    from m4e_fmi.study.given.study import load_study
     from m4e_fmi.study.run import SUFFIXES, run_study
-    from m4e_fmi.study.study import load_study
-    from m4e_fmi.study.summary import summary
+    from m4e_fmi.study.shown.figure import plot_study
+    from m4e_fmi.study.shown.progress import runs_bar
+    from m4e_fmi.study.shown.summary import summary
 
     if options.output_file:
         check_suffix(options.output_file, SUFFIXES, "the result of a study")

@@ -11,8 +11,8 @@ everything but `cli`.
 import sys
 from types import ModuleType
 
+from m4e_fmi.study.given.study import Study, load_study
 from m4e_fmi.study.run import StudyOutcome, run_study
-from m4e_fmi.study.study import Study, load_study
 
 study = run_study
 

@@ -14,9 +14,9 @@ import numpy as np
 
 import m4e_fmi
 from m4e_fmi.files.writing import written
-from m4e_fmi.study.axes import Grid
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.study import Study
+from m4e_fmi.study.given.axes import Grid
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.runs.record import Record
 
 if TYPE_CHECKING:
     import xarray
@@ -71,7 +71,11 @@ def dataset(
         },
     )
     numbers = {
-        "coupling_error": ("1", "largest estimated coupling error over the range", "coupling_error"),
+        "coupling_error": (
+            "1",
+            "largest estimated coupling error over the range",
+            "coupling_error",
+        ),
         "wall_time": ("s", "time that the run took", "wall_time"),
     }
     for name, (unit, text, key) in numbers.items():
@@ -106,7 +110,10 @@ def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
             found[axis.name] = ((axis.name,), numbers, {"long_name": f"number of the {axis.name}"})
         for k, varied in enumerate(axis.varied):
             unit, text = labels.varied.get(varied.targets[0], ("", ""))
-            told = {"long_name": text or ", ".join(varied.targets), "name": ", ".join(varied.targets)}
+            told = {
+                "long_name": text or ", ".join(varied.targets),
+                "name": ", ".join(varied.targets),
+            }
             name = axis.name if len(axis.varied) == 1 else varied.name
             values = np.array([point[k] for point in axis.points])
             found[name] = ((axis.name,), values, {**({"units": unit} if unit else {}), **told})

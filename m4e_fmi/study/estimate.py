@@ -1,4 +1,4 @@
-"""What a study would do, told before it is done: `--dry-run`."""
+"""The plan of a study, its time and disk, told before it runs: `--dry-run`."""
 
 from __future__ import annotations
 
@@ -12,18 +12,17 @@ import numpy as np
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.simulate.simulation import output_times
-from m4e_fmi.study.execution import cores
-from m4e_fmi.study.names import named
-from m4e_fmi.study.plan import FREE, Plan, versions
-from m4e_fmi.study.program_names import named_program
-from m4e_fmi.study.programs import ProgramPlan
-from m4e_fmi.study.record import Record
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.programs.names import named_program
+from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
-from m4e_fmi.study.store import Store
-from m4e_fmi.study.study import Study
-from m4e_fmi.study.summary import labels
-from m4e_fmi.study.targets import Targets
-from m4e_fmi.study.task import Lacking, perform
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.systems.execution import cores
+from m4e_fmi.study.systems.names import named
+from m4e_fmi.study.systems.plan import Plan, versions
+from m4e_fmi.study.systems.targets import Targets
+from m4e_fmi.study.systems.task import Lacking, perform
 
 MOST_TOLD = 12
 """FMUs that are named."""
@@ -35,20 +34,24 @@ FEWEST = 16
 """Members of an ensemble that is made for its timing."""
 
 
-def estimate(study: Study, *, build_directory: str | Path = "build", jobs: int | None = None) -> str:
+def estimate(
+    study: Study, *, build_directory: str | Path = "build", jobs: int | None = None
+) -> str:
     """Runs of a study, what its names stand for, FMUs to be built, time and disk, as text.
 
     InputError as the study itself. One short run is made if all FMUs are there and no run is kept.
     """
     folder, jobs = Path(build_directory), jobs or cores()
-    lines = _of_program(study, folder, jobs) if study.is_program else _of_system(study, folder, jobs)
+    lines = (
+        _of_program(study, folder, jobs) if study.is_program else _of_system(study, folder, jobs)
+    )
     return "\n".join([f"{study.name}: {study.grid.count} runs", *lines])
 
 
 def _axes(study: Study, targets: Targets) -> Iterator[str]:
     """A line for each dimension, and what its names stand for."""
     for axis in study.grid.axes:
-        shown = labels(axis)
+        shown = axis.labels
         span = ", ".join(shown) if len(shown) <= 8 else f"{shown[0]} to {shown[-1]}"
         points = f"{len(axis)} points" if len(axis.varied) > 1 else f"{len(axis)}: {span}"
         yield f"  {axis.name} ({points})"
@@ -95,7 +98,7 @@ def _system_time(plan: Plan, folder: Path, jobs: int) -> list[str]:
     if kept:
         each = float(np.mean([record.wall_time for record in kept.values()]))
         return _told(each, rest, jobs, f"by {len(kept)} kept runs")
-    first, stop = tasks[0], float(tasks[0].settings[FREE])
+    first, stop = tasks[0], tasks[0].stop_time
     start = plan.versions.named.system.simulation.start_time
     step = plan.versions.named.system.simulation.step_size
     end = start + max(SHORT * (stop - start), 20 * step)
@@ -104,7 +107,7 @@ def _system_time(plan: Plan, folder: Path, jobs: int) -> list[str]:
     times = []
     for _ in range(2):  # the first loads what all runs share
         began = clock.perf_counter()
-        found = perform(replace(first, settings={FREE: end}, start_up=start))
+        found = perform(replace(first, stop_time=end, start_up=start))
         times.append(clock.perf_counter() - began)
         assert not isinstance(found, Lacking)
         if isinstance(found, Record) and found.failure:
@@ -127,7 +130,7 @@ def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:
     each = (clock.perf_counter() - began) / len(some)
     lines += _told(each, len(missing), jobs, f"by {len(some)} of the runs")
     group = plan.groups[0].settings
-    rows = len(output_times(group["stop_time"], group["output_interval"]))
+    rows = len(output_times(group.stop_time, group.output_interval))
     return [*lines, _disk(study, rows)]
 
 
@@ -136,9 +139,10 @@ def _told(each: float, rest: int, jobs: int, how: str) -> list[str]:
     span = f"{total:.3g} s" if total < 600 else f"{total / 60:.3g} min"
     if total > 36000:
         span = f"{total / 3600:.3g} h"
+    workers = min(jobs, max(1, rest))
     return [
-        f"time: about {span} for {rest} runs of {each:.2g} s by {min(jobs, max(1, rest))} processes, "
-        f"{how}; the others are kept"
+        f"time: about {span} for {rest} runs of {each:.2g} s, {workers} at a time, {how}; the "
+        "others are kept"
     ]
 
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.files.writing import check_suffix
-from m4e_fmi.study.dataset import dataset, write_dataset
-from m4e_fmi.study.execution import cores
 from m4e_fmi.signals import Terminated
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.start_up import DEFAULT
-from m4e_fmi.study.store import Store
-from m4e_fmi.study.study import Study, load_study
+from m4e_fmi.study.dataset import dataset, write_dataset
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.start_up import DEFAULT
+from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.systems.execution import cores
 from m4e_fmi.study.work import Work, work_of
 
 if TYPE_CHECKING:

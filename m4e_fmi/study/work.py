@@ -1,4 +1,4 @@
-"""What a study has to do, whether of a system or of a program, as `run` needs it."""
+"""The work of a study, of a system or of a program, as `run` needs it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.study.dataset import Labels
-from m4e_fmi.study.execution import performed
-from m4e_fmi.study.names import Named, named
-from m4e_fmi.study.plan import Plan, Versions, versions
-from m4e_fmi.study.program_names import named_program
-from m4e_fmi.study.programs import ProgramPlan
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.study import Study
-from m4e_fmi.study.targets import KeyTarget, StartTarget
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.programs.names import named_program
+from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.systems.execution import performed
+from m4e_fmi.study.systems.names import Named, named
+from m4e_fmi.study.systems.plan import Plan, Versions, versions
+from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
 Batch = Mapping[int, Record]
 Make = Callable[[Sequence[int], int, Executor | None], Iterator[Batch]]

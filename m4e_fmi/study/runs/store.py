@@ -13,7 +13,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.writing import cannot_write
-from m4e_fmi.study.record import Record
+from m4e_fmi.study.runs.record import Record
 
 _PATIENCE = 60.0
 """Seconds that another study may take to write."""

@@ -7,7 +7,7 @@ import json
 import pickle
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash
@@ -23,16 +23,14 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
-from m4e_fmi.study.names import Named
-from m4e_fmi.study.start_up import RAMP, start_up
-from m4e_fmi.study.task import Blob, Task
-from m4e_fmi.study.variants import Variants, variants
+from m4e_fmi.study.runs.start_up import RAMP, start_up
+from m4e_fmi.study.systems.names import Named, changed
+from m4e_fmi.study.systems.task import Blob, Task
+from m4e_fmi.study.systems.variants import Variants, variants
 
 Tell = Callable[[str], None]
-FREE = "stop_time"
-"""The setting that runs of one prepared system may differ in."""
 LATEST = 1e9
-"""A stop time [s] in place of any."""
+"""A stop time [s] in place of any: runs of one prepared system may differ in it."""
 
 
 @dataclass(frozen=True)
@@ -135,10 +133,15 @@ class Plan:
                 fmus = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
-                    tell=lambda line, told=told: self.tell(f"{line} ({told})"),
+                    tell=partial(self._tell, told, first=number == 0),
                     drafts={name: build.draft},
                 )
                 self._fmus[name, number] = fmus[name]
+
+    def _tell(self, told: str, line: str, *, first: bool) -> None:
+        """Tell a line of a build with these values; of all but the first what matters only."""
+        if first or "building" in line or "warning" in line:
+            self.tell(f"{line} ({told})")
 
     @property
     def _variants_folder(self) -> Path:
@@ -181,7 +184,7 @@ class Plan:
         components = self.versions.components(run)
         settings = named.settings(study.grid.values(run))
         system = replace(
-            named.system.changed(origin="study", **settings),
+            changed(named.system, settings),
             components=tuple(component for _, component in components.values()),
         )
         numbers = {name: number for name, (number, _) in components.items()}
@@ -207,7 +210,7 @@ class Plan:
             prepared=blob,
             fmus=fmus,
             start=starts,
-            settings={FREE: stop},
+            stop_time=stop,
             wanted=study.wanted,
             series=study.series,
             start_up=first,
@@ -233,7 +236,7 @@ class Plan:
         return first
 
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:
-        """A prepared system with these FMUs and settings, whatever its start values, and its blob."""
+        """A prepared system with these FMUs and settings, of whatever start values; its blob."""
         fmus = {name: self._fmus[name, number] for name, number in numbers.items()}
         key = repr((
             {name: str(fmu.path) for name, fmu in fmus.items()},

@@ -11,8 +11,8 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.study.sections import AxisSection, SampleSection, Scalar, Spread, StudySection
-from m4e_fmi.study.tables import scatter, table
+from m4e_fmi.study.given.sections import AxisSection, SampleSection, Scalar, Spread, StudySection
+from m4e_fmi.study.given.tables import scatter, table
 
 MOST_POINTS = 1_000_000
 """Of one dimension."""
@@ -45,6 +45,13 @@ class Axis:
 
     def __len__(self) -> int:
         return len(self.points)
+
+    @property
+    def labels(self) -> list[str]:
+        """Texts of the points: values, or numbers from 1 of points of several quantities."""
+        if len(self.varied) > 1:
+            return [str(k + 1) for k in range(len(self))]
+        return [f"{x:.6g}" if isinstance(x, float) else str(x) for (x,) in self.points]
 
     @property
     def is_numbers(self) -> bool:
@@ -194,9 +201,7 @@ def _axis(
     return Axis(short, varied, points, repeats=given.seeds is not None)
 
 
-def _values(
-    name: str, given: AxisSection, at: Location, document: Document
-) -> tuple[Scalar, ...]:
+def _values(name: str, given: AxisSection, at: Location, document: Document) -> tuple[Scalar, ...]:
     if given.values is not None:
         return given.values
     if given.seeds is not None:
@@ -316,11 +321,9 @@ def short_names(full: Sequence[str]) -> Mapping[str, str]:
     parts = {name: name.split(".") for name in full}
     found = dict[str, str]()
     for name, own in parts.items():
-        for count in range(1, len(own) + 1):
-            tail = own[-count:]
-            if sum(other[-count:] == tail for other in parts.values()) == 1:
-                break
-        found[name] = _plain("_".join(tail))
+        counts = range(1, len(own) + 1)
+        alone = (n for n in counts if sum(o[-n:] == own[-n:] for o in parts.values()) == 1)
+        found[name] = _plain("_".join(own[-next(alone, len(own)) :]))
     return found
 
 

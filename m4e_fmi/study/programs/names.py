@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -22,10 +21,11 @@ from m4e_fmi.model.yaml import model_of
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
-from m4e_fmi.simulate.simulation import METHODS, output_times
+from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.dataset import Labels
-from m4e_fmi.study.study import Study
-from m4e_fmi.study.targets import (
+from m4e_fmi.study.given.sections import Scalar
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.targets import (
     SIMULATION,
     KeyTarget,
     SettingTarget,
@@ -36,12 +36,22 @@ from m4e_fmi.study.targets import (
     targets_of,
     with_values,
 )
-from m4e_fmi.study.variants import bare_code
+from m4e_fmi.study.systems.variants import bare_code
 from m4e_fmi.units import number_in
 
-DEFAULTS = {"output_interval": 0.01, "tolerance": 1e-8, "method": "dop853", "step_size": None}
-SETTINGS = ("stop_time", *DEFAULTS)
-"""Settings of the simulation of a program."""
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the simulation of a program, as of `simulate`; times in s."""
+
+    stop_time: float
+    output_interval: float = 0.01
+    tolerance: float = 1e-8
+    method: str = "dop853"
+    step_size: float | None = None
+
+
+SETTINGS = tuple(one.name for one in fields(Settings))
 TIMES = ("stop_time", "output_interval", "step_size")
 MOST_CHECKED = 50
 """Values of a parameter with which a model is checked."""
@@ -49,9 +59,7 @@ MOST_CHECKED = 50
 
 @dataclass(frozen=True)
 class Version:
-    """A program, its `code` without start values, and the model that it is of, if it is of one.
-
-    """
+    """A program, its `code` without start values, and the model that it is of, if it is of one."""
 
     program: Program
     code: str
@@ -68,10 +76,9 @@ class Version:
         first = len(self.program.parameters)
         return first, first + len(self.program.inputs)
 
-    def values(self, *groups: np.ndarray) -> dict[str, float]:
-        """Values by name, of those of parameters, inputs and states, in SI units."""
-        names = [v.name for v in self.variables]
-        return dict(zip(names, np.concatenate(groups).tolist(), strict=False))
+    def named(self, values: np.ndarray) -> dict[str, float]:
+        """Start `values` (n_variables,), in SI units, by name."""
+        return dict(zip((v.name for v in self.variables), values.tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -87,13 +94,13 @@ class NamedProgram:
     targets: Mapping[str, Target]
     versions: Sequence[Version]
     version_of: Sequence[int] = field(repr=False)
-    fixed: Mapping[str, Any]
+    fixed: Mapping[str, object]
     defaults: Sequence[np.ndarray] = field(repr=False)
     default_of: Sequence[int] = field(repr=False)
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of each varied name, in the order of the grid."""
+        """Values (n_runs,) of each varied name, in the order of the grid and the unit of the study."""
         grid = self.study.grid
         places = np.unravel_index(np.arange(grid.count), grid.shape) if grid.axes else ()
         found: dict[str, np.ndarray] = {}
@@ -105,7 +112,7 @@ class NamedProgram:
 
     @cached_property
     def settings(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of the varied settings."""
+        """Values (n_runs,) of the varied settings; times in s."""
         return {
             target.key: np.array([_setting(target.key, v) for v in self.columns[name]], object)
             for name, target in self.targets.items()
@@ -122,7 +129,10 @@ class NamedProgram:
         }
 
     def start_values(self, version: Version, runs: np.ndarray) -> np.ndarray:
-        """Start values (n_runs, n_variables) of some runs of a version, in SI units."""
+        """Start values (n_runs, n_variables), in SI units, of a version.
+
+        `runs` (n_runs,) [1] are numbers of its runs, from 0.
+        """
         rows = np.stack([self.defaults[self.default_of[run]] for run in runs])
         places = {v.name: k for k, v in enumerate(version.variables)}
         for name, values in self._starts.items():
@@ -141,11 +151,11 @@ class NamedProgram:
         return Labels(varied, {v.name: (v.unit, v.description) for v in known})
 
 
-def _number(target: StartTarget, value: object) -> float:
-    return number_in(target.unit, value)  # pyright: ignore[reportArgumentType]
+def _number(target: StartTarget, value: Scalar) -> float:
+    return number_in(target.unit, value)
 
 
-def _setting(key: str, value: object) -> object:
+def _setting(key: str, value: Scalar) -> Scalar:
     """A setting; a time as a text in seconds."""
     return float(time_of(value)) if key in TIMES and isinstance(value, str) else value
 
@@ -188,11 +198,11 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     return found
 
 
-def _fixed(study: Study, problems: list[Problem]) -> dict[str, Any]:
+def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
     """The settings of all runs; adds to `problems`."""
     at = ("simulation",)
     varied = {t for axis in study.grid.axes for v in axis.varied for t in v.targets}
-    found: dict[str, Any] = dict(DEFAULTS)
+    found = dict[str, object]()
     for key, value in study.simulation.items():
         if key not in SETTINGS:
             message = f"unknown setting {key!r} of the simulation of a program"
@@ -208,14 +218,16 @@ def _fixed(study: Study, problems: list[Problem]) -> dict[str, Any]:
         remedy = "write simulation: {stop_time: 10}"
         problems.append(study.document.problem(at, "the study has no stop_time", remedy))
         return found
-    if found["method"] not in METHODS:
-        message = f"there is no method {found['method']!r}"
-        remedy = suggestion(str(found["method"]), METHODS, "methods")
+    method = found.get("method", Settings.method)
+    if method not in METHODS:
+        message = f"there is no method {method!r}"
+        remedy = suggestion(str(method), METHODS, "methods")
         problems.append(study.document.problem((*at, "method"), message, remedy))
-    try:
-        output_times(found.get("stop_time", 1.0), found["output_interval"])
-    except InputError as error:
-        problems += [study.document.problem(at, p.message, p.remedy) for p in error.problems]
+    for key, value in found.items():
+        if key == "method" or (isinstance(value, int | float) and value > 0):
+            continue
+        message = f"{key}: expected a number above 0, got {value!r}"
+        problems.append(study.document.problem((*at, key), message))
     return found
 
 
@@ -305,7 +317,7 @@ def _setting_targets(study: Study, problems: list[Problem]) -> dict[str, Target]
 def _program_targets(
     study: Study, program: Program, data: object, problems: list[Problem]
 ) -> dict[str, Target]:
-    """What the varied names stand for in a model's file and program; adds to `problems`."""
+    """Meaning of the varied names in a model's file and program; adds to `problems`."""
     known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
     found = _setting_targets(study, problems)
     for name, at in _names(study).items():
@@ -341,7 +353,7 @@ def _with_start(study: Study, program: Program, model: Model | None) -> Program:
     """The program with the start values of the study and, to be checked, of its first run."""
     first = study.grid.values(0)
     known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
-    given: dict[str, Any] = {n: v for n, v in study.start.items()}
+    given = study.start
     started(program, {**given, **{n: v for n, v in first.items() if n in known}}, model)
     units = {v.name: v.unit for v in (*program.parameters, *program.inputs, *program.states)}
     numbers = {n: number_in(units[n], v) for n, v in given.items() if n in units}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, StringConstraints
 
@@ -48,7 +48,7 @@ class Spread(Section):
 
 
 class SampleSection(Section):
-    """`count` points that fill the space of the quantities `of`; `seed` makes them the same again."""
+    """`count` points that fill the space of the quantities `of`; the same for a `seed`."""
 
     method: Literal["latin_hypercube", "sobol"]
     count: int = Field(ge=1)
@@ -92,7 +92,7 @@ class StudySection(Section):
     system: str | None = None
     model: str | None = None
     method: Literal["cosimulated", "composed"] = "cosimulated"
-    simulation: dict[str, Any] = Field(default_factory=dict)
+    simulation: dict[str, Scalar] = Field(default_factory=dict)
     start: dict[str, Scalar] = Field(default_factory=dict)
     vary: dict[str, AxisSection | tuple[Scalar, ...]] = Field(default_factory=dict)
     sample: SampleSection | None = None

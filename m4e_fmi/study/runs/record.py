@@ -13,7 +13,7 @@ from m4e_fmi.errors import RunError
 
 @dataclass(frozen=True)
 class Record:
-    """What is kept of one run: its numbers, and how it went.
+    """Numbers of one run, and how it went: all that is kept of it.
 
     `values` are the wanted statistics by name, in their units; `time` (n,) [s] and `series` (n,) by
     variable those that are wanted whole. `coupling_error` [1] is the largest over the range, nan if

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.input_checks.inputs import expected_descriptions
@@ -14,9 +13,16 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
-from m4e_fmi.study.sections import Scalar
-from m4e_fmi.study.study import Study
-from m4e_fmi.study.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
+from m4e_fmi.study.given.sections import Scalar
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
+
+
+def changed(system: System, settings: Mapping[str, object]) -> System:
+    """The system with other settings of its simulation; InputError if they do not fit."""
+    if odd := settings.keys() & {"start", "origin"}:
+        raise InputError.single(f"the simulation has no setting {min(odd)!r}")
+    return system.changed(origin="study", **settings)  # pyright: ignore[reportArgumentType]
 
 
 @dataclass(frozen=True)
@@ -31,7 +37,7 @@ class Named:
     targets: Mapping[str, Target]
     descriptions: Mapping[str, Description]
 
-    def settings(self, values: Mapping[str, Scalar]) -> dict[str, Any]:
+    def settings(self, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
         """Varied settings, of the values by name of a run."""
         return {t.key: values[n] for n, t in self.targets.items() if isinstance(t, SettingTarget)}
 
@@ -62,7 +68,7 @@ def named(study: Study, system: System) -> Named:
     """The study with its names resolved; InputError with all problems of names and start values."""
     problems: list[Problem] = []
     try:
-        system = system.changed(start=study.start, origin="study", **study.simulation)
+        system = changed(system, study.simulation).changed(start=study.start, origin="study")
     except InputError as error:
         problems += error.problems
     descriptions = expected_descriptions(system)
@@ -80,9 +86,7 @@ def named(study: Study, system: System) -> Named:
     return Named(study, system, targets, descriptions)
 
 
-def _setting_problems(
-    study: Study, system: System, targets: Mapping[str, Target]
-) -> list[Problem]:
+def _setting_problems(study: Study, system: System, targets: Mapping[str, Target]) -> list[Problem]:
     """Values of varied settings that no simulation has, each by itself."""
     problems = []
     for axis in study.grid.axes:
@@ -92,7 +96,7 @@ def _setting_problems(
                 continue
             for value in dict.fromkeys(point[k] for point in axis.points):
                 try:
-                    system.changed(**{target.key: value})
+                    changed(system, {target.key: value})
                 except InputError as error:
                     problems += [
                         study.document.problem(varied.location, p.message, p.remedy)
@@ -120,8 +124,7 @@ def _start_problems(
                     part = Component(target.component, components[target.component].source, start)
                     found = single_problems(system, part, descriptions[target.component])
                     problems += [
-                        study.document.problem(varied.location, p.message, p.remedy)
-                        for p in found
+                        study.document.problem(varied.location, p.message, p.remedy) for p in found
                     ]
     return problems
 

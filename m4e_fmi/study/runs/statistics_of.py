@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.statistics import STATISTICS
-from m4e_fmi.study.study import Wanted
+from m4e_fmi.study.given.study import Wanted
 
 
 def computed(

@@ -19,8 +19,8 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.binary_form import encode
-from m4e_fmi.study.sections import Scalar
-from m4e_fmi.study.targets import with_values
+from m4e_fmi.study.given.sections import Scalar
+from m4e_fmi.study.systems.targets import with_values
 
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
@@ -87,9 +87,7 @@ def variants(
 
 
 class _Finder:
-    def __init__(
-        self, system: System, name: str, keys: tuple[Location, ...], make: Make
-    ) -> None:
+    def __init__(self, system: System, name: str, keys: tuple[Location, ...], make: Make) -> None:
         assert system.document is not None
         self._document: Document = system.document
         self._name, self._keys, self._make = name, keys, make
@@ -191,7 +189,10 @@ class _Finder:
                 continue
             tried = values[:: max(1, len(values) // TRIED)]
             names = set[str | None]()
-            for at, value in (*((base, v) for v in (*tried, values[-1])), *((last, v) for v in values[:2])):
+            for at, value in (
+                *((base, v) for v in (*tried, values[-1])),
+                *((last, v) for v in values[:2]),
+            ):
                 names.add(self._wired(at, k, value))
                 if "" in names:
                     break
@@ -218,7 +219,9 @@ class _Finder:
             for old, new in zip(_variables(here), _variables(there), strict=True)
             if old.start != new.start
         ]
-        if len(changed) != 1 or not (changed[0][0].start == base[k] and changed[0][1].start == value):
+        if len(changed) != 1 or not (
+            changed[0][0].start == base[k] and changed[0][1].start == value
+        ):
             return ""
         return changed[0][0].name
 

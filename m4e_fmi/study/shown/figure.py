@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.report.digits import scale_of
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID
-from m4e_fmi.study.axes import Axis
+from m4e_fmi.study.given.axes import Axis
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.summary import UNSCALED, Averaged, averaged, labels
+from m4e_fmi.study.shown.summary import UNSCALED, Averaged, averaged
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,7 +58,7 @@ def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> Non
         _histogram(panel, found.mean, text)
     elif len(axes) >= 2 and len(long) >= 2:
         first = (0,) * (len(axes) - 2)
-        rest = ", ".join(f"{a.name} {labels(a)[0]}" for a in axes[2:])
+        rest = ", ".join(f"{a.name} {a.labels[0]}" for a in axes[2:])
         _map(panel, axes, found.mean[(..., *first)], outcome)
         panel.set_title(f"{text}, {rest}" if rest else text, fontsize=9)
     elif axes:
@@ -80,7 +80,7 @@ def _map(panel: Axes, axes: tuple[Axis, ...], values: np.ndarray, outcome: Study
         (axes[0], panel.set_yticks, panel.set_ylabel),
     ):
         step = max(1, len(axis) // 12)
-        ticks(range(0, len(axis), step), labels(axis)[::step])
+        ticks(range(0, len(axis), step), axis.labels[::step])
         name(_label(axis, outcome), fontsize=9)
     assert panel.figure is not None
     panel.figure.colorbar(image, ax=panel, shrink=0.9)
@@ -96,7 +96,7 @@ def _map(panel: Axes, axes: tuple[Axis, ...], values: np.ndarray, outcome: Study
 def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
     """Values over the first axis, with their confidence."""
     axis = found.axes[0]
-    at: Any = [point[0] for point in axis.points] if axis.is_numbers else range(len(axis))
+    at = np.arange(len(axis)) if not axis.is_numbers else np.array(axis.points, float)[:, 0]
     mean = found.mean.reshape(len(axis), -1)
     width = np.nan_to_num(found.half_width.reshape(len(axis), -1))
     for column in range(min(mean.shape[1], MOST_CURVES)):
@@ -106,7 +106,7 @@ def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> No
             lw=1.2,
         )  # fmt: skip
     if not axis.is_numbers:
-        panel.set_xticks(list(at), labels(axis))
+        panel.set_xticks(at.tolist(), axis.labels)
     panel.set_xlabel(_label(axis, outcome), fontsize=9)
     panel.set_ylabel(text, fontsize=9)
     panel.grid(color=GRID, lw=0.6)

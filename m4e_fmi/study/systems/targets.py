@@ -1,4 +1,4 @@
-"""What the varied names of a study stand for: settings, keys of components, start values."""
+"""Meaning of the varied names of a study: settings, keys of components, start values."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import copy
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 from m4e_fmi.cosim.system.component import Kind, kind_module
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS, SETTINGS
@@ -57,6 +57,7 @@ class StartTarget:
         return f"the start value {self.variable}{unit}"
 
 
+Data = TypeVar("Data")
 Target = SettingTarget | KeyTarget | StartTarget
 Targets = Mapping[str, Target]
 
@@ -67,7 +68,7 @@ def targets_of(
     descriptions: Mapping[str, Description],
     document: Document,
 ) -> dict[str, Target]:
-    """What each of the dotted names stands for; InputError with all that stand for nothing.
+    """Meaning of each of the dotted names; InputError with all that have none.
 
     A key that the component's section has comes before a start value of that name, and that before
     a key which the section could have. `document` is the study's, for the places of `names`.
@@ -106,7 +107,7 @@ def targets_of(
 def _of_component(
     system: System, component: str, rest: str, description: Description | None
 ) -> Target | None:
-    """What `rest` is of a component; None if it is nothing."""
+    """Meaning of `rest` for a component; None if it has none."""
     keys = location_of(rest)
     variables = description.variables if description else {}
     if rest.startswith("start.") and rest.removeprefix("start.") in variables:
@@ -134,10 +135,10 @@ def location_of(text: str) -> Location:
 def is_there(data: object, keys: Location) -> bool:
     """True if nested data have a value, not a section, at `keys`."""
     for key in keys:
-        items = dict(enumerate(data)) if isinstance(data, list) else data
-        if not isinstance(items, dict) or key not in items:
+        if (isinstance(data, dict) and key in data) or (isinstance(data, list) and isinstance(key, int) and key < len(data)):
+            data = data[key]
+        else:
             return False
-        data = items[key]
     return not isinstance(data, dict | list)
 
 
@@ -163,9 +164,7 @@ def _known(system: System, component: str, description: Description | None) -> l
 def _leaves(data: object, prefix: str = "") -> list[str]:
     """Dotted names of all values in nested data."""
     if isinstance(data, dict):
-        return [
-            name for key, value in data.items() for name in _leaves(value, f"{prefix}{key}.")
-        ]
+        return [name for key, value in data.items() for name in _leaves(value, f"{prefix}{key}.")]
     if isinstance(data, list):
         here = prefix.removesuffix(".")
         return [
@@ -174,19 +173,29 @@ def _leaves(data: object, prefix: str = "") -> list[str]:
     return [prefix.removesuffix(".")]
 
 
-def with_values(data: object, values: Mapping[Location, object]) -> Any:
+def with_values(data: Data, values: Mapping[Location, object]) -> Data:
     """A copy of nested data with other values at some locations; sections that lack are made.
 
     ValueError for a location that leads through a value.
     """
     result = copy.deepcopy(data)
     for location, value in values.items():
-        at: Any = result
-        for key in location[:-1]:
-            if isinstance(at, dict) and key not in at:
-                at[key] = {}
-            if not isinstance(at, dict | list):
-                raise ValueError(f"{'.'.join(map(str, location))} leads through a value")
-            at = at[key]
-        at[location[-1]] = value
+        _set(result, location, location, value)
     return result
+
+
+def _set(data: object, rest: Location, whole: Location, value: object) -> None:
+    """Set the value at the location `rest` of nested data, which is the end of the `whole`."""
+    first, *further = rest
+    if isinstance(data, dict):
+        if further:
+            _set(data.setdefault(first, {}), tuple(further), whole, value)
+        else:
+            data[first] = value
+    elif isinstance(data, list) and isinstance(first, int) and first < len(data):
+        if further:
+            _set(data[first], tuple(further), whole, value)
+        else:
+            data[first] = value
+    else:
+        raise ValueError(f"{'.'.join(map(str, whole))} leads through a value")

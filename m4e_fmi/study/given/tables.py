@@ -10,7 +10,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 from m4e_fmi.files.csv_columns import column_names, read_columns
 from m4e_fmi.files.document import Document, Location
-from m4e_fmi.study.sections import ScatterSection, TableSection
+from m4e_fmi.study.given.sections import ScatterSection, TableSection
 
 
 def table(

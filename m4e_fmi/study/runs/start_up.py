@@ -15,9 +15,7 @@ DEFAULT = (
 
 def ramp_of(starts: Iterable[tuple[str, float]]) -> float:
     """The longest ramp [s] of a sea among start values by name; 0 if there is none."""
-    return max(
-        (value for name, value in starts if name.rpartition(".")[2] == RAMP), default=0.0
-    )
+    return max((value for name, value in starts if name.rpartition(".")[2] == RAMP), default=0.0)
 
 
 def start_up(stated: float | None, start_time: float, starts: Mapping[str, float]) -> float:

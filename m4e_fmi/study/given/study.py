@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document
 from m4e_fmi.shown import short
 from m4e_fmi.statistics import STATISTICS
-from m4e_fmi.study.axes import RESERVED, Grid, grid_of
-from m4e_fmi.study.sections import Scalar, StudySection, WantedSection
+from m4e_fmi.study.given.axes import RESERVED, Grid, grid_of
+from m4e_fmi.study.given.sections import Scalar, StudySection
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Study:
     grid: Grid
     wanted: tuple[Wanted, ...]
     series: tuple[str, ...] = ()
-    simulation: dict[str, Any] = field(default_factory=dict)
+    simulation: dict[str, Scalar] = field(default_factory=dict)
     start: dict[str, Scalar] = field(default_factory=dict)
     composed: bool = False
     start_up: float | None = None
@@ -141,10 +140,6 @@ def _wanted(
             document.problem(at, problem.message, problem.remedy)
             for problem in STATISTICS[one.statistic].problems(given)
         ]
-        found.append(_one(name, one, given))
+        parameters = tuple(given.items())
+        found.append(Wanted(name, one.variable, one.statistic, parameters))
     return tuple(found)
-
-
-def _one(name: str, section: WantedSection, given: dict[str, Any]) -> Wanted:
-    parameters = tuple(given.items())
-    return Wanted(name, section.variable, section.statistic, parameters)

@@ -20,9 +20,10 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import contextmanager, suppress
+from multiprocessing.process import BaseProcess
 
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.task import Lacking, Task, perform
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.systems.task import Lacking, Task, perform
 
 AHEAD = 2
 """Tasks under way for each worker: one that it makes, and one that waits for it."""
@@ -80,6 +81,7 @@ def _by(
     """Records by one executor; tasks that it breaks over go to `lost`, else its error is raised."""
     under_way: dict[Future[Record | Lacking], tuple[int, Task]] = {}
     waiting = iter(tasks)
+    taken: list[tuple[int, Task]] = []
     try:
         while True:
             while len(under_way) < AHEAD * jobs and (one := next(waiting, None)) is not None:
@@ -88,7 +90,8 @@ def _by(
                 return
             done, _ = wait(under_way, return_when=FIRST_COMPLETED)
             for future in done:
-                number, task = under_way.pop(future)
+                taken[:] = [under_way.pop(future)]
+                ((number, task),) = taken
                 found = future.result()
                 if isinstance(found, Lacking):
                     again = executor.submit(perform, task, read(task, found))
@@ -98,7 +101,7 @@ def _by(
     except BrokenExecutor:
         if lost is None:
             raise
-        lost += [(number, task), *under_way.values()]
+        lost += [*taken, *under_way.values()]
     finally:
         for future in under_way:
             future.cancel()
@@ -160,7 +163,7 @@ def _worker() -> None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
-def _end_with(parent: multiprocessing.process.BaseProcess) -> None:
+def _end_with(parent: BaseProcess) -> None:
     with suppress(OSError):
         parent.join()
     os._exit(1)

@@ -10,9 +10,9 @@ import numpy as np
 
 from m4e_fmi.report.digits import aligned, scale_of
 from m4e_fmi.statistics.confidence import confidence_interval
-from m4e_fmi.study.axes import Axis, Grid
+from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.study import Wanted
 
 MOST_TOLD = 10
 """Failures, warnings, and tables of one quantity that are shown."""
@@ -24,9 +24,10 @@ UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 
 @dataclass(frozen=True)
 class Averaged:
-    """Values over the axes that are no repeats: means over seeds and half widths, (…) each.
+    """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
 
-    `missing` (…) counts the failed seeds of a design, whose mean is over the others.
+    Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
+    mean is over the others.
     """
 
     axes: tuple[Axis, ...]
@@ -36,7 +37,10 @@ class Averaged:
 
 
 def averaged(grid: Grid, values: np.ndarray) -> Averaged:
-    """Means over seeds of `values` (…), one for each run, with 95 % confidence by Student's t."""
+    """Means over seeds of `values` (…), in their unit, with 95 % confidence by Student's t.
+
+    The values have the shape of the grid.
+    """
     repeats = [k for k, axis in enumerate(grid.axes) if axis.repeats]
     axes = tuple(axis for axis in grid.axes if not axis.repeats)
     count = math.prod(len(grid.axes[k]) for k in repeats)
@@ -101,9 +105,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     yield from _weighted(outcome, found, scale, shown)
 
 
-def _weighted(
-    outcome: StudyOutcome, found: Averaged, scale: float, shown: str
-) -> Iterator[str]:
+def _weighted(outcome: StudyOutcome, found: Averaged, scale: float, shown: str) -> Iterator[str]:
     """The mean over all sea states or cases, by their probability, of each other design."""
     if "probability" not in outcome.data:
         return
@@ -131,7 +133,7 @@ def _table(found: Averaged) -> Iterator[str]:
     elif count == 1 and len(axes[0]) > MOST_ROWS:
         yield from _spread(found)
     elif count == 1:
-        rows = [[label, _cell(found, (k,))] for k, label in enumerate(labels(axes[0]))]
+        rows = [[label, _cell(found, (k,))] for k, label in enumerate(axes[0].labels)]
         yield from _lines([[axes[0].name, ""], *rows])
     else:
         if math.prod(len(axis) for axis in axes) > MOST_TOLD * MOST_ROWS:
@@ -139,15 +141,13 @@ def _table(found: Averaged) -> Iterator[str]:
             return
         others = list(np.ndindex(tuple(len(axis) for axis in axes[2:])))
         for rest in others[:MOST_TOLD]:
-            told = [
-                f"{axis.name} {labels(axis)[k]}" for axis, k in zip(axes[2:], rest, strict=True)
-            ]
+            told = [f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes[2:], rest, strict=True)]
             if told:
                 yield f"  {', '.join(told)}"
-            head = [f"{axes[0].name} \\ {axes[1].name}", *labels(axes[1])]
+            head = [f"{axes[0].name} \\ {axes[1].name}", *axes[1].labels]
             rows = [
                 [label, *(_cell(found, (i, j, *rest)) for j in range(len(axes[1])))]
-                for i, label in enumerate(labels(axes[0]))
+                for i, label in enumerate(axes[0].labels)
             ]
             yield from _lines([head, *rows])
         if len(others) > MOST_TOLD:
@@ -163,8 +163,7 @@ def _spread(found: Averaged) -> Iterator[str]:
     numbers = (good.mean(), good.std(ddof=1) if len(good) > 1 else 0.0, good.min(), good.max())
     mean, deviation, low, high = aligned(*map(float, numbers))
     yield (
-        f"  over {len(good)} designs: mean {mean}, standard deviation {deviation}, "
-        f"{low} to {high}"
+        f"  over {len(good)} designs: mean {mean}, standard deviation {deviation}, {low} to {high}"
     )
 
 
@@ -177,16 +176,6 @@ def _cell(found: Averaged, place: tuple[int, ...]) -> str:
         return f"{aligned(mean)[0]}{mark}"
     text, spread = aligned(mean, width)
     return f"{text} ± {spread}{mark}"
-
-
-def labels(axis: Axis) -> list[str]:
-    """Texts of the points of an axis."""
-    if len(axis.varied) > 1:
-        return [str(k + 1) for k in range(len(axis))]
-    return [
-        f"{value:.6g}" if isinstance(value, float) else str(value)
-        for (value,) in axis.points
-    ]
 
 
 def _lines(rows: Sequence[Sequence[str]]) -> Iterator[str]:
@@ -224,7 +213,7 @@ def _warnings(outcome: StudyOutcome) -> Iterator[str]:
 
 
 def warning_lines(warnings: Mapping[str, int]) -> Iterator[str]:
-    """A line for each kind of warning, with the number of runs; numbers in it make no other kind."""
+    """A line for each kind of warning, whatever its numbers, with the number of runs."""
     kinds: dict[str, tuple[str, int]] = {}
     for line, count in warnings.items():
         kind = "".join("0" if c.isdigit() or c in ".-+e" else c for c in line)

@@ -14,7 +14,6 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
@@ -26,10 +25,10 @@ from m4e_fmi.runtime.engine import Control, Run, ensemble
 from m4e_fmi.runtime.library import library
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
-from m4e_fmi.study.program_names import NamedProgram, Version
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.start_up import start_up
-from m4e_fmi.study.statistics_of import computed
+from m4e_fmi.study.programs.names import NamedProgram, Settings, Version
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.start_up import start_up
+from m4e_fmi.study.runs.statistics_of import computed
 
 CHUNK = 512
 """Runs in one call of the library."""
@@ -42,7 +41,7 @@ class Group:
     """Runs of one program with the same settings: `runs` are their numbers, from 0."""
 
     version: Version
-    settings: Mapping[str, Any]
+    settings: Settings
     runs: np.ndarray = field(repr=False)
 
 
@@ -63,7 +62,11 @@ class ProgramPlan:
             own = {key: column[run] for key, column in settings.items()}
             runs.setdefault((version, json.dumps(own)), []).append(run)
         return [
-            Group(named.versions[version], {**named.fixed, **json.loads(own)}, np.array(members))
+            Group(
+                named.versions[version],
+                Settings(**{**named.fixed, **json.loads(own)}),
+                np.array(members),
+            )
             for (version, own), members in runs.items()
         ]
 
@@ -88,7 +91,7 @@ class ProgramPlan:
         study, found = self.named.study, [""] * self.named.study.grid.count
         for group in self.groups:
             wanted = repr((study.wanted, study.series))
-            same = [code_hash(), group.version.code, json.dumps(group.settings), wanted]
+            same = [code_hash(), group.version.code, repr(group.settings), wanted]
             same.append(repr([v.name for v in group.version.variables]))
             same.append(f"{bool(single_because(group, self._names))}")
             base = hashlib.sha256("\0".join(same).encode())
@@ -127,14 +130,13 @@ class ProgramPlan:
         """Records of some runs by one call of the library."""
         began, version = clock.perf_counter(), group.version
         program, names = version.program, self._names
-        times = np.array(output_times(group.settings["stop_time"], group.settings["output_interval"]))
-        parameters, inputs, states = np.split(
-            self.named.start_values(version, runs), version.cuts, axis=1
-        )
-        tolerance = group.settings["tolerance"]
+        times = np.array(output_times(group.settings.stop_time, group.settings.output_interval))
+        starts = self.named.start_values(version, runs)
+        parameters, inputs, states = np.split(starts, version.cuts, axis=1)
+        tolerance = group.settings.tolerance
         control = Control(
-            group.settings["method"], rtol=tolerance, atol=tolerance,
-            max_step=group.settings.get("step_size") or np.inf,
+            group.settings.method, rtol=tolerance, atol=tolerance,
+            max_step=group.settings.step_size or np.inf,
         )  # fmt: skip
         outputs = [v.name for v in program.outputs if v.name in names]
         found = ensemble(
@@ -154,7 +156,7 @@ class ProgramPlan:
             batch |= self._records_of(runs[[good[k] for k in members]], times, rows, first, each)
         for k, run in enumerate(found):
             if run.message:
-                at = version.values(parameters[k], inputs[k], run.states[-1] if len(run.states) else states[k])
+                at = version.named(starts[k])
                 why = diagnosis(version.model, at, run.stopped_at) if version.model else ""
                 told = f"{run.message}: {why}" if why else run.message
                 batch[int(runs[k])] = Record(failure=told, wall_time=each)
@@ -169,11 +171,11 @@ class ProgramPlan:
         try:
             found = simulate(
                 version.program.with_start(start),
-                stop_time=settings["stop_time"],
-                output_interval=settings["output_interval"],
-                tolerance=settings["tolerance"],
-                method=settings["method"],
-                step_size=settings.get("step_size"),
+                stop_time=settings.stop_time,
+                output_interval=settings.output_interval,
+                tolerance=settings.tolerance,
+                method=settings.method,
+                step_size=settings.step_size,
             )
         except M4eError as error:
             told = " ".join(str(error).split())
@@ -210,9 +212,7 @@ class ProgramPlan:
         return list(dict.fromkeys((*(w.variable for w in study.wanted), *study.series)))
 
 
-def _column(
-    run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str
-) -> np.ndarray:
+def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str) -> np.ndarray:
     """A state or output of a run (n_times,)."""
     if name in places:
         return run.states[:, places[name]]
@@ -234,11 +234,11 @@ def single_because(group: Group, wanted: Sequence[str]) -> str:
     program: Program = group.version.program
     if library() is None:
         return "the C library is missing"
-    if group.settings["method"] not in ENSEMBLE_METHODS:
-        return f"the method {group.settings['method']} is none of {', '.join(ENSEMBLE_METHODS)}"
+    if group.settings.method not in ENSEMBLE_METHODS:
+        return f"the method {group.settings.method} is none of {', '.join(ENSEMBLE_METHODS)}"
     if program.loops:
         return "its equations have algebraic loops, which are watched"
-    if list(kinks(program, group.settings["stop_time"])):
+    if list(kinks(program, group.settings.stop_time)):
         return "rates have kinks in time, where steps end"
     if any(name.endswith(".work") for name in wanted):
         return "work is wanted, which is integrated beside the states"

@@ -16,7 +16,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
@@ -25,9 +24,9 @@ from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.errors import InputError, M4eError
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.results.results_file import load
-from m4e_fmi.study.record import Record
-from m4e_fmi.study.statistics_of import computed
-from m4e_fmi.study.study import Wanted
+from m4e_fmi.study.given.study import Wanted
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.statistics_of import computed
 
 RESULTS = "run.nc"
 
@@ -62,7 +61,7 @@ class Task:
     prepared: Blob
     fmus: Mapping[str, Blob]
     start: Mapping[str, Start]
-    settings: Mapping[str, Any]
+    stop_time: float
     wanted: tuple[Wanted, ...]
     series: tuple[str, ...]
     start_up: float
@@ -137,7 +136,7 @@ def _prepared(task: Task, place: _Place) -> Prepared:
     """The system of a task, with its own start values and settings."""
     fmus = tuple((name, str(place.file(blob))) for name, blob in task.fmus.items())
     prepared = _unpacked(task.prepared.content, fmus)
-    system = prepared.system.changed(origin="study", **task.settings)
+    system = prepared.system.changed(origin="study", stop_time=task.stop_time)
     components = tuple(
         replace(c, start=dict(task.start[c.name])) if c.name in task.start else c
         for c in system.components
@@ -150,15 +149,13 @@ def _unpacked(content: str, fmus: tuple[tuple[str, str], ...]) -> Prepared:
     """The prepared system of that content, with its FMUs at these paths."""
     data = _place().known[content].read_bytes()
     prepared: Prepared = pickle.loads(data)
-    found = {
-        name: replace(prepared.descriptions[name], path=Path(path)) for name, path in fmus
-    }
+    found = {name: replace(prepared.descriptions[name], path=Path(path)) for name, path in fmus}
     return replace(prepared, descriptions=found)
 
 
 @dataclass
 class _Place:
-    """What a worker has, in a folder of its own that goes with its process."""
+    """Contents that a worker has, in a folder of its own that goes with its process."""
 
     folder: TemporaryFolder = field(default_factory=TemporaryFolder)
     known: dict[str, Path] = field(default_factory=dict)
