@@ -100,7 +100,7 @@ class NamedProgram:
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of each varied name, in the order of the grid and the unit of the study."""
+        """Values (n_runs,) of each varied name, as given, in their units, in the order of the grid."""
         grid = self.study.grid
         places = np.unravel_index(np.arange(grid.count), grid.shape) if grid.axes else ()
         found: dict[str, np.ndarray] = {}

@@ -37,7 +37,7 @@ class Averaged:
 
 
 def averaged(grid: Grid, values: np.ndarray) -> Averaged:
-    """Means over seeds of `values` (…), in their unit, with 95 % confidence by Student's t.
+    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
     The values have the shape of the grid.
     """

@@ -135,10 +135,10 @@ def location_of(text: str) -> Location:
 def is_there(data: object, keys: Location) -> bool:
     """True if nested data have a value, not a section, at `keys`."""
     for key in keys:
-        if (isinstance(data, dict) and key in data) or (isinstance(data, list) and isinstance(key, int) and key < len(data)):
-            data = data[key]
-        else:
+        known = range(len(data)) if isinstance(data, list) else data
+        if not isinstance(known, dict | range) or key not in known:
             return False
+        data = data[key]  # pyright: ignore[reportIndexIssue, reportCallIssue, reportArgumentType]
     return not isinstance(data, dict | list)
 
 
