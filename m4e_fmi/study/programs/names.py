@@ -100,7 +100,7 @@ class NamedProgram:
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of each varied name, as given, in their units, in the order of the grid."""
+        """Values (n_runs,) of each varied name, as given, in their units, in grid order."""
         grid = self.study.grid
         places = np.unravel_index(np.arange(grid.count), grid.shape) if grid.axes else ()
         found: dict[str, np.ndarray] = {}

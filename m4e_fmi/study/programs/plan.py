@@ -18,11 +18,12 @@ from itertools import groupby
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash
-from m4e_fmi.errors import M4eError
+from m4e_fmi.errors import RunError
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
 from m4e_fmi.runtime.engine import Control, Run, ensemble
 from m4e_fmi.runtime.library import library
+from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
 from m4e_fmi.study.programs.names import NamedProgram, Settings, Version
@@ -177,9 +178,9 @@ class ProgramPlan:
                 method=settings.method,
                 step_size=settings.step_size,
             )
-        except M4eError as error:
-            told = " ".join(str(error).split())
-            return {run: Record(failure=told, wall_time=clock.perf_counter() - began)}
+        except RunError as error:
+            taken = clock.perf_counter() - began
+            return {run: Record(failure=one_line(error.message), wall_time=taken)}
         values = {name: found[name].values[None] for name in self._names}
         first, taken = self.start_up[run], clock.perf_counter() - began
         return self._records_of(runs, found.time.values, values, first, taken)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ MOST_TOLD = 10
 """Failures, warnings, and tables of one quantity that are shown."""
 MOST_ROWS = 40
 """Rows of a table."""
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
@@ -216,7 +218,7 @@ def warning_lines(warnings: Mapping[str, int]) -> Iterator[str]:
     """A line for each kind of warning, whatever its numbers, with the number of runs."""
     kinds: dict[str, tuple[str, int]] = {}
     for line, count in warnings.items():
-        kind = "".join("0" if c.isdigit() or c in ".-+e" else c for c in line)
+        kind = _NUMBER.sub("#", line)
         first, before = kinds.get(kind, (line, 0))
         kinds[kind] = first, before + count
     for line, count in list(kinds.values())[:MOST_TOLD]:
