@@ -158,7 +158,7 @@ def _known(system: System, component: str, description: Description | None) -> l
     found = [name for name, variable in variables.items() if is_settable(variable)]
     if system.document is not None:
         found += _leaves(system.document.data["components"][component])
-    return found
+    return list(dict.fromkeys(found))
 
 
 def _leaves(data: object, prefix: str = "") -> list[str]:
