@@ -36,7 +36,7 @@ def test_means_over_seeds_have_students_interval() -> None:
     found = averaged(grid, values)
     np.testing.assert_allclose(found.mean, [2.5, 5.0])
     width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
-    np.testing.assert_allclose(found.half_width, [width, 0.0])
+    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
     assert found.missing.tolist() == [0, 1]
 
 
