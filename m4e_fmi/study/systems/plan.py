@@ -46,13 +46,13 @@ class Versions:
         start = self.named.start(values)
         found: dict[str, tuple[int, Component]] = {}
         for component in self.named.system.components:
-            name, number = component.name, 0
+            name, number, made = component.name, 0, component
+            own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
             if name in self.of:
                 combination = tuple(values[key] for key in self.named.keys(name))
                 variant = self.of[name].of[combination]
-                number, component = variant.build, variant.started()
-            own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
-            found[name] = number, replace(component, start=own)
+                number, made, own = variant.build, variant.component, {**variant.start, **own}
+            found[name] = number, replace(made, start=own)
         return found
 
 

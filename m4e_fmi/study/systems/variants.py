@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.input_checks.drafts import Draft
-from m4e_fmi.cosim.system.component import Component, StartValue
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
 from m4e_fmi.errors import InputError
@@ -45,16 +45,14 @@ class Build:
 
 @dataclass(frozen=True)
 class Variant:
-    """A component with its own section, as `build` and start values on top of it."""
+    """A component with its own section, as a `build` by number and start values on top of it.
+
+    Start values of the system's file come before these.
+    """
 
     build: int
     component: Component
     start: Mapping[str, float]
-
-    def started(self) -> Component:
-        """The component; start values of the file come before those of the section."""
-        start: dict[str, StartValue] = {**self.start, **self.component.start}
-        return replace(self.component, start=start)
 
 
 @dataclass(frozen=True)

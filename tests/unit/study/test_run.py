@@ -54,6 +54,15 @@ def test_numbers_are_those_of_single_runs(tmp_path: Path) -> None:
     assert float(one["coupling_error"]) == run.certificate.errors[0].error  # type: ignore[union-attr]
 
 
+def test_start_values_of_the_study_hold_for_all_runs(tmp_path: Path) -> None:
+    """Also of components whose section is varied, in place of what the section says."""
+    text = STUDY.replace("vary:", "start: {pto.stiffness: 9}\nvary:")
+    found = made(written_study(tmp_path, text)).data
+    (tmp_path / "system.yaml").write_text(SYSTEM.replace("stiffness: 5", "stiffness: 9"), "utf-8")
+    (tmp_path / "study.yaml").write_text(STUDY, "utf-8")
+    np.testing.assert_array_equal(found["force"], made(tmp_path / "study.yaml").data["force"])
+
+
 def test_data_are_labelled(tmp_path: Path) -> None:
     outcome = made(written_study(tmp_path, STUDY), output=tmp_path / "out.nc")
     with xarray.open_dataset(tmp_path / "out.nc") as data:
