@@ -123,23 +123,36 @@ def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
 def _add_series(
     found: xarray.Dataset, study: Study, records: Sequence[Record], labels: Labels
 ) -> None:
-    """Whole series, along the dimension `time`; nan behind the end of runs that are shorter."""
-    if not study.series:
-        return
+    """Whole series, along the dimension `time`; nan behind the end of runs that are shorter.
+
+    Where runs have rows at different times, as with adaptive steps, the dimension is `row`, and
+    `time` has the times of each run.
+    """
     longest = max(records, key=lambda r: len(r.time), default=None)
-    if longest is None or not len(longest.time):
+    if not study.series or longest is None or not len(longest.time):
         return
-    found.coords["time"] = (("time",), longest.time, {"units": "s", "long_name": "simulated time"})
-    names = [axis.name for axis in study.grid.axes]
+    names, count = [axis.name for axis in study.grid.axes], len(longest.time)
+    told = {"units": "s", "long_name": "simulated time"}
+    same = all(np.array_equal(r.time, longest.time[: len(r.time)]) for r in records)
+    along = "time" if same else "row"
+    if same:
+        found.coords["time"] = (("time",), longest.time, told)
+    else:
+        times = _rows([r.time for r in records], count).reshape((*study.grid.shape, count))
+        found["time"] = ((*names, "row"), times, told)
     for name in study.series:
-        rows = np.full((len(records), len(longest.time)), np.nan)
-        for row, record in zip(rows, records, strict=True):
-            if name in record.series:
-                places = np.searchsorted(longest.time, record.time)
-                row[places] = record.series[name]
+        rows = _rows([r.series.get(name, np.empty(0)) for r in records], count)
         unit, text = labels.variables.get(name, ("", ""))
-        values = rows.reshape((*study.grid.shape, len(longest.time)))
-        found[name] = _variable((*names, "time"), values, unit, text or name)
+        values = rows.reshape((*study.grid.shape, count))
+        found[name] = _variable((*names, along), values, unit, text or name)
+
+
+def _rows(series: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """Series of different lengths as rows (n_runs, count), with nan behind their ends."""
+    rows = np.full((len(series), count), np.nan)
+    for row, values in zip(rows, series, strict=True):
+        row[: len(values)] = values
+    return rows
 
 
 def write_dataset(found: xarray.Dataset, path: Path) -> None:
@@ -159,8 +172,8 @@ def write_dataset(found: xarray.Dataset, path: Path) -> None:
 
 def _write_table(found: xarray.Dataset, path: Path) -> None:
     """A row for each run: its varied quantities, then its results; no series."""
-    names = [n for n in found.data_vars if "time" not in found[n].dims]
-    dims = [d for d in found.sizes if d != "time"]
+    names = [n for n in found.data_vars if not {"time", "row"} & {*found[n].dims}]
+    dims = [d for d in found.sizes if d not in ("time", "row")]
     coordinates = [c for c in found.coords if c != "time"]
     shape = tuple(found.sizes[d] for d in dims)
     columns = {}

@@ -16,7 +16,7 @@ from m4e_fmi.study.given.tables import scatter, table
 
 MOST_POINTS = 1_000_000
 """Of one dimension."""
-RESERVED = ("time", "failure", "coupling_error", "wall_time", "start_up", "probability")
+RESERVED = ("time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability")
 """Names of the result that no dimension may have."""
 
 

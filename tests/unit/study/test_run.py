@@ -163,6 +163,16 @@ def test_series_are_whole(tmp_path: Path) -> None:
     np.testing.assert_array_equal(made(tmp_path / "study.yaml").data["pto.force"], series)
 
 
+def test_series_of_adaptive_steps_have_times_of_their_own(tmp_path: Path) -> None:
+    text = STUDY.replace(
+        "start_up: 0.2\n", "simulation: {coupling_tolerance: 1.e-8}\nseries: [pto.force]\n"
+    )
+    data = made(written_study(tmp_path, text)).data
+    assert data["pto.force"].dims == data["time"].dims == ("damping", "k", "row")
+    ends = data["time"].max("row")
+    np.testing.assert_array_equal(ends, 1.0)
+
+
 def test_two_studies_do_not_write_one_file(tmp_path: Path) -> None:
     path = written_study(tmp_path, STUDY)
     script = (
