@@ -16,7 +16,6 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
-from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.store import Store
 from m4e_fmi.study.systems.execution import cores
 from m4e_fmi.study.systems.names import named
@@ -39,7 +38,7 @@ def estimate(
 ) -> str:
     """Runs of a study, what its names stand for, FMUs to be built, time and disk, as text.
 
-    InputError as the study itself. One short run is made if all FMUs are there and no run is kept.
+    InputError as the study itself. Short runs are made if all FMUs are there and no run is kept.
     """
     folder, jobs = Path(build_directory), jobs or cores()
     lines = (
@@ -79,7 +78,7 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
         lines += [f"  {text}" for text in missing[:MOST_TOLD]]
         lines += [f"  … {len(missing) - MOST_TOLD} more"] if len(missing) > MOST_TOLD else []
         if missing:
-            lines.append("time: not known before the FMUs are built, in which one run is timed")
+            lines.append("time: not known before the FMUs are built")
         else:
             whole = Plan(versions(known), folder, blobs, _silent)
             whole.build()
@@ -101,19 +100,21 @@ def _system_time(plan: Plan, folder: Path, jobs: int) -> list[str]:
     first, stop = tasks[0], tasks[0].stop_time
     start = plan.versions.named.system.simulation.start_time
     step = plan.versions.named.system.simulation.step_size
-    end = start + max(SHORT * (stop - start), 20 * step)
+    end = start + max(SHORT * (stop - start), 40 * step)
     if end >= stop:
         end = stop
     times = []
-    for _ in range(2):  # the first loads what all runs share
+    for part in (0.5, 0.5, 1.0):  # the first loads what all runs share
         began = clock.perf_counter()
-        found = perform(replace(first, stop_time=end, start_up=start))
+        until = start + part * (end - start)
+        found = perform(replace(first, stop_time=until, start_up=start))
         times.append(clock.perf_counter() - began)
         assert not isinstance(found, Lacking)
-        if isinstance(found, Record) and found.failure:
+        if found.failure:
             return [f"time: not known, a short run failed: {found.failure}"]
-    each = times[-1] * (stop - start) / (end - start)
-    return _told(each, rest, jobs, f"by one short run, of {end - start:g} s")
+    rate = max(0.0, times[2] - times[1]) / (0.5 * (end - start))
+    each = times[2] + rate * (stop - end)
+    return _told(each, rest, jobs, f"by short runs, of {0.5 * (end - start):g} s and twice that")
 
 
 def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:
@@ -135,6 +136,8 @@ def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:
 
 
 def _told(each: float, rest: int, jobs: int, how: str) -> list[str]:
+    if not rest:
+        return ["time: none, all runs are kept"]
     total = each * rest / min(jobs, max(1, rest))
     span = f"{total:.3g} s" if total < 600 else f"{total / 60:.3g} min"
     if total > 36000:

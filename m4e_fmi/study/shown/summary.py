@@ -20,6 +20,7 @@ MOST_TOLD = 10
 MOST_ROWS = 40
 """Rows of a table."""
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+_NO_BRACKETS = str.maketrans("", "", "[]")
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
@@ -124,7 +125,7 @@ def _weighted(outcome: StudyOutcome, found: Averaged, scale: float, shown: str) 
         yield f"  mean by probability: not known, {lacking} states of the table have no value"
         return
     mean = float((shares[counted] * found.mean[counted]).sum()) * scale
-    yield f"  mean by probability: {aligned(mean)[0]}{shown}"
+    yield f"  mean by probability: {aligned(mean)[0]}{shown.translate(_NO_BRACKETS)}"
 
 
 def _table(found: Averaged) -> Iterator[str]:
