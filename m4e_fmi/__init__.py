@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from m4e_fmi.multibody import Equations, model_program
     from m4e_fmi.results.results_file import load
     from m4e_fmi.simulate import simulate
+    from m4e_fmi.study import load_study, study
 
 __version__ = "0.1.0"
 
@@ -61,6 +62,7 @@ __all__ = [
     "linearize",
     "load",
     "load_model",
+    "load_study",
     "load_system",
     "model_program",
     "modes",
@@ -72,6 +74,7 @@ __all__ = [
     "sensitivity",
     "simulate",
     "start",
+    "study",
     "system_in_waves",
     "system_program",
     "trajectory_sensitivity",
@@ -109,6 +112,7 @@ _NAMES = {
     "multibody": ("Equations", "model_program"),
     "results.results_file": ("load",),
     "simulate": ("simulate",),
+    "study": ("load_study", "study"),
 }
 _PLACES = {name: place for place, names in _NAMES.items() for name in names}
 

@@ -31,6 +31,7 @@ from m4e_fmi.cli import (
     rao,
     run,
     simulate,
+    study,
     validate,
 )
 from m4e_fmi.cli.shared.events import Failed
@@ -46,7 +47,7 @@ EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
     new, equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info,
-    validate, run, compare, doctor,
+    validate, run, study, compare, doctor,
 )  # fmt: skip
 
 

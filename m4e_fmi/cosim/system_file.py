@@ -328,6 +328,16 @@ def _read_component(
     return _component(name, source, section or _FileSection())
 
 
+def read_component(document: Document, name: str) -> Component:
+    """One component of a system's document; InputError with all its problems."""
+    problems: list[Problem] = []
+    keys = document.data["components"][name]
+    component = _read_component(document, ("components", name), keys, problems)
+    if problems or component is None:
+        raise InputError(problems)
+    return component
+
+
 def _part(
     document: Document,
     section: type[SectionType],

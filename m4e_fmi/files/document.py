@@ -69,6 +69,12 @@ class Document:
             data["name"] = one_line(name)
         return cls(path, text, data, places)
 
+    def with_data(self, data: dict[Any, Any]) -> Document:
+        """The same document with other data, whose problems are placed where the old ones were."""
+        result = copy.copy(self)
+        result.data = data
+        return result
+
     def validate(
         self,
         section: type[SectionType],

@@ -79,6 +79,15 @@ class Progress(Event):
 
 
 @dataclass(frozen=True)
+class Runs(Event):
+    """Runs of a study that are done, and all."""
+
+    event = "runs"
+    done: int
+    total: int
+
+
+@dataclass(frozen=True)
 class Written(Event):
     """A file that has been written."""
 
@@ -123,7 +132,7 @@ class End(Event):
 
 
 KINDS: tuple[type[Event], ...] = (
-    Start, Plan, Line, Warned, Progress, Written, Summary, Failed, End,
+    Start, Plan, Line, Warned, Progress, Runs, Written, Summary, Failed, End,
 )  # fmt: skip
 
 

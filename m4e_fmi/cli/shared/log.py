@@ -28,6 +28,7 @@ from m4e_fmi.cli.shared.events import (
     Event,
     Line,
     Progress,
+    Runs,
     Start,
     Warned,
     Written,
@@ -115,14 +116,36 @@ def progress(stop_time: float, *, start: float = 0.0) -> Generator[Callable[[flo
     """A callable to be told the simulated time [s]: a bar on terminals, events for programs."""
     from m4e_fmi.report import progress_bar
 
-    if any(isinstance(one, _Events) for one in LOG.handlers):
+    if _for_programs():
         with _progress_events(stop_time, start) as told:
             yield told
-    elif any(isinstance(one, _People) and one.level < logging.WARNING for one in LOG.handlers):
+    elif _for_people():
         with progress_bar(stop_time, start=start) as told:
             yield told
     else:
         yield _unseen
+
+
+@contextmanager
+def runs_progress() -> Generator[Callable[[int, int], None] | None]:
+    """A callable to be told the runs that are done and all: a bar, or events for programs."""
+    from m4e_fmi.study.shown.progress import runs_bar
+
+    if _for_programs():
+        yield lambda done, total: tell_event(Runs(done, total))
+    elif _for_people():
+        with runs_bar() as told:
+            yield told
+    else:
+        yield None
+
+
+def _for_programs() -> bool:
+    return any(isinstance(one, _Events) for one in LOG.handlers)
+
+
+def _for_people() -> bool:
+    return any(isinstance(one, _People) and one.level < logging.WARNING for one in LOG.handlers)
 
 
 def _unseen(_: float) -> None:

@@ -142,6 +142,22 @@ def waiting(
     return later, drafts
 
 
+def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
+    """Components whose FMU would be built: it is not there, or made from something else."""
+    folder = Path(build_directory) / file_stem(system.name)
+    stems = file_stems(component.name for component in system.components)
+    native = NATIVE and _library_is_there(_silent)
+    found = []
+    for component in system.components:
+        name, source = component.name, component.source
+        if isinstance(source, FmuFile):
+            continue
+        fmu = folder / f"{stems[name]}.fmu"
+        if not _current(fmu, _made_from(system, name, source, fmu, native=native)):
+            found.append(name)
+    return tuple(found)
+
+
 def _current(fmu: Path, made_from: str) -> BuildRecord | None:
     """The record of an FMU that need not be built again."""
     record = read_record(fmu)

@@ -45,11 +45,13 @@ def prepare(
     native: bool | None = None,
     tell: Callable[[str], None] | None = None,
     drafts: Mapping[str, Draft] | None = None,
+    fmus: Mapping[str, ReadyFmu] | None = None,
 ) -> Prepared:
     """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     `system` may be the path of a system's file, whose notes `tell` receives. `drafts` are those
-    of a system whose inputs have been checked (`waiting`).
+    of a system whose inputs have been checked (`waiting`), `fmus` the FMUs of all components if
+    they are there already.
 
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
@@ -59,7 +61,8 @@ def prepare(
     system = _as_system(system, tell)
     if not system.components:
         raise InputError([no_component(system)])
-    fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
+    if fmus is None:
+        fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
     wiring, paced, rates, notes = _connected(system, descriptions)
     apart, missing = available(system, hosts(system, descriptions))

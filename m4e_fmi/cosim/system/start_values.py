@@ -70,11 +70,13 @@ def start_problems(system: System, descriptions: Mapping[str, Description]) -> I
     """All problems of the start values of a system."""
     for component in system.components:
         description = descriptions[component.name]
-        found = list(_problems(system, component, description))
+        found = list(single_problems(system, component, description))
         yield from found or _problems_of_all(system, component, description)
 
 
-def _problems(system: System, component: Component, description: Description) -> Iterator[Problem]:
+def single_problems(
+    system: System, component: Component, description: Description
+) -> Iterator[Problem]:
     """Problems of single start values."""
     variables, angles = description.variables, _angles(component, description)
     for name, given in component.start.items():

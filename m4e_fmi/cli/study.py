@@ -1,0 +1,83 @@
+"""`m4e-fmi study` makes many runs, and statistics of them in one file."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show
+from m4e_fmi.cli.shared.options import EXIT_FAILED, add_build_folder
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    """Add `study` to the command line."""
+    command = commands.add_parser("study", help="many runs: sea states, parameters, samples")
+    command.add_argument("study", type=Path, help="a study file (YAML)")
+    command.add_argument(
+        "--dry-run",
+        action="store_true",
+        help="tell what would be done: runs, FMUs to be built, time and disk",
+    )
+    command.add_argument(
+        "--jobs",
+        type=_positive,
+        metavar="N",
+        help="processes that make runs; default: one for each processor",
+    )
+    command.add_argument(
+        "--fresh", action="store_true", help="make all runs, also those kept from earlier studies"
+    )
+    command.add_argument("--no-plot", action="store_true", help="no picture")
+    command.add_argument(
+        "--output-file",
+        type=Path,
+        metavar="FILE",
+        help="the result (.nc, or .csv as a long table); default build/NAME.nc",
+    )
+    add_build_folder(command)
+    add_log(command, events=True)
+    command.set_defaults(command=_run)
+
+
+def _positive(text: str) -> int:
+    """A number of processes, of an option."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"expected a whole number above 0, got {text!r}")
+    return number
+
+
+def _run(options: argparse.Namespace) -> int:
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.files.writing import check_suffix
+    from m4e_fmi.study.estimate import estimate
+    from m4e_fmi.study.given.study import load_study
+    from m4e_fmi.study.run import SUFFIXES, run_study
+    from m4e_fmi.study.shown.figure import plot_study
+    from m4e_fmi.study.shown.summary import summary
+
+    if options.output_file:
+        check_suffix(options.output_file, SUFFIXES, "the result of a study")
+    study = load_study(options.study)
+    if options.dry_run:
+        show(str(estimate(study, build_directory=options.build_folder, jobs=options.jobs)))
+        return 0
+    output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
+    with runs_progress() as progress:
+        outcome = run_study(
+            study,
+            output=output,
+            build_directory=options.build_folder,
+            jobs=options.jobs,
+            fresh=options.fresh,
+            progress=progress,
+            tell=say,
+        )
+    show(summary(outcome))
+    print_files([output])
+    if not options.no_plot and study.wanted:
+        print_files([plot_study(outcome, output.with_suffix(".png"))])
+    return EXIT_FAILED if outcome.failures else 0

@@ -1,0 +1,28 @@
+"""Studies: many runs of a system or a model, and statistics of them in one labelled file.
+
+    study.yaml ── study ──► Study ── work ──► keys, tasks ── execution ──► records ──► dataset
+
+Start reading at `sections` (what a study file says), then `plan/` (what is varied, what the names
+stand for, the FMUs and tasks), `runs/` (how runs are made, wherever, and kept) and `run`. The
+package itself can be called as `run_study` is: ``m4e_fmi.study("study.yaml", …)``. It may import
+everything but `cli`.
+"""
+
+import sys
+from types import ModuleType
+
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.run import StudyOutcome, run_study
+
+study = run_study
+
+__all__ = ["Study", "StudyOutcome", "load_study", "run_study", "study"]
+
+
+class _Verb(ModuleType):
+    """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
+
+    __call__ = staticmethod(run_study)
+
+
+sys.modules[__name__].__class__ = _Verb

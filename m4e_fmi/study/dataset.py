@@ -1,0 +1,193 @@
+"""The result of a study as one labelled data set, and its files."""
+
+from __future__ import annotations
+
+import csv
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import m4e_fmi
+from m4e_fmi.files.writing import written
+from m4e_fmi.study.given.axes import Grid
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.runs.record import Record
+
+if TYPE_CHECKING:
+    import xarray
+
+Label = tuple[str, str]
+"""Unit and description."""
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Units and descriptions of varied names and of variables that are wanted."""
+
+    varied: Mapping[str, Label] = field(default_factory=dict)
+    variables: Mapping[str, Label] = field(default_factory=dict)
+
+
+def dataset(
+    study: Study,
+    records: Sequence[Record],
+    labels: Labels,
+    *,
+    start_up: Sequence[float],
+    attributes: Mapping[str, str],
+) -> xarray.Dataset:
+    """One data set of all runs, in the order of the grid; nan where a run failed or is missing.
+
+    `start_up` (n_runs,) [s] is the time from which on the rows of each run count.
+    """
+    import xarray
+
+    grid, names = study.grid, [axis.name for axis in study.grid.axes]
+    shape = grid.shape
+    found = xarray.Dataset(
+        {
+            one.name: _variable(
+                names,
+                np.array([r.values.get(one.name, np.nan) for r in records]).reshape(shape),
+                one.unit(labels.variables.get(one.variable, ("", ""))[0]),
+                str(one),
+            )
+            for one in study.wanted
+        },
+        coords=_coordinates(grid, labels),
+        attrs={
+            "title": study.name,
+            "comment": study.description,
+            "study": study.text,
+            "m4e_fmi_version": m4e_fmi.__version__,
+            "python_version": platform.python_version(),
+            "created": datetime.now(UTC).isoformat("T", "seconds"),
+            **attributes,
+        },
+    )
+    numbers = {
+        "coupling_error": (
+            "1",
+            "largest estimated coupling error over the range",
+            "coupling_error",
+        ),
+        "wall_time": ("s", "time that the run took", "wall_time"),
+    }
+    for name, (unit, text, key) in numbers.items():
+        values = np.array([getattr(r, key) for r in records], dtype=float).reshape(shape)
+        found[name] = _variable(names, values, unit, text)
+    first = np.array(start_up, dtype=float).reshape(shape)
+    found["start_up"] = _variable(names, first, "s", "rows from this time on count in statistics")
+    failures = np.array([r.failure for r in records], dtype=object).reshape(shape)
+    found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
+    if grid.probability:
+        (rows, columns), shares = grid.probability
+        found["probability"] = _variable((rows, columns), shares, "1", "probability of a sea state")
+    for axis in grid.axes:
+        if axis.weights is not None:
+            weights = np.array(axis.weights)
+            found["probability"] = _variable((axis.name,), weights, "1", "probability of a case")
+    _add_series(found, study, records, labels)
+    return found
+
+
+def _variable(
+    names: Sequence[str], values: np.ndarray, unit: str, text: str
+) -> tuple[Sequence[str], np.ndarray, dict[str, str]]:
+    return names, values, {"units": unit or "1", "long_name": text}
+
+
+def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
+    found: dict[str, tuple] = {}
+    for axis in grid.axes:
+        if len(axis.varied) > 1:
+            numbers = np.arange(1, len(axis) + 1)
+            found[axis.name] = ((axis.name,), numbers, {"long_name": f"number of the {axis.name}"})
+        for k, varied in enumerate(axis.varied):
+            unit, text = labels.varied.get(varied.targets[0], ("", ""))
+            told = {
+                "long_name": text or ", ".join(varied.targets),
+                "name": ", ".join(varied.targets),
+            }
+            name = axis.name if len(axis.varied) == 1 else varied.name
+            values = np.array([point[k] for point in axis.points])
+            found[name] = ((axis.name,), values, {**({"units": unit} if unit else {}), **told})
+    return found
+
+
+def _add_series(
+    found: xarray.Dataset, study: Study, records: Sequence[Record], labels: Labels
+) -> None:
+    """Whole series, along the dimension `time`; nan behind the end of runs that are shorter.
+
+    Where runs have rows at different times, as with adaptive steps, the dimension is `row`, and
+    `time` has the times of each run.
+    """
+    longest = max(records, key=lambda r: len(r.time), default=None)
+    if not study.series or longest is None or not len(longest.time):
+        return
+    names, count = [axis.name for axis in study.grid.axes], len(longest.time)
+    told = {"units": "s", "long_name": "simulated time"}
+    same = all(np.array_equal(r.time, longest.time[: len(r.time)]) for r in records)
+    along = "time" if same else "row"
+    if same:
+        found.coords["time"] = (("time",), longest.time, told)
+    else:
+        times = _rows([r.time for r in records], count).reshape((*study.grid.shape, count))
+        found["time"] = ((*names, "row"), times, told)
+    for name in study.series:
+        rows = _rows([r.series.get(name, np.empty(0)) for r in records], count)
+        unit, text = labels.variables.get(name, ("", ""))
+        values = rows.reshape((*study.grid.shape, count))
+        found[name] = _variable((*names, along), values, unit, text or name)
+
+
+def _rows(series: Sequence[np.ndarray], count: int) -> np.ndarray:
+    """Series of different lengths as rows (n_runs, count), with nan behind their ends."""
+    rows = np.full((len(series), count), np.nan)
+    for row, values in zip(rows, series, strict=True):
+        row[: len(values)] = values
+    return rows
+
+
+def write_dataset(found: xarray.Dataset, path: Path) -> None:
+    """Write a data set as netCDF, or as a long table by the suffix .csv, whole or not at all.
+
+    RunError if it cannot be written.
+    """
+    with written(path) as part:
+        if path.suffix.lower() == ".csv":
+            _write_table(found, part)
+            return
+        try:
+            found.to_netcdf(part, engine="netcdf4")
+        except RuntimeError as error:  # what netCDF4 makes of a full disk
+            raise OSError(str(error)) from error
+
+
+def _write_table(found: xarray.Dataset, path: Path) -> None:
+    """A row for each run: its varied quantities, then its results; no series."""
+    names = [n for n in found.data_vars if not {"time", "row"} & {*found[n].dims}]
+    dims = [d for d in found.sizes if d not in ("time", "row")]
+    coordinates = [c for c in found.coords if c != "time"]
+    shape = tuple(found.sizes[d] for d in dims)
+    columns = {}
+    for name in (*coordinates, *names):
+        one = found[name]
+        wide = one.broadcast_like(found[dims[0]]) if dims and not one.dims else one
+        order = [wide.sizes[d] if d in wide.dims else 1 for d in dims]
+        values = wide.transpose(*[d for d in dims if d in wide.dims]).values.reshape(order)
+        columns[name] = np.broadcast_to(values, shape).reshape(-1)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        heads = []
+        for name in columns:
+            unit = found[name].attrs.get("units", "")
+            heads.append(f"{name} [{unit}]" if unit not in ("", "1") else str(name))
+        writer.writerow(heads)
+        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))

@@ -1,0 +1,333 @@
+"""Dimensions of a study: what is varied, and the points along each."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Document, Location
+from m4e_fmi.study.given.sections import AxisSection, SampleSection, Scalar, Spread, StudySection
+from m4e_fmi.study.given.tables import scatter, table
+
+MOST_POINTS = 1_000_000
+"""Of one dimension."""
+RESERVED = ("time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability")
+"""Names of the result that no dimension may have."""
+
+
+@dataclass(frozen=True)
+class Varied:
+    """One varied quantity: its short `name`, what it is in the file (`targets`), and its place."""
+
+    name: str
+    targets: tuple[str, ...]
+    location: Location = field(default=(), compare=False)
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A dimension `name`; each of its `points` has one value for each of the `varied` quantities.
+
+    `weights` are those of the points, if they have any [1]. `repeats` are runs of one design, with
+    other seeds.
+    """
+
+    name: str
+    varied: tuple[Varied, ...]
+    points: tuple[tuple[Scalar, ...], ...] = field(repr=False)
+    weights: tuple[float, ...] | None = field(default=None, repr=False)
+    repeats: bool = False
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def labels(self) -> list[str]:
+        """Texts of the points: values, or numbers from 1 of points of several quantities."""
+        if len(self.varied) > 1:
+            return [str(k + 1) for k in range(len(self))]
+        return [f"{x:.6g}" if isinstance(x, float) else str(x) for (x,) in self.points]
+
+    @property
+    def is_numbers(self) -> bool:
+        """True if it is one quantity, whose values are numbers: they are the coordinate."""
+        return len(self.varied) == 1 and all(
+            isinstance(point[0], int | float) and not isinstance(point[0], bool)
+            for point in self.points
+        )
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All dimensions, and the probability of each point of the first two of a scatter diagram."""
+
+    axes: tuple[Axis, ...]
+    probability: tuple[tuple[str, str], np.ndarray] | None = None
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points of each dimension."""
+        return tuple(map(len, self.axes))
+
+    @property
+    def count(self) -> int:
+        """Number of runs."""
+        return math.prod(self.shape)
+
+    def values(self, run: int) -> dict[str, Scalar]:
+        """Value of each target in run number `run`, from 0."""
+        found: dict[str, Scalar] = {}
+        for axis, k in zip(self.axes, self.place(run), strict=True):
+            for varied, value in zip(axis.varied, axis.points[k], strict=True):
+                found.update(dict.fromkeys(varied.targets, value))
+        return found
+
+    def place(self, run: int) -> tuple[int, ...]:
+        """Indices of run number `run`, from 0."""
+        return tuple(int(k) for k in np.unravel_index(run, self.shape)) if self.axes else ()
+
+    def told(self, run: int) -> str:
+        """The run in words, as ``peak_period 7.5, seed 2``."""
+        parts = list[str]()
+        for axis, k in zip(self.axes, self.place(run), strict=True):
+            if len(axis.varied) == 1:
+                value = axis.points[k][0]
+                shown = f"{value:g}" if isinstance(value, float) else str(value)
+                parts.append(f"{axis.name} {shown}")
+            else:
+                parts.append(f"{axis.name} {k + 1}")
+        return ", ".join(parts) or "the run"
+
+
+def grid_of(section: StudySection, document: Document) -> Grid:
+    """The dimensions of a study file; InputError with all problems of them."""
+    problems: list[Problem] = []
+    axes: list[Axis] = []
+    for name, given in section.vary.items():
+        one = given if isinstance(given, AxisSection) else AxisSection(values=given)
+        found = _axis(name, one, ("vary", name), document, problems)
+        axes += [found] if found else []
+    if section.sample:
+        try:
+            axes.append(_sampled(section.sample, document))
+        except InputError as error:
+            problems += error.problems
+    probability = None
+    folder = document.path.parent
+    if section.table:
+        try:
+            names = section.table.columns
+            points, weights = table(folder, section.table, document)
+            varied = _varied(names, ("table", "columns"))
+            axes.append(Axis("case", varied, points, weights))
+        except InputError as error:
+            problems += error.problems
+    if section.scatter:
+        try:
+            rows, columns, shares = scatter(folder, section.scatter, document)
+        except InputError as error:
+            problems += error.problems
+        else:
+            for key, values in (("rows", rows), ("columns", columns)):
+                name = getattr(section.scatter, key)
+                one = Varied(name, (name,), ("scatter", key))
+                axes.append(Axis(name, (one,), tuple((value,) for value in values)))
+            probability = (section.scatter.rows, section.scatter.columns), shares
+    problems += _twice(axes, document)
+    if problems:
+        raise InputError(problems)
+    named = _with_short_names(axes)
+    problems = [
+        document.problem(axis.varied[0].location, f"a dimension cannot be called {axis.name!r}",
+                         "choose another name with 'as'")
+        for axis in named
+        if axis.name in RESERVED or axis.name in section.wanted
+    ]  # fmt: skip
+    if problems:
+        raise InputError(problems)
+    if probability:
+        short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
+        probability = (short[probability[0][0]], short[probability[0][1]]), probability[1]
+    return Grid(tuple(named), probability)
+
+
+def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:
+    return tuple(Varied(name, (name,), (*location, name)) for name in names)
+
+
+def _axis(
+    name: str, given: AxisSection, at: Location, document: Document, problems: list[Problem]
+) -> Axis | None:
+    """The dimension of an entry of `vary`; adds to `problems`."""
+    ways = [
+        key
+        for key, there in (
+            ("values", given.values is not None),
+            ("from", given.from_ is not None or given.to is not None),
+            ("seeds", given.seeds is not None),
+            ("together", given.together is not None),
+        )
+        if there
+    ]
+    if len(ways) != 1:
+        what = f"has {' and '.join(ways)}" if ways else "has no values"
+        remedy = "give a list, or one of 'values', 'from' and 'to', 'seeds' and 'together'"
+        problems.append(document.problem(at, f"{name} {what}", remedy))
+        return None
+    if given.together is not None:
+        lengths = {len(values) for values in given.together.values()}
+        if len(lengths) != 1 or lengths == {0}:
+            message = f"{name}: names that move together need as many values each"
+            problems.append(document.problem((*at, "together"), message))
+            return None
+        points = tuple(zip(*given.together.values(), strict=True))
+        return Axis(given.as_ or name, _varied(given.together, (*at, "together")), points)
+    try:
+        values = _values(name, given, at, document)
+    except InputError as error:
+        problems += error.problems
+        return None
+    if not values:
+        problems.append(document.problem(at, f"{name} has no values", "give one at least"))
+        return None
+    short = given.as_ or name
+    varied = (Varied(short, given.names or (name,), at),)
+    points = tuple((value,) for value in values)
+    return Axis(short, varied, points, repeats=given.seeds is not None)
+
+
+def _values(name: str, given: AxisSection, at: Location, document: Document) -> tuple[Scalar, ...]:
+    if given.values is not None:
+        return given.values
+    if given.seeds is not None:
+        return tuple(range(1, given.seeds + 1))
+    low, high = given.from_, given.to
+    both = given.step is not None and given.count is not None
+    if low is None or high is None or both or (given.step is None and given.count is None):
+        message = f"{name}: a range has 'from', 'to', and either 'step' or 'count'"
+        raise InputError([document.problem(at, message, "write {from: 5, to: 12, count: 8}")])
+    if given.count is not None:
+        return tuple(np.linspace(low, high, given.count).tolist())
+    step = given.step or 0.0
+    count = (high - low) / step if step else math.nan
+    if not 0.0 <= count < MOST_POINTS:
+        message = f"{name}: steps of {step:g} do not lead from {low:g} to {high:g}"
+        raise InputError([document.problem((*at, "step"), message)])
+    if abs(count - round(count)) > 1e-9 * max(1.0, count):
+        reached = low + math.floor(count) * step
+        message = f"{name}: steps of {step:g} from {low:g} do not meet {high:g}"
+        remedy = f"write to: {reached:g}, or give a count"
+        raise InputError([document.problem((*at, "step"), message, remedy)])
+    return tuple(low + k * step for k in range(round(count) + 1))
+
+
+def _sampled(given: SampleSection, document: Document) -> Axis:
+    """The dimension `sample`; InputError for spreads that are none."""
+    from scipy.stats import qmc
+
+    problems = list[Problem]()
+    spreads: dict[str, Spread] = {}
+    for name, one in given.of.items():
+        spread = one
+        if not isinstance(spread, Spread):
+            spread = Spread(distribution="uniform", low=spread[0], high=spread[1])
+        spreads[name] = spread
+        if fault := _fault(spread):
+            problems.append(document.problem(("sample", "of", name), f"{name}: {fault}"))
+    if given.method == "sobol" and given.count & (given.count - 1):
+        message = f"count {given.count} is no power of 2: the points of sobol are not balanced"
+        remedy = f"take {2 ** (given.count.bit_length() - 1)} or {2 ** given.count.bit_length()}"
+        problems.append(document.problem(("sample", "count", "@value"), message, remedy))
+    if problems:
+        raise InputError(problems)
+    kinds = {"latin_hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}
+    shares = kinds[given.method](len(spreads), rng=given.seed).random(given.count)
+    columns = [
+        _spread(share, spread) for share, spread in zip(shares.T, spreads.values(), strict=True)
+    ]
+    points = tuple(tuple(row) for row in np.column_stack(columns).tolist())
+    return Axis("sample", _varied(spreads, ("sample", "of")), points)
+
+
+def _fault(spread: Spread) -> str:
+    """The fault of a spread in words; empty if it has none."""
+    bounded = spread.distribution.endswith("uniform")
+    keys = ("low", "high") if bounded else ("mean", "standard_deviation")
+    others = ("mean", "standard_deviation") if bounded else ("low", "high")
+    if any(getattr(spread, key) is None for key in keys):
+        return f"{spread.distribution} needs {keys[0]} and {keys[1]}"
+    if any(getattr(spread, key) is not None for key in others):
+        return f"{spread.distribution} takes no {others[0]} or {others[1]}"
+    first, second = (float(getattr(spread, key)) for key in keys)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        return "expected finite numbers"
+    if bounded and not first < second:
+        return f"low {first:g} is not below high {second:g}"
+    if not bounded and second <= 0.0:
+        return f"standard_deviation {second:g} is not above 0"
+    if spread.distribution.startswith("log") and first <= 0.0:
+        return f"{keys[0]} {first:g} is not above 0"
+    return ""
+
+
+def _spread(share: np.ndarray, spread: Spread) -> np.ndarray:
+    """Values (n,) of a quantity, in its unit, at shares (n,) [1] of its distribution."""
+    from scipy.special import ndtri
+
+    if spread.low is not None and spread.high is not None:
+        low, high = spread.low, spread.high
+        if spread.distribution == "uniform":
+            return low + (high - low) * share
+        return np.exp(math.log(low) + (math.log(high) - math.log(low)) * share)
+    assert spread.mean is not None
+    assert spread.standard_deviation is not None
+    inside = ndtri(np.clip(share, 1e-16, 1.0 - 1e-16))
+    if spread.distribution == "normal":
+        return spread.mean + spread.standard_deviation * inside
+    variance = math.log1p((spread.standard_deviation / spread.mean) ** 2)
+    return np.exp(math.log(spread.mean) - variance / 2 + math.sqrt(variance) * inside)
+
+
+def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
+    """Names that are varied by two dimensions."""
+    places = [(t, v.location) for axis in axes for v in axis.varied for t in v.targets]
+    counts = Counter(target for target, _ in places)
+    return [
+        document.problem(location, f"{target} is varied twice", "leave one out")
+        for target, location in places
+        if counts[target] > 1
+    ]
+
+
+def _with_short_names(axes: Sequence[Axis]) -> list[Axis]:
+    """The same, with names as short as they are unique: the last segments of dotted ones."""
+    full = [v.name for axis in axes for v in axis.varied]
+    short = short_names(full)
+    result = []
+    for axis in axes:
+        varied = tuple(replace(v, name=short[v.name]) for v in axis.varied)
+        name = varied[0].name if axis.name == axis.varied[0].name else axis.name
+        result.append(replace(axis, name=_plain(name), varied=varied))
+    return result
+
+
+def short_names(full: Sequence[str]) -> Mapping[str, str]:
+    """For each dotted name the fewest last segments that no other one ends in."""
+    parts = {name: name.split(".") for name in full}
+    found = dict[str, str]()
+    for name, own in parts.items():
+        counts = range(1, len(own) + 1)
+        alone = (n for n in counts if sum(o[-n:] == own[-n:] for o in parts.values()) == 1)
+        found[name] = _plain("_".join(own[-next(alone, len(own)) :]))
+    return found
+
+
+def _plain(name: str) -> str:
+    """`name` with letters, digits and _ only."""
+    kept = "".join(c if c.isalnum() or c == "_" else "_" for c in name)
+    return kept.strip("_") or "value"

@@ -1,0 +1,145 @@
+"""`Study`: what is varied, what is wanted, of which system or model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
+from m4e_fmi.files.document import Document
+from m4e_fmi.shown import short
+from m4e_fmi.statistics import STATISTICS
+from m4e_fmi.study.given.axes import RESERVED, Grid, grid_of
+from m4e_fmi.study.given.sections import Scalar, StudySection
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A statistic of a variable, by which the result has it as `name`."""
+
+    name: str
+    variable: str
+    statistic: str
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    def unit(self, unit: str) -> str:
+        """Unit of the statistic of a variable in `unit`."""
+        return STATISTICS[self.statistic].unit(unit)
+
+    def __str__(self) -> str:
+        told = "".join(f", {name} {value:g}" for name, value in self.parameters)
+        return f"{self.statistic.replace('_', ' ')} of {self.variable}{told}"
+
+
+@short
+@dataclass(frozen=True)
+class Study:
+    """A study as given in a file: `source` is the system or the model that runs.
+
+    `start_up` [s] is left out of statistics (None: a default by the sea). With `coupling_error`,
+    that of each run is estimated. `composed` systems run as one program.
+    """
+
+    name: str
+    source: Path
+    is_model: bool
+    grid: Grid
+    wanted: tuple[Wanted, ...]
+    series: tuple[str, ...] = ()
+    simulation: dict[str, Scalar] = field(default_factory=dict)
+    start: dict[str, Scalar] = field(default_factory=dict)
+    composed: bool = False
+    start_up: float | None = None
+    coupling_error: bool = True
+    description: str = ""
+    document: Document = field(default_factory=lambda: Document.parse("name: none"), repr=False)
+    text: str = field(default="", repr=False)
+
+    @property
+    def is_program(self) -> bool:
+        """True if it runs as one program: a model, or a composed system."""
+        return self.is_model or self.composed
+
+
+def load_study(path: str | Path) -> Study:
+    """The study in a YAML file; InputError with all problems found in it."""
+    document = Document.load(path)
+    problems: list[Problem] = []
+    section = None
+    try:
+        section = document.validate(StudySection)
+    except InputError as error:
+        problems += error.problems
+    part = section or document.valid_part(StudySection)
+    if part is None:
+        raise InputError(problems)
+    source = _source(part, document, problems)
+    grid = None
+    try:
+        grid = grid_of(part, document)
+    except InputError as error:
+        problems += error.problems
+    wanted = _wanted(part, document, problems)
+    if part.start_up is not None and part.start_up < 0.0:
+        at = ("start_up", "@value")
+        problems.append(document.problem(at, f"start_up {part.start_up:g} s is below 0"))
+    if section is None or problems or grid is None:
+        raise InputError(dict.fromkeys(problems))
+    return Study(
+        name=section.name,
+        source=source,
+        is_model=section.model is not None,
+        grid=grid,
+        wanted=wanted,
+        series=section.series,
+        simulation=section.simulation,
+        start=section.start,
+        composed=section.method == "composed",
+        start_up=section.start_up,
+        coupling_error=section.coupling_error,
+        description=section.description,
+        document=document,
+        text=Path(path).read_text("utf-8-sig"),
+    )
+
+
+def _source(section: StudySection, document: Document, problems: list[Problem]) -> Path:
+    """The file of the system or model; adds to `problems`."""
+    given = [key for key in ("system", "model") if getattr(section, key) is not None]
+    if len(given) != 1:
+        what = "has 'system' and 'model'" if given else "has neither 'system' nor 'model'"
+        remedy = "give one: 'system: system.yaml' or 'model: x.model.yaml'"
+        at = (given[0] if given else "name",)
+        problems.append(document.problem(at, f"the study {what}", remedy))
+        return Path()
+    path = document.path.parent / getattr(section, given[0])
+    if not is_file(path):
+        problems.append(document.problem((given[0], "@value"), *missing_file(path)))
+    return path
+
+
+def _wanted(
+    section: StudySection, document: Document, problems: list[Problem]
+) -> tuple[Wanted, ...]:
+    """The statistics that are wanted; adds to `problems`."""
+    if not section.wanted and not section.series:
+        remedy = "write wanted: {NAME: {variable: …, statistic: mean}}, or series: [VARIABLE]"
+        problems.append(document.problem(("name",), "the study wants nothing", remedy))
+    found = []
+    for name, one in section.wanted.items():
+        at = ("wanted", name)
+        if name in RESERVED:
+            problems.append(document.problem(at, f"the result has a {name} of its own"))
+        if one.statistic not in STATISTICS:
+            remedy = suggestion(one.statistic, STATISTICS, "statistics")
+            message = f"unknown statistic {one.statistic!r}"
+            problems.append(document.problem((*at, "statistic", "@value"), message, remedy))
+            continue
+        given = one.model_extra or {}
+        problems += [
+            document.problem(at, problem.message, problem.remedy)
+            for problem in STATISTICS[one.statistic].problems(given)
+        ]
+        parameters = tuple(given.items())
+        found.append(Wanted(name, one.variable, one.statistic, parameters))
+    return tuple(found)

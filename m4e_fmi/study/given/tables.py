@@ -1,0 +1,84 @@
+"""Cases from tables: a row each, or a scatter diagram of two quantities."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from m4e_fmi.errors import InputError, Problem, is_file, missing_file
+from m4e_fmi.files.csv_columns import column_names, read_columns
+from m4e_fmi.files.document import Document, Location
+from m4e_fmi.study.given.sections import ScatterSection, TableSection
+
+
+def table(
+    folder: Path, given: TableSection, document: Document
+) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...] | None]:
+    """Rows of numbers, in the order of `columns`, and their weights, scaled to a sum of 1.
+
+    InputError for a file or columns that are not there, and weights that are none.
+    """
+    path = _file(folder, given.file, document, ("table", "file"))
+    names = [*given.columns.values(), *([given.weight] if given.weight else [])]
+    read = read_columns(path, names)
+    columns = np.array(read.values).T
+    if not len(columns):
+        raise InputError.single("has no rows", "write one for each case", str(path))
+    if given.weight is None:
+        return tuple(map(tuple, columns.tolist())), None
+    wrong = [
+        read.problem(k, f"weight {weight:g} is below 0")
+        for k, weight in enumerate(columns[:, -1].tolist())
+        if weight < 0.0
+    ]
+    if wrong:
+        raise InputError(wrong)
+    return tuple(map(tuple, columns[:, :-1].tolist())), tuple(
+        _shares(columns[:, -1], path).tolist()
+    )
+
+
+def scatter(
+    folder: Path, given: ScatterSection, document: Document
+) -> tuple[tuple[float, ...], tuple[float, ...], np.ndarray]:
+    """Values of the rows (n,) and columns (m,), and probabilities (n, m) [1] with a sum of 1.
+
+    InputError for a file that is not there, and entries that are no numbers or below 0.
+    """
+    path = _file(folder, given.file, document, ("scatter", "file"))
+    heads = column_names(path)
+    columns, problems = list[float](), list[Problem]()
+    for head in heads[1:]:
+        try:
+            columns.append(float(head))
+        except ValueError:
+            message = f"the first row has {head!r}, expected a value of {given.columns}"
+            problems.append(Problem(message, "write numbers behind the first entry", str(path), 1))
+    if problems:
+        raise InputError(problems)
+    read = read_columns(path, list(range(len(heads))))
+    values = np.array(read.values).T
+    wrong = [
+        read.problem(int(k), "an entry is below 0")
+        for k in np.flatnonzero((values[:, 1:] < 0.0).any(axis=1))
+    ]
+    if wrong:
+        raise InputError(wrong)
+    return tuple(values[:, 0].tolist()), tuple(columns), _shares(values[:, 1:], path)
+
+
+def _shares(values: np.ndarray, path: Path) -> np.ndarray:
+    """`values` (…), occurrences or probabilities, over their sum [1]."""
+    total = float(values.sum())
+    if not (math.isfinite(total) and total > 0.0):
+        raise InputError.single("all occurrences are 0", "", str(path))
+    return values / total
+
+
+def _file(folder: Path, name: str, document: Document, at: Location) -> Path:
+    path = folder / name
+    if not is_file(path):
+        raise InputError([document.problem(at, *missing_file(path))])
+    return path

@@ -1,0 +1,1 @@
+"""Studies of one program, a model or a composed system: `names`, then `plan` (ensembles)."""

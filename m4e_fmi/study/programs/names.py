@@ -1,0 +1,397 @@
+"""A study of one program with its names resolved: programs, and start values of all runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+import numpy as np
+
+from m4e_fmi.cosim.composition.compose import system_program
+from m4e_fmi.cosim.input_checks.inputs import expected_descriptions
+from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.system.component_step import time_of
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system_file import read_system
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.document import Document, Location
+from m4e_fmi.model import Model, load_model
+from m4e_fmi.model.yaml import model_of
+from m4e_fmi.multibody import model_program
+from m4e_fmi.program import Program, Variable
+from m4e_fmi.simulate import started
+from m4e_fmi.simulate.simulation import METHODS
+from m4e_fmi.study.dataset import Labels
+from m4e_fmi.study.given.sections import Scalar
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.targets import (
+    SIMULATION,
+    KeyTarget,
+    SettingTarget,
+    StartTarget,
+    Target,
+    is_there,
+    location_of,
+    targets_of,
+    with_values,
+)
+from m4e_fmi.study.systems.variants import bare_code
+from m4e_fmi.units import number_in
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the simulation of a program, as of `simulate`; times in s."""
+
+    stop_time: float
+    output_interval: float = 0.01
+    tolerance: float = 1e-8
+    method: str = "dop853"
+    step_size: float | None = None
+
+
+SETTINGS = tuple(one.name for one in fields(Settings))
+TIMES = ("stop_time", "output_interval", "step_size")
+MOST_CHECKED = 50
+"""Values of a parameter with which a model is checked."""
+
+
+@dataclass(frozen=True)
+class Version:
+    """A program, its `code` without start values, and the model that it is of, if it is of one."""
+
+    program: Program
+    code: str
+    model: Model | None = field(default=None, repr=False)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """All that has a start value: parameters, inputs, states."""
+        return (*self.program.parameters, *self.program.inputs, *self.program.states)
+
+    @property
+    def cuts(self) -> tuple[int, int]:
+        """Places among the variables where inputs and states begin."""
+        first = len(self.program.parameters)
+        return first, first + len(self.program.inputs)
+
+    def named(self, values: np.ndarray) -> dict[str, float]:
+        """Start `values` (n_variables,), in SI units, by name."""
+        return dict(zip((v.name for v in self.variables), values.tolist(), strict=True))
+
+
+@dataclass(frozen=True)
+class NamedProgram:
+    """A study of a program with its names resolved.
+
+    `fixed` are the settings that all runs have. `version_of` (n_runs,) has the number of each run's
+    program, `default_of` (n_runs,) that of its start values among the `defaults` (n_variables,),
+    which hold where nothing else is given.
+    """
+
+    study: Study
+    targets: Mapping[str, Target]
+    versions: Sequence[Version]
+    version_of: Sequence[int] = field(repr=False)
+    fixed: Mapping[str, object]
+    defaults: Sequence[np.ndarray] = field(repr=False)
+    default_of: Sequence[int] = field(repr=False)
+
+    @cached_property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Values (n_runs,) of each varied name, as given, in their units, in grid order."""
+        grid = self.study.grid
+        places = np.unravel_index(np.arange(grid.count), grid.shape) if grid.axes else ()
+        found: dict[str, np.ndarray] = {}
+        for axis, place in zip(grid.axes, places, strict=True):
+            for k, varied in enumerate(axis.varied):
+                values = np.array([point[k] for point in axis.points], dtype=object)[place]
+                found.update(dict.fromkeys(varied.targets, values))
+        return found
+
+    @cached_property
+    def settings(self) -> dict[str, np.ndarray]:
+        """Values (n_runs,) of the varied settings; times in s."""
+        return {
+            target.key: np.array([_setting(target.key, v) for v in self.columns[name]], object)
+            for name, target in self.targets.items()
+            if isinstance(target, SettingTarget)
+        }
+
+    @cached_property
+    def _starts(self) -> dict[str, np.ndarray]:
+        """Values (n_runs,) of the varied start values by variable, in SI units."""
+        return {
+            target.variable: np.array([_number(target, v) for v in self.columns[name]], float)
+            for name, target in self.targets.items()
+            if isinstance(target, StartTarget)
+        }
+
+    def start_values(self, version: Version, runs: np.ndarray) -> np.ndarray:
+        """Start values (n_runs, n_variables), in SI units, of a version.
+
+        `runs` (n_runs,) [1] are numbers of its runs, from 0.
+        """
+        rows = np.stack([self.defaults[self.default_of[run]] for run in runs])
+        places = {v.name: k for k, v in enumerate(version.variables)}
+        for name, values in self._starts.items():
+            rows[:, places[name]] = values[runs]
+        return rows
+
+    def labels(self) -> Labels:
+        """Units and descriptions of varied names and wanted variables."""
+        varied = {
+            name: (target.unit, target.text)
+            for name, target in self.targets.items()
+            if isinstance(target, StartTarget)
+        }
+        program = self.versions[0].program
+        known = (*program.states, *program.outputs)
+        return Labels(varied, {v.name: (v.unit, v.description) for v in known})
+
+
+def _number(target: StartTarget, value: Scalar) -> float:
+    return number_in(target.unit, value)
+
+
+def _setting(key: str, value: Scalar) -> Scalar:
+    """A setting; a time as a text in seconds."""
+    return float(time_of(value)) if key in TIMES and isinstance(value, str) else value
+
+
+Keys = Mapping[KeyTarget, object]
+Made = tuple[Program, Model | None]
+Source = Callable[[Keys], Made]
+"""Makes the program of a study with other values of some keys of its file."""
+
+
+def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
+    """The study with its names resolved and its programs made; InputError with all problems."""
+    problems: list[Problem] = []
+    fixed = _fixed(study, problems)
+    source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
+    versions: list[Version] = []
+    defaults: list[np.ndarray] = []
+    codes: dict[str, int] = {}
+    made: dict[tuple, tuple[int, int]] = {}
+    numbers: list[tuple[int, int]] = []
+    for run in range(study.grid.count):
+        values = study.grid.values(run) if keys else {}
+        own = tuple(values[name] for name in keys)
+        if own not in made:
+            program, model = source(dict(zip(keys.values(), own, strict=True)))
+            program = _with_start(study, program, model)
+            version = Version(program, bare_code(program), model)
+            if version.code not in codes:
+                codes[version.code] = len(versions)
+                versions.append(version)
+            made[own] = codes[version.code], len(defaults)
+            defaults.append(np.array([v.start for v in version.variables]))
+        numbers.append(made[own])
+    version_of, default_of = zip(*numbers, strict=True)
+    found = NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
+    _check(found)
+    return found
+
+
+def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
+    """The settings of all runs; adds to `problems`."""
+    at = ("simulation",)
+    varied = {t for axis in study.grid.axes for v in axis.varied for t in v.targets}
+    found = dict[str, object]()
+    for key, value in study.simulation.items():
+        if key not in SETTINGS:
+            message = f"unknown setting {key!r} of the simulation of a program"
+            remedy = suggestion(key, SETTINGS, "settings")
+            problems.append(study.document.problem((*at, key), message, remedy))
+            continue
+        try:
+            found[key] = _setting(key, value)
+        except ValueError:
+            message = f"{key} {value!r} is not a valid duration"
+            problems.append(study.document.problem((*at, key), message))
+    if "stop_time" not in found and f"{SIMULATION}.stop_time" not in varied:
+        remedy = "write simulation: {stop_time: 10}"
+        problems.append(study.document.problem(at, "the study has no stop_time", remedy))
+        return found
+    method = found.get("method", Settings.method)
+    if method not in METHODS:
+        message = f"there is no method {method!r}"
+        remedy = suggestion(str(method), METHODS, "methods")
+        problems.append(study.document.problem((*at, "method"), message, remedy))
+    for key, value in found.items():
+        if key == "method" or (isinstance(value, int | float) and value > 0):
+            continue
+        message = f"{key}: expected a number above 0, got {value!r}"
+        problems.append(study.document.problem((*at, key), message))
+    return found
+
+
+def _of_model(
+    study: Study, tell: Callable[[str], None], problems: list[Problem]
+) -> tuple[Source, dict[str, Target]]:
+    """The programs of a model's file, and what the varied names stand for in it."""
+    model = load_model(study.source)
+    for warning in model.warnings:
+        tell(f"warning: {warning}")
+    document = Document.load(study.source) if study.source.suffix != ".urdf" else None
+    names = dict(_names(study))
+    inputs = tuple({*names, *study.start})
+
+    def make(values: Keys) -> Made:
+        made = model
+        if values and document is not None:
+            data = with_values(document.data, {t.keys: v for t, v in values.items()})
+            made = model_of(document.with_data(data))
+        return model_program(made, inputs=inputs), made
+
+    program = make({})[0]
+    data = document.data if document is not None and "bodies" in document.data else {}
+    return make, _program_targets(study, program, data, problems)
+
+
+def _of_system(
+    study: Study, tell: Callable[[str], None], problems: list[Problem]
+) -> tuple[Source, dict[str, Target]]:
+    """The programs of a composed system, and what the varied names stand for in it."""
+    system = load_system(study.source)
+
+    def make(values: Keys) -> Made:
+        return system_program(_with_keys(system, values), tell=tell), None
+
+    program = make({})[0]
+    plain = [(n, at) for n, at in _names(study).items() if not n.startswith(f"{SIMULATION}.")]
+    targets = _setting_targets(study, problems)
+    try:
+        found = targets_of(plain, system, expected_descriptions(system), study.document)
+    except InputError as error:
+        problems += error.problems
+        return make, targets
+    known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
+    for name, target in found.items():
+        if isinstance(target, StartTarget):
+            whole = f"{target.component}.{target.variable}"
+            if whole not in known:
+                message = f"{name} takes no start value: a connection gives it its value"
+                problems.append(study.document.problem(dict(plain)[name], message))
+                continue
+            target = StartTarget("", whole, target.unit, target.text)
+        targets[name] = target
+    problems += _unknown_variables(study, program)
+    return make, targets
+
+
+def _with_keys(system: System, values: Keys) -> System:
+    """The system with other values of keys of its components."""
+    document = system.document
+    if not values or document is None:
+        return system
+    places = {("components", t.component, *t.keys): v for t, v in values.items()}
+    return read_system(document.with_data(with_values(document.data, places)))
+
+
+def _names(study: Study) -> dict[str, Location]:
+    """All varied names, and where they stand."""
+    varied = (v for axis in study.grid.axes for v in axis.varied)
+    return {target: one.location for one in varied for target in one.targets}
+
+
+def _setting_targets(study: Study, problems: list[Problem]) -> dict[str, Target]:
+    found: dict[str, Target] = {}
+    for name, at in _names(study).items():
+        first, _, rest = name.partition(".")
+        if first != SIMULATION:
+            continue
+        if rest in SETTINGS:
+            found[name] = SettingTarget(rest)
+        else:
+            remedy = suggestion(rest, SETTINGS, "settings")
+            problems.append(study.document.problem(at, f"there is no setting {rest!r}", remedy))
+    return found
+
+
+def _program_targets(
+    study: Study, program: Program, data: object, problems: list[Problem]
+) -> dict[str, Target]:
+    """Meaning of the varied names in a model's file and program; adds to `problems`."""
+    known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
+    found = _setting_targets(study, problems)
+    for name, at in _names(study).items():
+        if name.startswith(f"{SIMULATION}."):
+            continue
+        keys = location_of(name)
+        if name in known:
+            found[name] = StartTarget("", name, known[name].unit, known[name].description)
+        elif is_there(data, keys):
+            found[name] = KeyTarget("", keys)
+        else:
+            message = f"the model has no parameter, start value or key {name!r}"
+            remedy = suggestion(name, known, "start values")
+            problems.append(study.document.problem(at, message, remedy))
+    problems += _unknown_variables(study, program)
+    return found
+
+
+def _unknown_variables(study: Study, program: Program) -> list[Problem]:
+    """Wanted variables that are no state, output or work of the program."""
+    known = {v.name for v in (*program.states, *program.outputs)}
+    known |= {f"{n.removesuffix('.power')}.work" for n in known if n.endswith(".power")}
+    places = [(("wanted", w.name, "variable", "@value"), w.variable) for w in study.wanted]
+    places += [(("series", k), name) for k, name in enumerate(study.series)]
+    return [
+        study.document.problem(at, f"there is no variable {name!r}", suggestion(name, known))
+        for at, name in places
+        if name not in known
+    ]
+
+
+def _with_start(study: Study, program: Program, model: Model | None) -> Program:
+    """The program with the start values of the study and, to be checked, of its first run."""
+    first = study.grid.values(0)
+    known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
+    given = study.start
+    started(program, {**given, **{n: v for n, v in first.items() if n in known}}, model)
+    units = {v.name: v.unit for v in (*program.parameters, *program.inputs, *program.states)}
+    numbers = {n: number_in(units[n], v) for n, v in given.items() if n in units}
+    return program.with_start(numbers)
+
+
+def _check(found: NamedProgram) -> None:
+    """InputError with all values that variables or the model do not take, each by itself."""
+    study, version = found.study, found.versions[0]
+    variables = {v.name: v for v in version.variables}
+    problems: list[Problem] = []
+    for axis in study.grid.axes:
+        for k, varied in enumerate(axis.varied):
+            for target in filter(None, map(found.targets.get, varied.targets)):
+                if not isinstance(target, StartTarget):
+                    continue
+                values = list(dict.fromkeys(point[k] for point in axis.points))
+                try:
+                    numbers = [_number(target, value) for value in values]
+                except ValueError as error:
+                    message = f"{target.variable}: {error}"
+                    problems.append(study.document.problem(varied.location, message))
+                    continue
+                one = variables[target.variable]
+                problems += [
+                    study.document.problem(
+                        varied.location,
+                        f"{one.name} = {x:g} is outside its range from {one.minimum:g} to "
+                        f"{one.maximum:g}",
+                    )
+                    for x in numbers
+                    if not one.minimum <= x <= one.maximum
+                ]
+                if version.model is not None:
+                    some = sorted(numbers)
+                    some = some if len(some) <= MOST_CHECKED else [some[0], some[-1]]
+                    problems += [
+                        p for x in some for p in version.model.problems_with({one.name: x})
+                    ]
+    if problems:
+        raise InputError(dict.fromkeys(problems))

@@ -1,0 +1,265 @@
+"""The plan of a study of one program: a model, or a system whose equations are connected.
+
+Runs that differ in start values are members of an ensemble, many in one call of the C library. What
+an ensemble cannot do is made by single simulations: see `single_because`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time as clock
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from m4e_fmi.code_hash import code_hash
+from m4e_fmi.errors import RunError
+from m4e_fmi.multibody.diagnosis import diagnosis
+from m4e_fmi.program import Program, kinks
+from m4e_fmi.runtime.engine import Control, Run, ensemble
+from m4e_fmi.runtime.library import library
+from m4e_fmi.shown import one_line
+from m4e_fmi.simulate import simulate
+from m4e_fmi.simulate.simulation import output_times
+from m4e_fmi.study.programs.names import NamedProgram, Settings, Version
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.start_up import start_up
+from m4e_fmi.study.runs.statistics_of import computed
+
+CHUNK = 512
+"""Runs in one call of the library."""
+ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
+Batch = dict[int, Record]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Runs of one program with the same settings: `runs` are their numbers, from 0."""
+
+    version: Version
+    settings: Settings
+    runs: np.ndarray = field(repr=False)
+
+
+@dataclass
+class ProgramPlan:
+    """The runs of a study of a program."""
+
+    named: NamedProgram
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """Runs of one program and one set of settings each, in order."""
+        named = self.named
+        settings = named.settings
+        runs: dict[tuple[int, str], list[int]] = {}
+        for run in range(named.study.grid.count):
+            version = named.version_of[run]
+            own = {key: column[run] for key, column in settings.items()}
+            runs.setdefault((version, json.dumps(own)), []).append(run)
+        return [
+            Group(
+                named.versions[version],
+                Settings(**{**named.fixed, **json.loads(own)}),
+                np.array(members),
+            )
+            for (version, own), members in runs.items()
+        ]
+
+    @cached_property
+    def start_up(self) -> list[float]:
+        """The time [s] from which on rows count, of each run."""
+        study, found = self.named.study, np.zeros(self.named.study.grid.count)
+        for group in self.groups:
+            if study.start_up is not None:
+                found[group.runs] = study.start_up
+                continue
+            values = self.named.start_values(group.version, group.runs)
+            names = [v.name for v in group.version.variables]
+            ramps = [k for k, name in enumerate(names) if name.endswith("ramp_time")]
+            for run, row in zip(group.runs, values, strict=True):
+                found[run] = start_up(None, 0.0, {names[k]: row[k] for k in ramps})
+        return found.tolist()
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """The hash of all that each run follows from."""
+        study, found = self.named.study, [""] * self.named.study.grid.count
+        for group in self.groups:
+            wanted = repr((study.wanted, study.series))
+            same = [code_hash(), group.version.code, repr(group.settings), wanted]
+            same.append(repr([v.name for v in group.version.variables]))
+            same.append(f"{bool(single_because(group, self._names))}")
+            base = hashlib.sha256("\0".join(same).encode())
+            rows = np.ascontiguousarray(self.named.start_values(group.version, group.runs))
+            for run, row in zip(group.runs.tolist(), rows, strict=True):
+                own = base.copy()
+                own.update(row.tobytes())
+                own.update(repr(self.start_up[run]).encode())
+                found[run] = own.hexdigest()
+        return found
+
+    def notes(self) -> list[str]:
+        """How the runs are made, a line each."""
+        lines = []
+        for why, groups in groupby(self.groups, lambda g: single_because(g, self._names)):
+            count = sum(len(group.runs) for group in groups)
+            how = f"single simulations: {why}" if why else "members of ensembles"
+            lines.append(f"{count} runs are {how}")
+        return lines
+
+    def records(self, missing: Sequence[int], jobs: int) -> Iterator[Batch]:
+        """Records of the runs that are `missing`, by number, as they come."""
+        wanted = set(missing)
+        calls: list[Callable[[], Batch]] = []
+        for group in self.groups:
+            runs = np.array([run for run in group.runs.tolist() if run in wanted], dtype=int)
+            if not len(runs):
+                continue
+            single = bool(single_because(group, self._names))
+            for part in np.array_split(runs, max(1, -(-len(runs) // (1 if single else CHUNK)))):
+                make = self._single if single else self._chunk
+                calls.append(lambda make=make, group=group, part=part: make(group, part))
+        yield from _in_threads(calls, jobs)
+
+    def _chunk(self, group: Group, runs: np.ndarray) -> Batch:
+        """Records of some runs by one call of the library."""
+        began, version = clock.perf_counter(), group.version
+        program, names = version.program, self._names
+        times = np.array(output_times(group.settings.stop_time, group.settings.output_interval))
+        starts = self.named.start_values(version, runs)
+        parameters, inputs, states = np.split(starts, version.cuts, axis=1)
+        tolerance = group.settings.tolerance
+        control = Control(
+            group.settings.method, rtol=tolerance, atol=tolerance,
+            max_step=group.settings.step_size or np.inf,
+        )  # fmt: skip
+        outputs = [v.name for v in program.outputs if v.name in names]
+        found = ensemble(
+            program, times, parameters=parameters, inputs=inputs, states=states, outputs=outputs,
+            control=control,
+        )  # fmt: skip
+        each = (clock.perf_counter() - began) / len(runs)
+        good = [k for k, run in enumerate(found) if not run.message]
+        places = {v.name: k for k, v in enumerate(program.states)}
+        values = {
+            name: np.array([_column(found[k], outputs, places, name) for k in good])
+            for name in names
+        }
+        batch: Batch = {}
+        for first, members in _same_start_up(self.start_up, runs, good):
+            rows = {name: column[members] for name, column in values.items()}
+            batch |= self._records_of(runs[[good[k] for k in members]], times, rows, first, each)
+        for k, run in enumerate(found):
+            if run.message:
+                at = version.named(starts[k])
+                why = diagnosis(version.model, at, run.stopped_at) if version.model else ""
+                told = f"{run.message}: {why}" if why else run.message
+                batch[int(runs[k])] = Record(failure=told, wall_time=each)
+        return batch
+
+    def _single(self, group: Group, runs: np.ndarray) -> Batch:
+        """The record of one run by a simulation of its own."""
+        began, run = clock.perf_counter(), int(runs[0])
+        version, settings = group.version, group.settings
+        row = self.named.start_values(version, runs)[0]
+        start = {v.name: float(x) for v, x in zip(version.variables, row, strict=True)}
+        try:
+            found = simulate(
+                version.program.with_start(start),
+                stop_time=settings.stop_time,
+                output_interval=settings.output_interval,
+                tolerance=settings.tolerance,
+                method=settings.method,
+                step_size=settings.step_size,
+            )
+        except RunError as error:
+            taken = clock.perf_counter() - began
+            return {run: Record(failure=one_line(error.message), wall_time=taken)}
+        values = {name: found[name].values[None] for name in self._names}
+        first, taken = self.start_up[run], clock.perf_counter() - began
+        return self._records_of(runs, found.time.values, values, first, taken)
+
+    def _records_of(
+        self,
+        runs: np.ndarray,
+        times: np.ndarray,
+        values: Mapping[str, np.ndarray],
+        first: float,
+        each: float,
+    ) -> Batch:
+        """Records of runs from their `values` (n_runs, n_times) by name, at `times` [s]."""
+        study = self.named.study
+        numbers, reasons = computed(study.wanted, times, values, first)
+        return {
+            int(run): Record(
+                values={name: float(number[k]) for name, number in numbers.items()},
+                time=times if study.series else np.empty(0),
+                series={name: values[name][k] for name in study.series},
+                wall_time=each,
+                undefined={name: why[k] for name, why in reasons.items() if why[k]},
+            )
+            for k, run in enumerate(runs)
+        }
+
+    @property
+    def _names(self) -> list[str]:
+        study = self.named.study
+        return list(dict.fromkeys((*(w.variable for w in study.wanted), *study.series)))
+
+
+def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str) -> np.ndarray:
+    """A state or output of a run (n_times,)."""
+    if name in places:
+        return run.states[:, places[name]]
+    return run.outputs[:, outputs.index(name)]
+
+
+def _same_start_up(
+    start_up: Sequence[float], runs: np.ndarray, good: Sequence[int]
+) -> Iterator[tuple[float, list[int]]]:
+    """Start-ups [s], and the members of `good` that have each."""
+    found: dict[float, list[int]] = {}
+    for k, place in enumerate(good):
+        found.setdefault(start_up[int(runs[place])], []).append(k)
+    yield from found.items()
+
+
+def single_because(group: Group, wanted: Sequence[str]) -> str:
+    """Why the runs of a group are made one by one; empty if an ensemble does."""
+    program: Program = group.version.program
+    if library() is None:
+        return "the C library is missing"
+    if group.settings.method not in ENSEMBLE_METHODS:
+        return f"the method {group.settings.method} is none of {', '.join(ENSEMBLE_METHODS)}"
+    if program.loops:
+        return "its equations have algebraic loops, which are watched"
+    if list(kinks(program, group.settings.stop_time)):
+        return "rates have kinks in time, where steps end"
+    if any(name.endswith(".work") for name in wanted):
+        return "work is wanted, which is integrated beside the states"
+    return ""
+
+
+def _in_threads(calls: Sequence[Callable[[], Batch]], jobs: int) -> Iterator[Batch]:
+    """Results of calls, most of which run in the C library, by so many threads."""
+    waiting = iter(calls)
+    with ThreadPoolExecutor(jobs) as pool:
+        under_way: set[Future[Batch]] = set()
+        try:
+            while True:
+                while len(under_way) < 2 * jobs and (call := next(waiting, None)) is not None:
+                    under_way.add(pool.submit(call))
+                if not under_way:
+                    return
+                done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+                for future in done:
+                    yield future.result()
+        finally:
+            for future in under_way:
+                future.cancel()

@@ -1,0 +1,160 @@
+"""A study from its file to its result: planned, run, gathered."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from m4e_fmi.files.locks import claimed
+from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.writing import check_suffix
+from m4e_fmi.signals import Terminated
+from m4e_fmi.study.dataset import dataset, write_dataset
+from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.start_up import DEFAULT
+from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.systems.execution import cores
+from m4e_fmi.study.work import Work, work_of
+
+if TYPE_CHECKING:
+    import xarray
+
+STORE = "kept_runs.sqlite"
+"""File of kept runs in the build folder."""
+SUFFIXES = (".nc", ".csv")
+
+Progress = Callable[[int, int], None]
+"""Called with the number of runs that are done, and of all."""
+
+
+@dataclass(frozen=True)
+class StudyOutcome:
+    """A study that has ended: its `data`, the file `path`, and how its runs went.
+
+    `failures` are those of runs by number, from 0, `warnings` lines with the number of runs that
+    have them, `kept` the number of runs that were done before; `notes` say how runs were made.
+    `wall_time` in s.
+    """
+
+    study: Study
+    data: xarray.Dataset = field(repr=False)
+    path: Path | None
+    records: tuple[Record, ...] = field(repr=False)
+    failures: Mapping[int, str]
+    warnings: Mapping[str, int]
+    notes: tuple[str, ...]
+    kept: int
+    wall_time: float
+
+
+def run_study(
+    given: Study | str | Path,
+    *,
+    output: str | Path | None = None,
+    build_directory: str | Path = "build",
+    jobs: int | None = None,
+    executor: Executor | None = None,
+    fresh: bool = False,
+    progress: Progress | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> StudyOutcome:
+    """Make the runs of a study, or of that in a file, which are not kept from earlier ones.
+
+    Runs of a system are made by `jobs` processes (default: one for each processor), or by any
+    `executor`, as Dask's; those of one program by the C library in threads. Each that is done is
+    kept in `build_directory`, unless it failed. With `fresh`, all are made again. `output` is a
+    file for the result, netCDF or `.csv`. `progress` is called after each run, `tell` with lines on
+    what is built.
+
+    A run that fails leaves nan, and its reason. InputError with all problems of the study and its
+    system; RunError if FMUs cannot be built or files not be written, or if another study writes to
+    `output`. KeyboardInterrupt leaves what was done in the store.
+    """
+    began = clock.perf_counter()
+    study = given if isinstance(given, Study) else load_study(given)
+    if output is not None:
+        check_suffix(output, SUFFIXES, "the result of a study")
+    folder = Path(build_directory)
+    with ExitStack() as stack:
+        if output is not None:
+            stack.enter_context(claimed(output))
+        blobs = stack.enter_context(TemporaryFolder())
+        store = stack.enter_context(Store(folder / STORE))
+        work = work_of(study, folder, blobs, tell or _silent)
+        records, kept = _records(
+            work, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
+        )
+        found = dataset(
+            study, records, work.labels, start_up=work.start_up, attributes=_attributes(study)
+        )
+        path = None if output is None else Path(output)
+        if path is not None:
+            write_dataset(found, path)
+    return StudyOutcome(
+        study=study,
+        data=found,
+        path=path,
+        records=tuple(records),
+        failures={k: r.failure for k, r in enumerate(records) if r.failure},
+        warnings=_warnings(work.warnings, records),
+        notes=tuple(work.notes),
+        kept=kept,
+        wall_time=clock.perf_counter() - began,
+    )
+
+
+def _records(
+    work: Work,
+    store: Store,
+    *,
+    jobs: int,
+    executor: Executor | None,
+    fresh: bool,
+    progress: Progress | None,
+) -> tuple[list[Record], int]:
+    """The record of each run, and the number of those that were kept."""
+    keys = work.keys
+    by_key: dict[str, Record] = {} if fresh else store.found(list(dict.fromkeys(keys)))
+    kept = done = sum(key in by_key for key in keys)
+    first = {key: run for run, key in reversed([*enumerate(keys)]) if key not in by_key}
+    missing = sorted(first.values())
+    if progress:
+        progress(done, len(keys))
+    try:
+        for batch in work.records(missing, min(jobs, len(missing) or 1), executor):
+            found = {keys[run]: record for run, record in batch.items()}
+            store.keep(found, again=fresh)
+            by_key |= found
+            done += len(batch)
+            if progress:
+                progress(done, len(keys))
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note(f"{done} of {len(keys)} runs are kept: the same command makes the others")
+        raise
+    return [by_key[key] for key in keys], kept
+
+
+def _attributes(study: Study) -> dict[str, str]:
+    stated = study.start_up
+    told = f"{stated:g} s, as stated" if stated is not None else DEFAULT
+    return {"source": str(study.source), "start_up": told}
+
+
+def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[str, int]:
+    """Warnings of preparation and of runs, each with the number of runs that have it."""
+    found = dict(prepared)
+    for record in records:
+        undefined = (f"{name} is not defined: {why}" for name, why in record.undefined.items())
+        for line in (*record.warnings, *undefined):
+            found[line] = found.get(line, 0) + 1
+    return found
+
+
+def _silent(_: str) -> None:
+    pass

@@ -1,0 +1,58 @@
+"""`Record`: what is kept of one run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from m4e_fmi.errors import RunError
+
+
+@dataclass(frozen=True)
+class Record:
+    """Numbers of one run, and how it went: all that is kept of it.
+
+    `values` are the wanted statistics by name, in their units; `time` (n,) [s] and `series` (n,) by
+    variable those that are wanted whole. `coupling_error` [1] is the largest over the range, nan if
+    it is not known, at `coupling_at`. `failure` is empty of a run that reached its end, `undefined`
+    has the reasons of statistics that are nan.
+    """
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    time: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
+    series: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    coupling_error: float = float("nan")
+    coupling_at: str = ""
+    wall_time: float = 0.0
+    failure: str = ""
+    warnings: tuple[str, ...] = ()
+    undefined: Mapping[str, str] = field(default_factory=dict)
+
+    def head(self) -> str:
+        """All but the arrays, as JSON; numbers keep all their digits."""
+        told = {k: v for k, v in asdict(self).items() if k not in ("time", "series")}
+        return json.dumps({**told, "series": list(self.series)})
+
+    def block(self) -> bytes:
+        """The arrays: times, then each series."""
+        if not self.series:
+            return b""
+        return np.stack([self.time, *self.series.values()]).astype("<f8").tobytes()
+
+    @classmethod
+    def of(cls, head: str, block: bytes) -> Record:
+        """The record of a head and a block; RunError if they are damaged."""
+        try:
+            told = json.loads(head)
+            names = told.pop("series")
+            arrays = np.frombuffer(block, "<f8").reshape(len(names) + 1, -1)
+            told["warnings"] = tuple(told["warnings"])
+            if not names:
+                return cls(**told)
+            series = dict(zip(names, arrays[1:], strict=True))
+            return cls(**told, time=arrays[0], series=series)
+        except (ValueError, TypeError, KeyError) as error:
+            raise RunError(f"a kept run is damaged: {error}", "run with --fresh") from error

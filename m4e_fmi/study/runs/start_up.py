@@ -1,0 +1,25 @@
+"""The part of a run that its statistics leave out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+RAMP = "ramp_time"
+"""Last word of parameters that are the time in which a sea grows from nothing [s]."""
+SETTLING = 2.0
+"""Settling time over the ramp, if none is stated: a ramp is two peak periods."""
+DEFAULT = (
+    f"the ramp of the sea and a settling time of {SETTLING:g} ramps; 0 s where no sea has a ramp"
+)
+
+
+def ramp_of(starts: Iterable[tuple[str, float]]) -> float:
+    """The longest ramp [s] of a sea among start values by name; 0 if there is none."""
+    return max((value for name, value in starts if name.rpartition(".")[2] == RAMP), default=0.0)
+
+
+def start_up(stated: float | None, start_time: float, starts: Mapping[str, float]) -> float:
+    """The time [s] from which on rows count: as `stated` after the start, or `DEFAULT`."""
+    if stated is not None:
+        return start_time + stated
+    return start_time + (1.0 + SETTLING) * ramp_of(starts.items())

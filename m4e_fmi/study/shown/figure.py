@@ -1,0 +1,120 @@
+"""Pictures of studies: a map of two dimensions, a curve of one, a histogram of a sample."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from m4e_fmi.report.digits import scale_of
+from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID
+from m4e_fmi.study.given.axes import Axis
+from m4e_fmi.study.run import StudyOutcome
+from m4e_fmi.study.shown.summary import UNSCALED, Averaged, averaged
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST_CURVES = 8
+"""Curves in one panel."""
+MOST_WRITTEN = 120
+"""Cells of a map whose numbers are written."""
+
+
+def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
+    """Draw each wanted quantity, means over seeds, to `picture`.
+
+    InputError if no picture has such a suffix.
+    """
+    from matplotlib.figure import Figure
+
+    wanted = outcome.study.wanted
+    columns = 1 if len(wanted) == 1 else 2
+    rows = max(1, -(-len(wanted) // columns))
+    figure = Figure(figsize=(6.4 * columns, 0.6 + 4.2 * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for one, panel in zip(wanted, panels.flat, strict=False):
+        data = outcome.data[one.name]
+        found = averaged(outcome.study.grid, data.values)
+        unit = data.attrs["units"]
+        largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
+        scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
+        shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
+        scaled = Averaged(found.axes, scale * found.mean, scale * found.half_width, found.missing)
+        _draw(panel, scaled, f"{one.name}{shown}", outcome)
+        panel.tick_params(labelsize=8, colors=GREY)
+    for panel in list(panels.flat)[len(wanted) :]:
+        panel.set_visible(False)
+    figure.suptitle(outcome.study.name, fontsize=11)
+    return save(figure, picture)
+
+
+def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
+    axes = found.axes
+    long = [k for k, axis in enumerate(axes) if len(axis) > 1]
+    if len(axes) == 1 and len(axes[0].varied) > 1:
+        _histogram(panel, found.mean, text)
+    elif len(axes) >= 2 and len(long) >= 2:
+        first = (0,) * (len(axes) - 2)
+        rest = ", ".join(f"{a.name} {a.labels[0]}" for a in axes[2:])
+        _map(panel, axes, found.mean[(..., *first)], outcome)
+        panel.set_title(f"{text}, {rest}" if rest else text, fontsize=9)
+    elif axes:
+        _curve(panel, found, text, outcome)
+    else:
+        panel.bar([text], [float(found.mean)], color=COLOURS[0])
+
+
+def _label(axis: Axis, outcome: StudyOutcome) -> str:
+    attrs = outcome.data[axis.name].attrs
+    return f"{axis.name} [{attrs['units']}]" if attrs.get("units", "1") != "1" else axis.name
+
+
+def _map(panel: Axes, axes: tuple[Axis, ...], values: np.ndarray, outcome: StudyOutcome) -> None:
+    """Values (n, m) as colours; cells that have none are white."""
+    image = panel.imshow(values, origin="lower", aspect="auto", cmap="viridis")
+    for axis, ticks, name in (
+        (axes[1], panel.set_xticks, panel.set_xlabel),
+        (axes[0], panel.set_yticks, panel.set_ylabel),
+    ):
+        step = max(1, len(axis) // 12)
+        ticks(range(0, len(axis), step), axis.labels[::step])
+        name(_label(axis, outcome), fontsize=9)
+    assert panel.figure is not None
+    panel.figure.colorbar(image, ax=panel, shrink=0.9)
+    if values.size > MOST_WRITTEN:
+        return
+    middle = np.nanmean(values) if np.isfinite(values).any() else 0.0
+    for (i, j), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            colour = "white" if value < middle else "black"
+            panel.text(j, i, f"{value:.3g}", ha="center", va="center", fontsize=7, color=colour)
+
+
+def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
+    """Values over the first axis, with their confidence."""
+    axis = found.axes[0]
+    at = np.arange(len(axis)) if not axis.is_numbers else np.array(axis.points, float)[:, 0]
+    mean = found.mean.reshape(len(axis), -1)
+    width = np.nan_to_num(found.half_width.reshape(len(axis), -1))
+    for column in range(min(mean.shape[1], MOST_CURVES)):
+        colour = BODY_COLOURS[column % len(BODY_COLOURS)]
+        panel.errorbar(
+            at, mean[:, column], yerr=width[:, column], color=colour, marker="o", ms=3, capsize=2,
+            lw=1.2,
+        )  # fmt: skip
+    if not axis.is_numbers:
+        panel.set_xticks(at.tolist(), axis.labels)
+    panel.set_xlabel(_label(axis, outcome), fontsize=9)
+    panel.set_ylabel(text, fontsize=9)
+    panel.grid(color=GRID, lw=0.6)
+
+
+def _histogram(panel: Axes, values: np.ndarray, text: str) -> None:
+    """How often values (n,) of a sample occur."""
+    good = values[np.isfinite(values)]
+    panel.hist(good, bins=min(40, max(5, int(np.sqrt(max(1, len(good)))))), color=COLOURS[0])
+    panel.set_xlabel(text, fontsize=9)
+    panel.set_ylabel("runs", fontsize=9)

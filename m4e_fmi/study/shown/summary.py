@@ -1,0 +1,228 @@
+"""A study that has ended, as text: tables of what was wanted, the worst run, failures, time."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.report.digits import aligned, scale_of
+from m4e_fmi.statistics.confidence import confidence_interval
+from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.study.given.study import Wanted
+from m4e_fmi.study.run import StudyOutcome
+
+MOST_TOLD = 10
+"""Failures, warnings, and tables of one quantity that are shown."""
+MOST_ROWS = 40
+"""Rows of a table."""
+_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
+_NO_BRACKETS = str.maketrans("", "", "[]")
+UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
+"""Units that get no prefix."""
+
+
+@dataclass(frozen=True)
+class Averaged:
+    """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
+
+    Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
+    mean is over the others.
+    """
+
+    axes: tuple[Axis, ...]
+    mean: np.ndarray
+    half_width: np.ndarray
+    missing: np.ndarray
+
+
+def averaged(grid: Grid, values: np.ndarray) -> Averaged:
+    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
+
+    The values have the shape of the grid.
+    """
+    repeats = [k for k, axis in enumerate(grid.axes) if axis.repeats]
+    axes = tuple(axis for axis in grid.axes if not axis.repeats)
+    count = math.prod(len(grid.axes[k]) for k in repeats)
+    rest = [k for k in range(len(grid.axes)) if k not in repeats]
+    rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in axes), count))
+    missing = np.isnan(rows).sum(axis=-1)
+    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
+    for place in np.ndindex(missing.shape):
+        good = rows[place][~np.isnan(rows[place])]
+        if len(good):
+            interval = confidence_interval(good)
+            mean[place], width[place] = interval.mean, interval.half_width
+    return Averaged(axes, mean, width, missing)
+
+
+def summary(outcome: StudyOutcome) -> str:
+    """All that matters of a study that has ended."""
+    study, count = outcome.study, len(outcome.records)
+    made = count - outcome.kept
+    kept = f", {outcome.kept} kept from before" if outcome.kept else ""
+    lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
+    lines += [f"  {note}" for note in outcome.notes]
+    lines += [f"  statistics leave out {_start_up(outcome)}"] if study.wanted else []
+    for wanted in study.wanted:
+        lines += ["", *_of(outcome, wanted)]
+    lines += ["", *_worst(outcome), *_failures(outcome), *_warnings(outcome)]
+    return "\n".join(lines).rstrip()
+
+
+def _time(seconds: float) -> str:
+    if seconds < 100.0:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s"
+
+
+def _start_up(outcome: StudyOutcome) -> str:
+    found = outcome.data["start_up"].values
+    low, high = float(found.min()), float(found.max())
+    span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
+    how = "as stated" if outcome.study.start_up is not None else outcome.data.attrs["start_up"]
+    return f"all before t = {span} ({how})"
+
+
+def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
+    """The tables of one quantity."""
+    one = outcome.data[wanted.name]
+    unit = one.attrs["units"]
+    found = averaged(outcome.study.grid, one.values)
+    finite = np.abs(found.mean[np.isfinite(found.mean)])
+    scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
+    shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
+    seeds = any(axis.repeats for axis in outcome.study.grid.axes)
+    how = ", mean over seeds ± 95 % confidence" if seeds else ""
+    yield f"{wanted.name}{shown}: {wanted}{how}"
+    scaled = Averaged(found.axes, scale * found.mean, scale * found.half_width, found.missing)
+    yield from _table(scaled)
+    if found.missing.any():
+        count = int(found.missing.sum())
+        yield f"  * without {count} runs that failed or have no value"
+    yield from _weighted(outcome, found, scale, shown)
+
+
+def _weighted(outcome: StudyOutcome, found: Averaged, scale: float, shown: str) -> Iterator[str]:
+    """The mean over all sea states or cases, by their probability, of each other design."""
+    if "probability" not in outcome.data:
+        return
+    one = outcome.data["probability"]
+    names = [axis.name for axis in found.axes]
+    places = [names.index(str(name)) for name in one.dims]
+    if len(places) < len(names):
+        yield "  (means by probability of each design: the file has `probability`)"
+        return
+    shares = one.values.transpose(np.argsort(np.argsort(places))) if len(places) > 1 else one.values
+    counted = shares > 0.0
+    if np.isnan(found.mean[counted]).any():
+        lacking = int(np.isnan(found.mean[counted]).sum())
+        yield f"  mean by probability: not known, {lacking} states of the table have no value"
+        return
+    mean = float((shares[counted] * found.mean[counted]).sum()) * scale
+    yield f"  mean by probability: {aligned(mean)[0]}{shown.translate(_NO_BRACKETS)}"
+
+
+def _table(found: Averaged) -> Iterator[str]:
+    """Lines of values over their axes: one number, a column, or matrices."""
+    axes, count = found.axes, len(found.axes)
+    if count == 0:
+        yield f"  {_cell(found, ())}"
+    elif count == 1 and len(axes[0]) > MOST_ROWS:
+        yield from _spread(found)
+    elif count == 1:
+        rows = [[label, _cell(found, (k,))] for k, label in enumerate(axes[0].labels)]
+        yield from _lines([[axes[0].name, ""], *rows])
+    else:
+        if math.prod(len(axis) for axis in axes) > MOST_TOLD * MOST_ROWS:
+            yield from _spread(found)
+            return
+        others = list(np.ndindex(tuple(len(axis) for axis in axes[2:])))
+        for rest in others[:MOST_TOLD]:
+            told = [f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes[2:], rest, strict=True)]
+            if told:
+                yield f"  {', '.join(told)}"
+            head = [f"{axes[0].name} \\ {axes[1].name}", *axes[1].labels]
+            rows = [
+                [label, *(_cell(found, (i, j, *rest)) for j in range(len(axes[1])))]
+                for i, label in enumerate(axes[0].labels)
+            ]
+            yield from _lines([head, *rows])
+        if len(others) > MOST_TOLD:
+            yield f"  … {len(others) - MOST_TOLD} further tables are in the file"
+
+
+def _spread(found: Averaged) -> Iterator[str]:
+    """Mean, spread and extremes of many designs."""
+    good = found.mean[np.isfinite(found.mean)]
+    if not len(good):
+        yield "  no run has a value"
+        return
+    numbers = (good.mean(), good.std(ddof=1) if len(good) > 1 else 0.0, good.min(), good.max())
+    mean, deviation, low, high = aligned(*map(float, numbers))
+    yield (
+        f"  over {len(good)} designs: mean {mean}, standard deviation {deviation}, {low} to {high}"
+    )
+
+
+def _cell(found: Averaged, place: tuple[int, ...]) -> str:
+    mean, width = float(found.mean[place]), float(found.half_width[place])
+    if math.isnan(mean):
+        return "failed"
+    mark = "*" if found.missing[place] else ""
+    if math.isnan(width):
+        return f"{aligned(mean)[0]}{mark}"
+    text, spread = aligned(mean, width)
+    return f"{text} ± {spread}{mark}"
+
+
+def _lines(rows: Sequence[Sequence[str]]) -> Iterator[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = (f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True))
+        yield f"  {'  '.join(cells)}".rstrip()
+
+
+def _worst(outcome: StudyOutcome) -> Iterator[str]:
+    """The run with the largest coupling error."""
+    errors = np.array([record.coupling_error for record in outcome.records])
+    if np.isnan(errors).all():
+        return
+    run = int(np.nanargmax(errors))
+    record = outcome.records[run]
+    yield (
+        f"largest coupling error {record.coupling_error:.1e} of range, at {record.coupling_at}, in "
+        f"the run of {outcome.study.grid.told(run)}"
+    )
+
+
+def _failures(outcome: StudyOutcome) -> Iterator[str]:
+    if not outcome.failures:
+        return
+    yield f"{len(outcome.failures)} of {len(outcome.records)} runs failed:"
+    for run, why in list(outcome.failures.items())[:MOST_TOLD]:
+        yield f"  {outcome.study.grid.told(run)}: {why}"
+    if len(outcome.failures) > MOST_TOLD:
+        yield f"  … {len(outcome.failures) - MOST_TOLD} more: `failure` in the file"
+
+
+def _warnings(outcome: StudyOutcome) -> Iterator[str]:
+    yield from warning_lines(outcome.warnings)
+
+
+def warning_lines(warnings: Mapping[str, int]) -> Iterator[str]:
+    """A line for each kind of warning, whatever its numbers, with the number of runs."""
+    kinds: dict[str, tuple[str, int]] = {}
+    for line, count in warnings.items():
+        kind = _NUMBER.sub("#", line)
+        first, before = kinds.get(kind, (line, 0))
+        kinds[kind] = first, before + count
+    for line, count in list(kinds.values())[:MOST_TOLD]:
+        yield f"warning: {line} ({count} run{'s' * (count != 1)})"
+    if len(kinds) > MOST_TOLD:
+        yield f"… {len(kinds) - MOST_TOLD} more kinds of warnings"

@@ -1,0 +1,176 @@
+"""Performing tasks by executors: the processes of this machine, or any other ones.
+
+Workers are sent what they lack (`task`). A worker that dies takes no other run with it: those that
+were under way are made again, one at a time.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager, suppress
+from multiprocessing.process import BaseProcess
+
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.systems.task import Lacking, Task, perform
+
+AHEAD = 2
+"""Tasks under way for each worker: one that it makes, and one that waits for it."""
+ONE_THREAD = (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+)
+"""Variables of the environment that give numerical libraries one thread."""
+DIED = "its process died, as of a fault in the code of an FMU, or for lack of memory"
+
+Done = tuple[int, Record]
+
+
+def performed(
+    tasks: Iterable[tuple[int, Task]], *, jobs: int, executor: Executor | None = None
+) -> Iterator[Done]:
+    """Number and record of each task, as they come: by `jobs` processes, or by an `executor`.
+
+    Where the iteration ends early, as by a signal, processes end at once.
+    """
+    if executor is not None:
+        yield from _by(executor, tasks, jobs, _open_blobs(), lost=None)
+        return
+    waiting = iter(tasks)
+    while True:
+        lost: list[tuple[int, Task]] = []
+        with _processes(jobs) as pool:
+            yield from _by(pool, waiting, jobs, _open_blobs(), lost=lost)
+        if not lost:
+            return
+        for one in lost:
+            yield from _alone(one)
+
+
+def _alone(one: tuple[int, Task]) -> Iterator[Done]:
+    """The record of a task that is made by a process of its own."""
+    lost: list[tuple[int, Task]] = []
+    with _processes(1) as pool:
+        yield from _by(pool, [one], 1, _open_blobs(), lost=lost)
+    for number, _ in lost:
+        yield number, Record(failure=DIED)
+
+
+def _by(
+    executor: Executor,
+    tasks: Iterable[tuple[int, Task]],
+    jobs: int,
+    read: Callable[[Task, Lacking], dict[str, bytes]],
+    *,
+    lost: list[tuple[int, Task]] | None,
+) -> Iterator[Done]:
+    """Records by one executor; tasks that it breaks over go to `lost`, else its error is raised."""
+    under_way: dict[Future[Record | Lacking], tuple[int, Task]] = {}
+    waiting = iter(tasks)
+    taken: list[tuple[int, Task]] = []
+    try:
+        while True:
+            while len(under_way) < AHEAD * jobs and (one := next(waiting, None)) is not None:
+                under_way[executor.submit(perform, one[1])] = one
+            if not under_way:
+                return
+            done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+            for future in done:
+                taken[:] = [under_way.pop(future)]
+                ((number, task),) = taken
+                found = future.result()
+                if isinstance(found, Lacking):
+                    again = executor.submit(perform, task, read(task, found))
+                    under_way[again] = (number, task)
+                else:
+                    yield number, found
+    except BrokenExecutor:
+        if lost is None:
+            raise
+        lost += [*taken, *under_way.values()]
+    finally:
+        for future in under_way:
+            future.cancel()
+
+
+def _open_blobs() -> Callable[[Task, Lacking], dict[str, bytes]]:
+    """Contents that workers lack, each read once."""
+    known: dict[str, bytes] = {}
+
+    def read(task: Task, lacking: Lacking) -> dict[str, bytes]:
+        for content in lacking.contents:
+            if content not in known:
+                path = task.blobs[content].path
+                assert path is not None
+                known[content] = path.read_bytes()
+        return {content: known[content] for content in lacking.contents}
+
+    return read
+
+
+@contextmanager
+def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
+    """New processes of this machine, whose numerical libraries have one thread."""
+    before = set(multiprocessing.active_children())
+    with one_thread():
+        context = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker)
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in set(multiprocessing.active_children()) - before:
+                process.terminate()
+            for process in set(multiprocessing.active_children()) - before:
+                process.join(1.0)
+            raise
+        pool.shutdown()
+
+
+@contextmanager
+def one_thread() -> Generator[None]:
+    """Processes that begin meanwhile have numerical libraries with one thread."""
+    kept = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in kept.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+
+
+def _worker() -> None:
+    """Prepare a process: Ctrl-C is for its parent, with which it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: BaseProcess) -> None:
+    with suppress(OSError):
+        parent.join()
+    os._exit(1)
+
+
+def cores() -> int:
+    """Number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return max(1, len(os.sched_getaffinity(0)))
+    return os.cpu_count() or 1

@@ -1,0 +1,276 @@
+"""The plan of a study of a system: its FMUs, and one task for each run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from pathlib import Path
+
+from m4e_fmi.code_hash import code_hash
+from m4e_fmi.cosim.checkpoint.identity import identity
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
+from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
+from m4e_fmi.cosim.system.start_values import value_of
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.file_names import file_stem
+from m4e_fmi.files.writing import written
+from m4e_fmi.fmu import Description
+from m4e_fmi.study.runs.start_up import RAMP, start_up
+from m4e_fmi.study.systems.names import Named, changed
+from m4e_fmi.study.systems.task import Blob, Task
+from m4e_fmi.study.systems.variants import Variants, variants
+
+Tell = Callable[[str], None]
+LATEST = 1e9
+"""A stop time [s] in place of any: runs of one prepared system may differ in it."""
+
+
+@dataclass(frozen=True)
+class Versions:
+    """All versions of the components of a study whose sections change, by component."""
+
+    named: Named
+    of: Mapping[str, Variants]
+
+    def components(self, run: int) -> dict[str, tuple[int, Component]]:
+        """Every component of a run with its start values, and the number of its FMU."""
+        values = self.named.study.grid.values(run)
+        start = self.named.start(values)
+        found: dict[str, tuple[int, Component]] = {}
+        for component in self.named.system.components:
+            name, number, made = component.name, 0, component
+            own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
+            if name in self.of:
+                combination = tuple(values[key] for key in self.named.keys(name))
+                variant = self.of[name].of[combination]
+                number, made, own = variant.build, variant.component, {**variant.start, **own}
+            found[name] = number, replace(made, start=own)
+        return found
+
+
+def versions(named: Named, *, quick: bool = False) -> Versions:
+    """The versions of all components whose section is varied; InputError for values refused.
+
+    `quick` ones are of what is known without long computations: their FMUs cannot be built.
+    """
+    grid, found = named.study.grid, dict[str, Variants]()
+    problems: list[Problem] = []
+    for component in named.changing:
+        keys = named.keys(component.name)
+        combinations = dict.fromkeys(
+            tuple(values[key] for key in keys) for values in map(grid.values, range(grid.count))
+        )
+
+        def make(one: Component) -> Draft:
+            return _expected(named.system, one) if quick else drafted(named.system, one)
+
+        try:
+            found[component.name] = variants(
+                named.system, component.name, list(keys.values()), combinations, make
+            )
+        except InputError as error:
+            problems += error.problems
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return Versions(named, found)
+
+
+def _expected(system: System, component: Component) -> Draft:
+    """The draft of a component without long computations."""
+    source = component.source
+    if isinstance(source, Kind) and takes_long(source):
+        module = kind_module(source.name)
+        if hasattr(module, "check"):
+            return Draft(module.check(source.config, folder=system.folder), {})
+    return drafted(system, component)
+
+
+@dataclass
+class Plan:
+    """The FMUs of a study, built, and its tasks.
+
+    `warnings` are those of preparation, with their count.
+    """
+
+    versions: Versions
+    folder: Path
+    blobs: Path
+    tell: Tell
+    warnings: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._fmus: dict[tuple[str, int], ReadyFmu] = {}
+        self._prepared: dict[str, tuple[Prepared, Blob]] = {}
+        self._files: dict[Path, Blob] = {}
+
+    @cached_property
+    def _base(self) -> dict[str, ReadyFmu]:
+        """The FMUs of the components whose section does not change."""
+        named = self.versions.named
+        same = tuple(c for c in named.system.components if c.name not in self.versions.of)
+        if not same:
+            return {}
+        if len(same) == len(named.system.components):
+            return ready_fmus(named.system, self.folder, tell=self.tell)
+        system = replace(named.system, components=same)
+        return ready_fmus(system, self.folder, tell=self.tell, drafts={})
+
+    def build(self) -> None:
+        """Build all FMUs that are not there yet."""
+        for name, fmu in self._base.items():
+            self._fmus[name, 0] = fmu
+        for name, one in self.versions.of.items():
+            for number, build in enumerate(one.builds):
+                told = of_keys(one, number)
+                fmus = ready_fmus(
+                    self.part(name, number),
+                    self._variants_folder,
+                    tell=partial(self._tell, told, first=number == 0),
+                    drafts={name: build.draft},
+                )
+                self._fmus[name, number] = fmus[name]
+
+    def _tell(self, told: str, line: str, *, first: bool) -> None:
+        """Tell a line of a build with these values; of all but the first what matters only."""
+        if first or "building" in line or "warning" in line:
+            self.tell(f"{line} ({told})")
+
+    @property
+    def _variants_folder(self) -> Path:
+        return self.folder / f"{file_stem(self.versions.named.system.name)}.variants"
+
+    def part(self, name: str, number: int) -> System:
+        """A version of a component as a system of its own, which its FMU is built from."""
+        one = self.versions.of[name]
+        build = one.builds[number]
+        same = repr((one.keys, build.of, build.component))
+        return replace(
+            self.versions.named.system,
+            name=f"{name}_{_short(same)}",
+            components=(replace(build.component, start={}),),
+        )
+
+    def missing(self) -> list[str]:
+        """FMUs that would be built, in words."""
+        system = self.versions.named.system
+        same = tuple(c for c in system.components if c.name not in self.versions.of)
+        found = list(missing_fmus(replace(system, components=same), self.folder))
+        for name, one in self.versions.of.items():
+            found += [
+                f"{name} ({of_keys(one, number)})"
+                for number in range(len(one.builds))
+                if missing_fmus(self.part(name, number), self._variants_folder)
+            ]
+        return found
+
+    def tasks(self) -> Iterator[Task]:
+        """The task of each run, in order; the FMUs have been built."""
+        study = self.versions.named.study
+        for run in range(study.grid.count):
+            yield self.task(run)
+
+    def task(self, run: int) -> Task:
+        """The task of run number `run`, from 0."""
+        named = self.versions.named
+        study = named.study
+        components = self.versions.components(run)
+        settings = named.settings(study.grid.values(run))
+        system = replace(
+            changed(named.system, settings),
+            components=tuple(component for _, component in components.values()),
+        )
+        numbers = {name: number for name, (number, _) in components.items()}
+        prepared, blob = self._prepared_for(system, numbers)
+        own = replace(prepared, system=replace(prepared.system, components=system.components))
+        stop = system.simulation.stop_time
+        own = replace(own, system=own.system.changed(stop_time=stop))
+        first = self.start_up(own)
+        starts = {c.name: dict(c.start) for c in system.components}
+        fmus = {name: self._file(d.path, d) for name, d in prepared.descriptions.items()}
+        names = {w.variable for w in study.wanted} | set(study.series)
+        recorded = {name: sorted(names) for name in components}
+        same = {
+            **identity(own, recorded, certify=study.coupling_error),
+            "code": code_hash(),
+            "stop_time": repr(stop),
+            "order": repr(prepared.structure),
+            "wanted": repr((study.wanted, study.series, first)),
+        }
+        key = hashlib.sha256(json.dumps(same, sort_keys=True).encode("utf-8", "replace"))
+        return Task(
+            key=key.hexdigest(),
+            prepared=blob,
+            fmus=fmus,
+            start=starts,
+            stop_time=stop,
+            wanted=study.wanted,
+            series=study.series,
+            start_up=first,
+            certify=study.coupling_error,
+        )
+
+    def start_up(self, prepared: Prepared) -> float:
+        """The time [s] from which on the rows of a run count; InputError if none does."""
+        study = self.versions.named.study
+        starts: dict[str, float] = {}
+        for component in prepared.system.components:
+            description = prepared.descriptions[component.name]
+            for name, variable in description.variables.items():
+                if name.rpartition(".")[2] == RAMP and variable.start is not None:
+                    given = component.start.get(name, float(variable.start))
+                    starts[f"{component.name}.{name}"] = float(value_of(variable, given))
+        times = prepared.system.simulation
+        first = start_up(study.start_up, times.start_time, starts)
+        if not first < times.stop_time:
+            message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
+            remedy = f"state a start_up below {times.stop_time:g} s, or a later stop_time"
+            raise InputError([study.document.problem(("start_up",), message, remedy)])
+        return first
+
+    def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:
+        """A prepared system with these FMUs and settings, of whatever start values; its blob."""
+        fmus = {name: self._fmus[name, number] for name, number in numbers.items()}
+        key = repr((
+            {name: str(fmu.path) for name, fmu in fmus.items()},
+            [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
+            replace(system.simulation, stop_time=LATEST),
+        ))  # fmt: skip
+        if key not in self._prepared:
+            made = prepare(system, build_directory=self.folder, fmus=fmus)
+            for line in made.warnings:
+                self.warnings[line] = self.warnings.get(line, 0) + 1
+            self._prepared[key] = made, self._blob(made)
+        return self._prepared[key]
+
+    def _blob(self, prepared: Prepared) -> Blob:
+        """The prepared system in a file, without what lies elsewhere."""
+        system = replace(prepared.system, document=None, origins={}, notes=())
+        data = pickle.dumps(replace(prepared, system=system, notes=(), warnings=()), protocol=5)
+        content = hashlib.sha256(data).hexdigest()
+        path = self.blobs / f"{content[:16]}.prepared"
+        with written(path) as part:
+            part.write_bytes(data)
+        return Blob(content, path.name, path.absolute())
+
+    def _file(self, path: Path, description: Description) -> Blob:
+        if path not in self._files:
+            self._files[path] = Blob(description.content, path.name, path.absolute())
+        return self._files[path]
+
+
+def of_keys(one: Variants, number: int) -> str:
+    """The values of its keys that a version of a component was made for."""
+    pairs = zip(one.keys, one.builds[number].of, strict=True)
+    return ", ".join(f"{'.'.join(map(str, key))} {value}" for key, value in pairs)
+
+
+def _short(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()[:12]

@@ -1,0 +1,90 @@
+"""`m4e-fmi study`: exit codes, tables, dry runs; the example's names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.small_study import written_study
+
+from m4e_fmi.cli import main
+from m4e_fmi.cosim import load_system
+from m4e_fmi.study import load_study
+from m4e_fmi.study.systems.names import named
+
+STUDY = """\
+name: carts
+model: cart.model.yaml
+simulation: {stop_time: 0.5}
+vary: {k: [30, 40], joint.hinge.u: [0, 1]}
+wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}
+"""
+EXAMPLE = Path(__file__).parents[3] / "examples/power_matrix/study.yaml"
+
+
+@pytest.mark.usefixtures("here")
+def test_a_study_prints_tables_and_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+    written_study(Path(), STUDY)
+    assert main(["study", "study.yaml"]) == 0
+    text = capsys.readouterr().out
+    assert "carts: 4 runs, 4 made" in text
+    assert "swing [rad]: maximum of joint.hinge.q" in text
+    assert Path("build/carts.nc").is_file()
+    assert Path("build/carts.png").is_file()
+    assert main(["study", "study.yaml", "--output-file", "t.csv", "--no-plot"]) == 0
+    assert "0 made, 4 kept from before" in capsys.readouterr().out
+    assert len(Path("t.csv").read_text("utf-8").splitlines()) == 5
+
+
+@pytest.mark.usefixtures("here")
+def test_a_failed_run_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+    written_study(Path(), STUDY.replace("[0, 1]", "[0, 1.e+300]"))
+    assert main(["study", "study.yaml", "--no-plot"]) == 1
+    text = capsys.readouterr().out
+    assert "2 of 4 runs failed:\n  k 30, u 1e+300: cart at t = 0 s" in text
+    assert "failed" in text
+
+
+@pytest.mark.usefixtures("here")
+def test_a_wrong_study_is_exit_code_2(capsys: pytest.CaptureFixture[str]) -> None:
+    written_study(Path(), STUDY.replace("{k:", "{kk:"))
+    assert main(["study", "study.yaml"]) == 2
+    assert "study.yaml:4:8: the model has no parameter, start value or key 'kk'" in (
+        capsys.readouterr().err
+    )
+    assert not Path("build/carts.nc").exists()
+
+
+@pytest.mark.usefixtures("here")
+def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+    written_study(Path(), STUDY)
+    assert main(["study", "study.yaml", "--dry-run"]) == 0
+    text = capsys.readouterr().out
+    assert "carts: 4 runs" in text
+    assert "k: the start value k [N/m]" in text
+    assert "4 runs are members of ensembles" in text
+    assert not Path("build/carts.nc").exists()
+
+
+@pytest.mark.usefixtures("here")
+def test_a_dry_run_of_a_system_names_fmus_that_are_built(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = "name: s\nsystem: system.yaml\nvary: {pto.damping: [1, 2], push.beyond: [held, error]}\n"
+    written_study(Path(), f"{text}wanted: {{f: {{variable: pto.force, statistic: mean}}}}\n")
+    assert main(["study", "study.yaml", "--dry-run"]) == 0
+    told = capsys.readouterr().out
+    assert "pto: 2 versions share 1 FMUs" in told
+    assert "pto.damping: the key damping of the section of pto" in told
+    assert "to be built, 0 are there" in told
+    assert not Path("build/carts").exists()
+
+
+def test_names_of_the_example_stand_for_something() -> None:
+    study = load_study(EXAMPLE)
+    assert study.grid.shape == (6, 8, 5)
+    found = named(study, load_system(study.source))
+    assert [str(target) for target in found.targets.values()] == [
+        f"the key waves.{key} of the section of hydro"
+        for key in ("significant_height", "peak_period", "seed")
+    ]

@@ -1,0 +1,57 @@
+"""Kept runs: what is there stays, to the bit; failures and damage are told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.errors import RunError
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.store import Store
+
+RECORD = Record(
+    values={"a": 0.1 + 0.2, "b": float("nan")},
+    time=np.array([0.0, 0.1]),
+    series={"x": np.array([1.0, np.nan])},
+    warnings=("odd",),
+)
+
+
+def test_records_come_back_to_the_bit(tmp_path: Path) -> None:
+    with Store(tmp_path / "s.sqlite") as store:
+        store.keep({"k": RECORD})
+    with Store(tmp_path / "s.sqlite") as store:
+        found = store.found(["k", "other"])
+    assert list(found) == ["k"]
+    assert found["k"].head() == RECORD.head()
+    assert found["k"].block() == RECORD.block()
+
+
+def test_what_is_kept_is_not_replaced_but_on_demand(tmp_path: Path) -> None:
+    other = Record(values={"a": 1.0})
+    with Store(tmp_path / "s.sqlite") as store, Store(tmp_path / "s.sqlite") as second:
+        store.keep({"k": RECORD})
+        second.keep({"k": other})
+        assert store.found(["k"])["k"].values["a"] == RECORD.values["a"]
+        second.keep({"k": other}, again=True)
+        assert store.found(["k"])["k"].values["a"] == 1.0
+
+
+def test_failed_runs_are_not_kept(tmp_path: Path) -> None:
+    with Store(tmp_path / "s.sqlite") as store:
+        store.keep({"k": Record(failure="it broke")})
+        assert store.found(["k"]) == {}
+
+
+def test_another_file_is_no_store(tmp_path: Path) -> None:
+    (tmp_path / "s.sqlite").write_bytes(b"this is no database" * 100)
+    with pytest.raises(RunError, match="kept runs"), Store(tmp_path / "s.sqlite"):
+        pass
+
+
+def test_a_folder_that_takes_no_file_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(RunError, match="cannot be written"), Store(tmp_path / "file" / "s.sqlite"):
+        pass

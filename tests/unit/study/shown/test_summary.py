@@ -1,0 +1,63 @@
+"""Summaries of studies: means over seeds with Student's t, failures that are told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import t as student
+from support.small_study import written_study
+
+from m4e_fmi.study import run_study
+from m4e_fmi.study.given.axes import Axis, Grid, Varied
+from m4e_fmi.study.shown.figure import plot_study
+from m4e_fmi.study.shown.summary import averaged, summary, warning_lines
+
+STUDY = """\
+name: carts
+model: cart.model.yaml
+simulation: {stop_time: 0.5}
+vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}
+wanted:
+  swing: {variable: joint.hinge.q, statistic: maximum}
+"""
+
+
+def axis(name: str, count: int, *, repeats: bool = False) -> Axis:
+    points = tuple((k,) for k in range(count))
+    return Axis(name, (Varied(name, (name,)),), points, repeats=repeats)
+
+
+def test_means_over_seeds_have_students_interval() -> None:
+    grid = Grid((axis("seed", 4, repeats=True), axis("x", 2)))
+    values = np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0], [4.0, np.nan]])
+    found = averaged(grid, values)
+    np.testing.assert_allclose(found.mean, [2.5, 5.0])
+    width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
+    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
+    assert found.missing.tolist() == [0, 1]
+
+
+def test_a_summary_has_a_matrix_and_failures(tmp_path: Path) -> None:
+    outcome = run_study(written_study(tmp_path, STUDY), build_directory=tmp_path)
+    text = summary(outcome)
+    assert "carts: 6 runs, 6 made" in text
+    assert "k \\ q" in text
+    failed = replace(
+        outcome, failures={4: "it broke"}, warnings={"odd value 3": 2, "odd value 4": 1}
+    )
+    assert "1 of 6 runs failed:\n  k 50, q 0.1: it broke" in summary(failed)
+    assert "warning: odd value 3 (3 runs)" in summary(failed)
+
+
+def test_kinds_of_warnings_are_told_once() -> None:
+    lines = list(warning_lines({"a at t = 1.5 s": 1, "a at t = 2 s": 1, "b": 3}))
+    assert lines == ["warning: a at t = 1.5 s (2 runs)", "warning: b (3 runs)"]
+
+
+@pytest.mark.parametrize("text", [STUDY, STUDY.replace(", joint.hinge.q: [0.1, 0.2]", "")])
+def test_pictures_are_drawn(tmp_path: Path, text: str) -> None:
+    outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
+    assert plot_study(outcome, tmp_path / "p.png").stat().st_size > 5000

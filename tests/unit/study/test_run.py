@@ -1,0 +1,205 @@
+"""Studies of a system: the same numbers as single runs, kept runs, failures, files."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from support.small_study import SYSTEM, Here, written_study
+
+import m4e_fmi
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.locks import claimed
+from m4e_fmi.study import StudyOutcome, load_study, run_study
+from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.systems.names import named
+from m4e_fmi.study.systems.plan import Plan, versions
+from m4e_fmi.study.systems.task import Blob, Lacking, perform
+
+STUDY = """\
+name: carts
+system: system.yaml
+start_up: 0.2
+vary:
+  pto.damping: [2, 6]
+  cart.k: {from: 30, to: 50, step: 10}
+wanted:
+  power: {variable: pto.power, statistic: mean}
+  force: {variable: pto.force, statistic: maximum}
+"""
+
+
+def made(path: Path, **given: object) -> StudyOutcome:
+    here = Here()
+    return run_study(path, build_directory=path.parent / "build", executor=here, **given)  # type: ignore[arg-type]
+
+
+def test_numbers_are_those_of_single_runs(tmp_path: Path) -> None:
+    outcome = made(written_study(tmp_path, STUDY))
+    text = SYSTEM.replace("damping: 4", "damping: 6")
+    (tmp_path / "one.yaml").write_text(text, "utf-8")
+    system = m4e_fmi.load_system(tmp_path / "one.yaml").changed(start={"cart.k": 40.0})
+    run = m4e_fmi.run(system, results=tmp_path / "one.nc", build_directory=tmp_path / "other")
+    found = run.results()
+    counted = found.time >= 0.2
+    force = found["pto.force"].values[counted].max()
+    one = outcome.data.sel(damping=6, k=40)
+    assert float(one["force"]) == force
+    assert float(one["coupling_error"]) == run.certificate.errors[0].error  # type: ignore[union-attr]
+
+
+def test_start_values_of_the_study_hold_for_all_runs(tmp_path: Path) -> None:
+    """Also of components whose section is varied, in place of what the section says."""
+    text = STUDY.replace("vary:", "start: {pto.stiffness: 9}\nvary:")
+    found = made(written_study(tmp_path, text)).data
+    (tmp_path / "system.yaml").write_text(SYSTEM.replace("stiffness: 5", "stiffness: 9"), "utf-8")
+    (tmp_path / "study.yaml").write_text(STUDY, "utf-8")
+    np.testing.assert_array_equal(found["force"], made(tmp_path / "study.yaml").data["force"])
+
+
+def test_data_are_labelled(tmp_path: Path) -> None:
+    outcome = made(written_study(tmp_path, STUDY), output=tmp_path / "out.nc")
+    with xarray.open_dataset(tmp_path / "out.nc") as data:
+        assert data["power"].dims == ("damping", "k")
+        assert data["power"].attrs["units"] == "W"
+        assert data["k"].attrs["units"] == "N/m"
+        assert data["damping"].attrs["units"] == "N.s/m"
+        assert data["k"].attrs["long_name"] == "Stiffness of the spring"
+        assert data.attrs["study"] == STUDY
+        assert (data["start_up"] == 0.2).all()
+        assert (data["failure"] == "").all()
+        np.testing.assert_array_equal(data["power"], outcome.data["power"])
+
+
+def test_start_values_build_no_fmu(tmp_path: Path) -> None:
+    told: list[str] = []
+    made(written_study(tmp_path, STUDY), tell=told.append)
+    assert sum("building" in line and line.startswith("pto") for line in told) == 1
+
+
+def test_a_second_study_makes_what_is_missing(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    first = made(path)
+    assert first.kept == 0
+    assert made(path).kept == 6
+    path.write_text(STUDY.replace("[2, 6]", "[2, 7]"), "utf-8")
+    assert made(path).kept == 3
+    path.write_text(STUDY.replace("statistic: mean", "statistic: rms"), "utf-8")
+    assert made(path).kept == 0
+
+
+def test_fresh_runs_are_the_same(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    first, second = made(path), made(path, fresh=True)
+    assert second.kept == 0
+    np.testing.assert_array_equal(first.data["power"], second.data["power"])
+
+
+def test_a_failed_run_leaves_its_reason_and_no_number(tmp_path: Path) -> None:
+    text = STUDY.replace(
+        "cart.k: {from: 30, to: 50, step: 10}", "cart.joint.hinge.u: [0, 1.0e+200]"
+    )
+    outcome = made(written_study(tmp_path, text))
+    assert list(outcome.failures) == [1, 3]
+    assert np.isnan(outcome.data["power"].values[:, 1]).all()
+    assert np.isfinite(outcome.data["power"].values[:, 0]).all()
+    assert "cart" in str(outcome.data["failure"].values[0, 1])
+    again = made(tmp_path / "study.yaml")
+    assert again.kept == 2  # failed runs are made again
+
+
+def test_processes_give_the_same_bits(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    here = made(path)
+    other = run_study(path, build_directory=tmp_path / "other", jobs=1)
+    for name in ("power", "force", "coupling_error"):
+        np.testing.assert_array_equal(here.data[name], other.data[name])
+
+
+def test_workers_are_sent_what_they_lack(tmp_path: Path) -> None:
+    """Of contents whose files they cannot see."""
+    study = load_study(written_study(tmp_path, STUDY))
+    plan = Plan(
+        versions(named(study, m4e_fmi.load_system(study.source))), tmp_path, tmp_path, print
+    )
+    plan.build()
+    task = plan.task(0)
+    away = {n: replace(b, path=None) for n, b in task.fmus.items()}
+    odd = Blob("0" * 64, "x.fmu")
+    lost = replace(task, fmus={**away, "pto": odd})
+    lacking = perform(lost)
+    assert isinstance(lacking, Lacking)
+    assert odd.content in lacking.contents
+    sent = {b.content: b.path.read_bytes() for b in task.blobs.values() if b.path}
+    there = perform(replace(task, fmus=away, prepared=replace(task.prepared, path=None)), sent)
+    again = perform(task)
+    assert isinstance(there, Record)
+    assert isinstance(again, Record)
+    assert there.head() == replace(again, wall_time=there.wall_time).head()
+
+
+def test_csv_has_a_row_for_each_run(tmp_path: Path) -> None:
+    outcome = made(written_study(tmp_path, STUDY), output=tmp_path / "out.csv")
+    rows = list(csv.DictReader((tmp_path / "out.csv").open(encoding="utf-8")))
+    assert len(rows) == 6
+    power = [float(row["power [W]"]) for row in rows]
+    np.testing.assert_array_equal(power, outcome.data["power"].values.ravel())
+    assert [row["k [N/m]"] for row in rows[:3]] == ["30.0", "40.0", "50.0"]
+
+
+def test_series_are_whole(tmp_path: Path) -> None:
+    text = STUDY.replace("start_up: 0.2\n", "start_up: 0.2\nseries: [pto.force]\n")
+    outcome = made(written_study(tmp_path, text))
+    series = outcome.data["pto.force"]
+    assert series.dims == ("damping", "k", "time")
+    late = series.where(series["time"] >= 0.2)
+    np.testing.assert_array_equal(late.max("time"), outcome.data["force"])
+    np.testing.assert_array_equal(made(tmp_path / "study.yaml").data["pto.force"], series)
+
+
+def test_series_of_adaptive_steps_have_times_of_their_own(tmp_path: Path) -> None:
+    text = STUDY.replace(
+        "start_up: 0.2\n", "simulation: {coupling_tolerance: 1.e-8}\nseries: [pto.force]\n"
+    )
+    data = made(written_study(tmp_path, text)).data
+    assert data["pto.force"].dims == data["time"].dims == ("damping", "k", "row")
+    ends = data["time"].max("row")
+    np.testing.assert_array_equal(ends, 1.0)
+
+
+def test_two_studies_do_not_write_one_file(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    script = (
+        "import sys, time\nfrom m4e_fmi.files.locks import claimed\n"
+        "with claimed(sys.argv[1]):\n    print('held', flush=True)\n    time.sleep(60)\n"
+    )
+    output = tmp_path / "out.nc"
+    with subprocess.Popen(
+        [sys.executable, "-c", script, str(output)], stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout
+        other.stdout.readline()
+        try:
+            with pytest.raises(m4e_fmi.RunError, match="another run writes it"):
+                made(path, output=output)
+        finally:
+            other.kill()
+    with claimed(output):
+        pass
+
+
+def test_problems_come_together(tmp_path: Path) -> None:
+    text = STUDY.replace("pto.damping", "pto.dampning").replace("cart.k:", "cart.q:")
+    text = text.replace("variable: pto.force", "variable: pto.farce")
+    with pytest.raises(InputError) as caught:
+        made(written_study(tmp_path, text))
+    lines = [problem.line for problem in caught.value.problems]
+    assert lines == [5, 6, 9]
+    assert "did you mean 'damping'?" in str(caught.value)
+    assert "pto.force" in str(caught.value)
