@@ -12,12 +12,19 @@ from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.results.run_record import record_of_system
 from m4e_fmi.cosim.results.system_scene import system_scene
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene import Scene
+from m4e_fmi.report.run_report.record import (
+    FlowEnergy,
+    RecordEnd,
+    StatedError,
+    carried_record,
+)
 from m4e_fmi.results.results_file import as_given, check_export, export, stream_of
 
 
@@ -88,7 +95,25 @@ def closing_attributes(master: Master, prepared: Prepared, *, certify: bool) -> 
         found["coupling_error"] = str(certificate) or "not known"
         if isinstance(certificate, CouplingErrorReport) and certificate.coverage:
             found["coupling_error_from"] = str(certificate.coverage)
-    return found
+    return found | carried_record(_record_end(master, certify=certify))
+
+
+def _record_end(master: Master, *, certify: bool) -> RecordEnd:
+    """Steps, energies over the connections and coupling errors at the end of a run."""
+    certificate = master.certificate() if certify else ""
+    errors = certificate.errors if isinstance(certificate, CouplingErrorReport) else ()
+    return RecordEnd(
+        steps=master.steps,
+        rejected=master.rejected,
+        energies=tuple(
+            FlowEnergy(bond.given, bond.received, bond.exchanged, bond.noise)
+            for bond in master.energy
+        ),
+        errors=tuple(
+            StatedError(e.connection, str(e.source), e.error, e.halved, e.span, e.unit)
+            for e in errors
+        ),
+    )
 
 
 def attributes_of(prepared: Prepared) -> dict[str, str]:
@@ -109,6 +134,7 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
             if (name in starts or origin.value is not None) and name not in CHECKPOINTS
         ),
         "notes": "\n".join(prepared.notes),
+        **carried_record(record_of_system(prepared)),
     }
 
 

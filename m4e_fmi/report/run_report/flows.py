@@ -1,0 +1,126 @@
+"""Power between components, from the record of a run or from the works of a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from m4e_fmi.report.run_report.record import FlowEnergy, Record, RecordEnd
+from m4e_fmi.report.web.samples import Curve
+from m4e_fmi.results.results_file import Results
+
+Floats = NDArray[np.float64]
+POWERS = "connections"
+"""The component under which powers over connections are listed."""
+WORK, LOAD, OF_INPUTS = ".work", "load.", "inputs.work"
+
+
+@dataclass(frozen=True)
+class Flows:
+    """Flows for flows.js: `data`, and the powers of connections as further `curves`."""
+
+    data: dict[str, object]
+    curves: tuple[Curve, ...] = ()
+
+
+def flows_of(results: Results, record: Record, end: RecordEnd) -> Flows | None:
+    """The power flows of results; None if they tell of none."""
+    if record.flows:
+        return _of_connections(results, record, end)
+    works = list(_works(results))
+    if not works:
+        return None
+    rows = "Works are integrated with the motion, under the same error control."
+    return Flows({"flows": works, "balance": _audited(results), "rows": rows})
+
+
+def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
+    """Flows over the connections, from source to body, with the run's own energies if known."""
+    energies: Sequence[FlowEnergy | None] = end.energies
+    if len(energies) != len(record.flows):
+        energies = [None] * len(record.flows)
+    flows, curves, apart = list[dict[str, object]](), list[Curve](), [0.0]
+    for flow, own in zip(record.flows, energies, strict=True):
+        name = f"power over {flow.connection}"
+        ports = [port for product in flow.products for port in (product.force, product.velocity)]
+        known = all(port in results.series for port in ports)
+        if known:
+            power = sum(
+                product.factor
+                * results[product.force].values.astype(float)
+                * results[product.velocity].values.astype(float)
+                for product in flow.products
+            )
+            text = f"Power from {flow.source} into {flow.target}: forces times velocities"
+            curves.append(Curve(name, POWERS, flow.connection, "W", text, np.asarray(power, float)))
+            if own and own.exchanged > own.noise and np.isfinite(own.exchanged):
+                given = float(np.trapezoid(curves[-1].values, results.time))
+                apart.append(abs(given - own.given) / own.exchanged)
+        added = f" (the sum of {', '.join(flow.adds)})" if flow.adds else ""
+        flows.append(
+            {
+                "name": flow.connection,
+                "source": flow.source + added,
+                "target": flow.target,
+                "power": name if known else "",
+                "whole": own.given if own and np.isfinite(own.given) else None,
+            }
+        )
+    rows = (
+        "Over the whole run this differs from the run's own integrals at every step by up to "
+        f"{100 * max(apart):.2g} % of the energy exchanged."
+    )
+    return Flows(
+        {"flows": flows, "balance": _stated(end), "rows": rows if any(end.energies) else ""},
+        tuple(curves),
+    )
+
+
+def _stated(end: RecordEnd) -> str:
+    """How well the energies over the connections add up, as the run has stated."""
+    if not end.energies:
+        return ""
+    lost = sum(one.received - one.given for one in end.energies)
+    exchanged = sum(one.exchanged for one in end.energies) or 1.0
+    return (
+        "These are the run's own integrals at every step; bodies received "
+        f"{100 * lost / exchanged:+.2g} % of the energy exchanged more than was given, which the "
+        "coupling lost or made (the summary has it for each connection)."
+    )
+
+
+def _works(results: Results) -> Iterator[dict[str, object]]:
+    """The works of loads and inputs of a program, each from its load into what moves."""
+    for component, members in results.components.items():
+        for name, series in members.items():
+            if series.unit != "J" or not name.endswith(WORK):
+                continue
+            owner, _, load = name.removesuffix(WORK).rpartition(LOAD)
+            if name.endswith(OF_INPUTS):
+                owner, load = name.removesuffix(OF_INPUTS), "inputs"
+            elif f"{LOAD}{load}{WORK}" not in name:
+                continue
+            target = ".".join(filter(None, (component, owner.rstrip("."))))
+            yield {
+                "name": f"{component}.{name}",
+                "source": f"{target}: {load}" if len(results.components) > 1 else load,
+                "target": target,
+                "energy": f"{component}.{name}",
+                "whole": None,
+            }
+
+
+def _audited(results: Results) -> str:
+    """How well energies and works add up."""
+    from m4e_fmi.simulate.audit import energy_audit
+
+    audit = energy_audit({name: one.values for name, one in results.series.items()})
+    if audit is None:
+        return ""
+    return (
+        f"What a component stores is kinetic and potential energy; the energy balance closes to "
+        f"{100 * audit.relative:.1e} % of {audit.scale:.6g} J."
+    )
