@@ -1,9 +1,9 @@
 // Power between components as a Sankey diagram in `root`, for the times shown in `plots` or the whole run. Each of
 // data.flows is { name, source, target, power or energy (names of variables), whole [J] }; an energy is one since the
-// start. data.stored are variables with energies that `data.owner` keeps.
+// start. data.stored are names of variables with the kinetic and potential energy of components, by their names.
 function flowsOf(root, store, plots, theme, data) {
-  const [diagram, note, shown, rows, caption] = [".sankey", ".told", ".shown", "tbody", "caption"].map(name => root.querySelector(name));
-  let seen = false, turn = 0;
+  const [diagram, note, shown, over, of] = [".sankey", ".told", ".shown", ".over", ".of"].map(name => root.querySelector(name));
+  let turn = 0;
 
   // The integral of values between two times [unit·s], by trapezoids between the rows.
   function integral(values, from, to) {
@@ -28,23 +28,25 @@ function flowsOf(root, store, plots, theme, data) {
   }
 
   async function draw() {
-    if (!seen) return;
     const mine = ++turn, [from, to] = shown.checked ? plots.range : plots.whole, span = to - from;
     const whole = from === plots.whole[0] && to === plots.whole[1], found = await energies(from, to, whole);
+    const grown = new Map(await Promise.all(Object.entries(data.stored).map(async ([name, variable]) => {
+      const values = await store.numbers(variable);
+      return [name, valueAt(store.time, values, to) - valueAt(store.time, values, from)];
+    })));
     if (mine !== turn) return;
     const known = data.flows.map((flow, k) => ({ ...flow, energy: found[k] })).filter(flow => Number.isFinite(flow.energy));
     const links = known.map(flow => ({
       from: flow.energy < 0 ? flow.target : flow.source, to: flow.energy < 0 ? flow.source : flow.target,
       name: flow.name, power: Math.abs(flow.energy) / span,
     }));
-    table(links, span);
-    const { nodes, more } = remainders(links);
+    const { nodes, more, sums } = remainders(links);
+    tables(links, sums, grown, span);
     const source = more.filter(link => link.made).reduce((sum, link) => sum + link.power, 0);
     const sink = more.filter(link => !link.made).reduce((sum, link) => sum + link.power, 0);
-    caption.textContent = `Mean power from t = ${digits(from)} to ${digits(to)} s`;
     note.textContent = [
       `Widths are mean powers from t = ${digits(from)} to ${digits(to)} s; each flow points where its mean does.`,
-      `Components with one side only are sources (left) or take up power (right); what others give more than they get is released from store or made by a source inside, what they give less is stored or lost. Made or released in all: ${watts(source)}; taken up, stored or lost: ${watts(sink)}.`,
+      `Components that only give or only take are its ends; between them, what a component gives more than it gets is released from store or made in it, what it gives less is stored or lost. In all ${watts(source)} are made or released, and ${watts(sink)} taken up, stored or lost.`,
       known.length < data.flows.length ? `${data.flows.length - known.length} connections are left out: forces or velocities were not recorded.` : "",
       whole ? data.balance : `Between rows by trapezoids. ${data.rows}`,
     ].filter(Boolean).join(" ");
@@ -53,15 +55,14 @@ function flowsOf(root, store, plots, theme, data) {
 
   // Nodes of the diagram, and links to what components store or lose, or from what they release or make.
   function remainders(links) {
-    const net = new Map(), given = new Set(), taken = new Set(), more = [];
+    const sums = new Map(), more = [], nodes = [], largest = Math.max(0, ...links.map(link => link.power));
     for (const { from, to, power } of links) {
-      net.set(from, (net.get(from) || 0) - power);
-      net.set(to, (net.get(to) || 0) + power);
-      if (power > 0) given.add(from), taken.add(to);
+      for (const name of [from, to]) if (!sums.has(name)) sums.set(name, { gets: 0, gives: 0 });
+      sums.get(from).gives += power;
+      sums.get(to).gets += power;
     }
-    const largest = Math.max(0, ...links.map(link => link.power)), nodes = [];
-    for (const [name, left] of net) {
-      const through = given.has(name) && taken.has(name), size = Math.abs(left);
+    for (const [name, { gets, gives }] of sums) {
+      const through = gets > 0 && gives > 0, left = gets - gives, size = Math.abs(left);
       const kind = left < 0 ? "gives" : "takes up";
       nodes.push({ name, label: through || !size ? name : `${name}: ${kind} ${watts(size)}` });
       if (!through) more.push({ made: left < 0, power: size, shown: false });
@@ -72,7 +73,7 @@ function flowsOf(root, store, plots, theme, data) {
         more.push({ made: left < 0, from, to, name: other, power: size, shown: true });
       }
     }
-    return { nodes, more };
+    return { nodes, more, sums };
   }
 
   function paint(nodes, links) {
@@ -100,13 +101,19 @@ function flowsOf(root, store, plots, theme, data) {
     }], plotLayout(colours, { height: 300, margin: { l: 10, r: 10, t: 16, b: 16 } }), PLOT_SETTINGS);
   }
 
-  function table(links, span) {
-    rows.replaceChildren(...links.map(link => made("tr", {}, made("td", {}, link.name), made("td", {}, link.from), made("td", {}, link.to),
-      made("td", { class: "number" }, watts(link.power)), made("td", { class: "number" }, shownAs(link.power * span, "J")))));
+  function tables(links, sums, grown, span) {
+    const number = text => made("td", { class: "number" }, text);
+    over.replaceChildren(...links.map(link => made("tr", {}, made("td", {}, link.name), made("td", {}, link.from), made("td", {}, link.to),
+      number(watts(link.power)), number(shownAs(link.power * span, "J")))));
+    of.replaceChildren(...Array.from(sums, ([name, { gets, gives }]) => {
+      const kept = grown.has(name) ? grown.get(name) / span : NaN;
+      return made("tr", {}, made("td", {}, name), ...[gets, gives, gets - gives, kept, gets - gives - kept].map(power =>
+        number(Number.isFinite(power) ? watts(power) : "not recorded")));
+    }));
   }
 
   function shownAs(value, unit) {
-    const { unit: prefixed, scale } = shownUnit(unit, value);
+    const { unit: prefixed, scale } = shownUnit(unit, Math.abs(value));
     return `${Number((scale * value).toPrecision(4))} ${prefixed}`;
   }
 
@@ -120,11 +127,6 @@ function flowsOf(root, store, plots, theme, data) {
   shown.addEventListener("change", draw);
   plots.onRange(() => shown.checked && soon());
   theme.onChange(soon);
-  new IntersectionObserver((entries, observer) => {
-    if (!entries.some(entry => entry.isIntersecting)) return;
-    seen = true;
-    observer.disconnect();
-    draw();
-  }, { rootMargin: "200px" }).observe(root);
-  return { draw() { seen = true; return draw(); } };
+  setTimeout(draw, 0);
+  return { draw };
 }

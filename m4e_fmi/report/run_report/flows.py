@@ -15,7 +15,7 @@ from m4e_fmi.results.results_file import Results
 Floats = NDArray[np.float64]
 POWERS = "connections"
 """The component under which powers over connections are listed."""
-WORK, LOAD, OF_INPUTS = ".work", "load.", "inputs.work"
+WORK, LOAD, OF_INPUTS, TOTAL = ".work", "load.", "inputs.work", ".energy.total"
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,9 @@ def flows_of(results: Results, record: Record, end: RecordEnd) -> Flows | None:
     if not works:
         return None
     rows = "Works are integrated with the motion, under the same error control."
-    return Flows({"flows": works, "balance": _audited(results), "rows": rows})
+    return Flows(
+        {"flows": works, "balance": _audited(results), "rows": rows, "stored": _stored(results)}
+    )
 
 
 def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
@@ -73,10 +75,10 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
         "Over the whole run this differs from the run's own integrals at every step by up to "
         f"{100 * max(apart):.2g} % of the energy exchanged."
     )
-    return Flows(
-        {"flows": flows, "balance": _stated(end), "rows": rows if any(end.energies) else ""},
-        tuple(curves),
-    )
+    if not end.energies:
+        rows = ""
+    data = {"flows": flows, "balance": _stated(end), "rows": rows, "stored": _stored(results)}
+    return Flows(data, tuple(curves))
 
 
 def _stated(end: RecordEnd) -> str:
@@ -86,10 +88,19 @@ def _stated(end: RecordEnd) -> str:
     lost = sum(one.received - one.given for one in end.energies)
     exchanged = sum(one.exchanged for one in end.energies) or 1.0
     return (
-        "These are the run's own integrals at every step; bodies received "
-        f"{100 * lost / exchanged:+.2g} % of the energy exchanged more than was given, which the "
-        "coupling lost or made (the summary has it for each connection)."
+        "These are the run's own integrals at every step, given by the force's source; what bodies "
+        f"received differs by {100 * lost / exchanged:+.2g} % of the energy exchanged, which the "
+        "coupling lost (−) or made (+): the summary has it for each connection."
     )
+
+
+def _stored(results: Results) -> dict[str, str]:
+    """Variables with the kinetic and potential energy of components and parts, by these."""
+    return {
+        name.removesuffix(TOTAL): name
+        for name, series in results.series.items()
+        if name.endswith(TOTAL) and series.unit == "J"
+    }
 
 
 def _works(results: Results) -> Iterator[dict[str, object]]:

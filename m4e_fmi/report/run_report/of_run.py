@@ -18,7 +18,7 @@ from m4e_fmi.report.animation.scene_text import scene_of_text
 from m4e_fmi.report.graph import Graph
 from m4e_fmi.report.panels import fitting, moving, panels
 from m4e_fmi.report.run_report.flows import Flows, flows_of
-from m4e_fmi.report.run_report.record import Record, RecordEnd, end_of, record_of
+from m4e_fmi.report.run_report.record import RecordEnd, end_of, record_of
 from m4e_fmi.report.run_report.summary import reproduction, summary
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
@@ -107,8 +107,10 @@ def _check(results: Results, name: str) -> None:
 
 def _curves(results: Results, end: RecordEnd, flows: Flows | None) -> Iterator[Curve]:
     """All variables but texts, and the powers over connections."""
-    stated = {one.source: f"{one.error:.1e} of range, {one.error * one.span:.2g} {one.unit}".rstrip()
-              for one in end.errors}  # fmt: skip
+    stated = {
+        one.source: f"{one.error:.1e} of range, {one.error * one.span:.2g} {one.unit}".rstrip()
+        for one in end.errors
+    }
     for component, members in results.components.items():
         for label, one in members.items():
             kind, name = one.recorded, f"{component}.{label}"

@@ -7,7 +7,6 @@ async function start(data) {
   const plots = historiesOf(part(".histories"), store, theme, data.first);
   chooserOf(part(".histories"), store, plots);
   await plots.ready;
-  performance.mark("first plot");
   theme.onChange(() => plots.dress());
   const spectra = spectraOf(part(".spectra"), store, plots, theme, data.ramp);
   const flows = data.flows && flowsOf(part(".flows"), store, plots, theme, data.flows);
@@ -33,19 +32,17 @@ function animate(data) {
   theme.onChange(player.dress);
 }
 
-// On paper all is drawn, light, and as wide as the paper.
-function printed(theme, report) {
-  const charts = () => document.querySelectorAll(".plot, .spectrum, .sankey");
+// On paper all is drawn, light, and no wider than the paper.
+function printed(theme, { plots, spectra }) {
+  const PAPER = 660, charts = () => document.querySelectorAll(".plot, .spectrum, .sankey");
   window.addEventListener("beforeprint", () => {
     theme.as("light");
-    report.plots.dress();
-    if (report.flows) report.flows.draw();
-    report.spectra.draw();
-    for (const chart of charts()) if (chart._fullLayout) Plotly.relayout(chart, { width: 660, autosize: false });
+    spectra.draw();
+    for (const chart of charts()) if (chart._fullLayout) chart.style.zoom = Math.min(1, PAPER / chart._fullLayout.width);
   });
   window.addEventListener("afterprint", () => {
     theme.as(theme.wanted());
-    for (const chart of charts()) if (chart._fullLayout) Plotly.relayout(chart, { width: null, autosize: true });
-    report.plots.dress();
+    for (const chart of charts()) chart.style.zoom = "";
+    plots.dress();
   });
 }

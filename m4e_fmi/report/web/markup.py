@@ -29,7 +29,7 @@ def facts(rows: Mapping[str, str]) -> str:
 def table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1
 ) -> str:
-    """A table, whose first `texts` columns are texts and the others numbers."""
+    """A table below its caption, whose first `texts` columns are texts and the others numbers."""
     kinds = [""] * texts + [' class="number"'] * (len(heads) - texts)
     head = "".join(
         f'<th scope="col"{kind}>{escaped(name)}</th>'
@@ -42,7 +42,8 @@ def table(
         for row in rows
     )
     return (
-        f'<div class="wide"><table><caption>{escaped(caption)}</caption>'
+        f"{paragraph(caption, 'note')}"
+        f'<div class="wide" tabindex="0" role="region" aria-label="{escaped(caption)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 

@@ -85,7 +85,7 @@ def _described(curve: Curve) -> Iterator[tuple[str, object]]:
 def _stored(
     values: np.ndarray, exact: bool, name: str, blocks: dict[str, str]
 ) -> dict[str, object]:
-    """How the page has `values` (n,), in their unit; adds the block `name` unless they are equal."""
+    """How the page has `values` (n,), in their unit; adds the block `name` if they vary."""
     if len(values) and np.isfinite(values[0]) and (values == values[0]).all():
         return {"constant": float(values[0])}
     kind = "u1" if values.dtype == bool else "f8" if exact or not _fits(values) else "f4"

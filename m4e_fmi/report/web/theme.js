@@ -29,7 +29,7 @@ function plotLayout(colours, more) {
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", showlegend: false, autosize: true,
     font: { color: colours.ink, size: 12, family: "system-ui, sans-serif" },
     hoverlabel: { bgcolor: colours.paper, bordercolor: colours.grey, font: { color: colours.ink } },
-    margin: { l: 60, r: 14, t: 8, b: 36 },
+    margin: { l: 60, r: 24, t: 8, b: 36 },
     ...more,
     xaxis: { ...axis, ...more.xaxis },
     yaxis: { ...axis, ...more.yaxis },
