@@ -16,11 +16,13 @@ from m4e_fmi.cli.shared.options import (
     add_build_folder,
     add_native,
     add_output_file,
+    add_report,
     add_start_values,
     animation_file,
     load_system,
     output_file,
     print_files,
+    report_file,
     say,
     start_values,
     tell_equations,
@@ -98,6 +100,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "no coupling error is estimated, so that 1e6, say, leaves that out of any run",
     )
     add_animate(command, "write an animation (.html)")
+    add_report(command)
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -152,6 +155,7 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         gathered.of(animation_file, options, "system", (".html",))
+        gathered.of(report_file, options, "system")
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
@@ -197,12 +201,21 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
+    from m4e_fmi.cosim.master.recording import scene_of
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import animate_run, plot_run, progress_bar, run_summary, say_beside
+    from m4e_fmi.report import (
+        animate_run,
+        plot_run,
+        progress_bar,
+        report_of_run,
+        run_summary,
+        say_beside,
+    )
     from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     animation = animation_file(options, system.name, (".html",))
+    report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)
     program = system_program(system) if options.reference else None
@@ -212,6 +225,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     count, links = len(system.components), len(prepared.wiring.links)
     print(f"{system.name}: {count} FMUs, {links} connected variables", flush=True)
     times = system.simulation
+    animated = animation is not None or (report is not None and scene_of(prepared) is not None)
     told: list[str] = []
 
     def warn(line: str) -> None:
@@ -231,7 +245,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 beside=[picture],
                 resume=options.resume,
                 real_time=options.real_time,
-                animated=animation is not None,
+                animated=animated,
             )
     except ExportError as error:
         print(run_summary(error.outcome, told))
@@ -240,10 +254,15 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         raise
     assert outcome.path is not None
     print(run_summary(outcome, told))
-    if program is not None:
-        print(reference(outcome, program))
+    compared = [str(reference(outcome, program))] if program is not None else []
+    for text in compared:
+        print(text)
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])
     if animation:
         print_files([animate_run(outcome.path, animation)])
+    if report:
+        printed = "\n".join([run_summary(outcome), *compared])
+        command = options.given
+        print_files([report_of_run(outcome.path, report, printed=printed, command=command)])

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import platform
 from collections.abc import Iterator
-from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
-from packaging.requirements import Requirement
-
-import m4e_fmi
 from m4e_fmi.cosim.connections.links import Axis, Bond, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.system.component import ModelFile
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.files.limits import LONGEST_NAME
 from m4e_fmi.report.graph import graph_of
-from m4e_fmi.report.run_report.record import LONGEST, Flow, InputFile, Product, Record
+from m4e_fmi.report.run_report.inputs import input_file, versions
+from m4e_fmi.report.run_report.record import Flow, InputFile, Product, Record
 
 SEED = "seed"
 """The key of random numbers in system files."""
@@ -29,7 +24,7 @@ def record_of_system(prepared: Prepared) -> Record:
     return Record(
         graph=graph_of(prepared),
         flows=tuple(_flow(bond, prepared) for bond in prepared.wiring.bonds),
-        inputs=tuple(_inputs(system)),
+        inputs=system_inputs(system),
         fmus={
             name: f"{found.path.name}, SHA-256 {found.content}"
             for name, found in prepared.descriptions.items()
@@ -37,22 +32,6 @@ def record_of_system(prepared: Prepared) -> Record:
         seeds=dict(_seeds(system.document.data, "")) if system.document else {},
         versions=versions(),
     )
-
-
-def versions() -> dict[str, str]:
-    """Versions of m4e_fmi, of Python and the platform, and of the packages that it requires."""
-    found = {
-        "m4e_fmi": m4e_fmi.__version__,
-        "Python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()}",
-    }
-    with suppress(PackageNotFoundError):  # a source tree that is not installed
-        for text in requires("m4e_fmi") or ():
-            needed = Requirement(text)
-            if needed.marker is None or needed.marker.evaluate({"extra": ""}):
-                with suppress(PackageNotFoundError):
-                    found[needed.name] = version(needed.name)
-    return found
 
 
 def _flow(bond: Bond, prepared: Prepared) -> Flow:
@@ -73,34 +52,25 @@ def _to_si(port: Port, prepared: Prepared) -> float:
     return 1.0 if dimension is None else dimension.factor
 
 
-def _inputs(system: System) -> Iterator[InputFile]:
+def system_inputs(system: System) -> tuple[InputFile, ...]:
     """The system's file and those of its models with their texts, other files without."""
     document = system.document
     models = [c.source.path for c in system.components if isinstance(c.source, ModelFile)]
-    if document is None:
-        yield from (found for path in dict.fromkeys(models) if (found := _file(path, path.name)))
-        return
-    if found := _file(document.path, document.path.name):
-        yield found
-    texts = {system.folder / path: str(path) for path in models}
-    others = {system.folder / text: text for _, text in document.texts(()) if len(text) < 200}
-    for path, name in {**texts, **others}.items():
-        if found := _file(path, name, kept=path in texts):
-            yield found
+    named = {system.folder / path: _short(path, system.folder) for path in models}
+    found = [input_file(document.path, document.path.name)] if document else []
+    found += [input_file(path, name) for path, name in named.items()]
+    texts = document.texts(()) if document else ()
+    others = {system.folder / text: text for _, text in texts if len(text) < LONGEST_NAME}
+    found += [
+        input_file(path, name, kept=False) for path, name in others.items() if path not in named
+    ]
+    return tuple(one for one in found if one)
 
 
-def _file(path: Path, name: str, *, kept: bool = True) -> InputFile | None:
-    """A file, with its text if that is `kept`; None if there is no such file."""
-    try:
-        data = path.read_bytes() if path.is_file() else None
-    except (OSError, ValueError):
-        return None
-    if data is None:
-        return None
-    text = None
-    if kept and len(data) <= LONGEST:
-        text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n")
-    return InputFile(name, hashlib.sha256(data).hexdigest(), text)
+def _short(path: Path, folder: Path) -> str:
+    """A path relative to the system's folder if it is below it, else its name."""
+    given = folder / path
+    return given.relative_to(folder).as_posix() if given.is_relative_to(folder) else path.name
 
 
 def _seeds(value: object, place: str) -> Iterator[tuple[str, str]]:

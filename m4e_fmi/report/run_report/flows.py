@@ -48,7 +48,7 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
     for flow, own in zip(record.flows, energies, strict=True):
         name = f"power over {flow.connection}"
         ports = [port for product in flow.products for port in (product.force, product.velocity)]
-        known = all(port in results.series for port in ports)
+        known = bool(ports) and all(port in results.series for port in ports)
         if known:
             power = sum(
                 product.factor
