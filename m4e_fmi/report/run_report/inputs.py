@@ -1,4 +1,4 @@
-"""What a run was made of: input files with their SHA-256, versions of packages."""
+"""Input files with their SHA-256, and versions of packages: all that a run was made of."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ async function start(data) {
   theme.onChange(() => plots.dress());
   const spectra = spectraOf(part(".spectra"), store, plots, theme, data.ramp);
   const flows = data.flows && flowsOf(part(".flows"), store, plots, theme, data.flows);
-  globalThis.report = { plots, store, theme, spectra, flows, player: null };
+  globalThis.report = { plots, store, theme, spectra, flows, moves: Boolean(data.animation), player: null };
   if (data.animation) setTimeout(() => animate(data.animation), 0);
   printed(theme, report);
 }

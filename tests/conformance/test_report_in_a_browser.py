@@ -1,0 +1,380 @@
+"""Reports in a real browser: plots, cursor and animation with one time, keys, light and dark."""
+
+from __future__ import annotations
+
+import base64
+import json
+import time as clock
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.signal import welch
+from support.browser import CHROMIUM, Page, browser
+from support.floating_boxes import floating_boxes
+from support.reports import results_of
+
+from m4e_fmi.cosim import Outcome, Results, load, run
+from m4e_fmi.report import report_of_run
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+
+HOSTILE = "a<img src=x onerror=alert(1)></script>%{y}"
+LONGEST_OPENING = 10.0
+"""Seconds: five times what is aimed at, for a machine that others use at the same time."""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with browser(tmp_path_factory.mktemp("browser")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def outcome(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """Two hulls and a line at sea."""
+    folder = tmp_path_factory.mktemp("boxes")
+    system = floating_boxes(folder)
+    return run(system, results=folder / "r.nc", build_directory=folder, animated=True)
+
+
+@pytest.fixture(scope="module")
+def boxes(outcome: Outcome) -> tuple[Path, Results]:
+    """Their report, and the results that it is made of."""
+    assert outcome.path is not None
+    path = outcome.path.with_suffix(".report.html")
+    return report_of_run(outcome.path, path), load(outcome.path)
+
+
+def opened(page: Page, path: Path) -> float:
+    """Show a report; milliseconds until the first plot was there. All plots and animation are."""
+    page.complaints.clear()
+    page.requests.clear()
+    page.open(path)
+    end = clock.monotonic() + LONGEST_OPENING
+    while not page.value("globalThis.report !== undefined && (report.player || !report.moves)"):
+        assert clock.monotonic() < end, page.complaints
+        clock.sleep(0.05)
+    return page.value("performance.getEntriesByName('plot drawn')[0].startTime")
+
+
+def settled(page: Page) -> None:
+    """Wait until what was asked for is drawn: timers of 120 ms, and two frames."""
+    page.value("new Promise(done => setTimeout(() => requestAnimationFrame(() => "
+               "requestAnimationFrame(done)), 250))")  # fmt: skip
+
+
+def press(page: Page, key: str, code: str = "", **more: Any) -> None:
+    text = {"text": key} if len(key) == 1 else {}
+    for kind in ("keyDown", "keyUp"):
+        given = {**more, **(text if kind == "keyDown" else {})}
+        page.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **given)
+
+
+def cursor_time(page: Page) -> float:
+    """The time [s] at which the cursor of the first plot stands, from its place on the screen."""
+    return page.value(
+        "{ const plot = document.querySelector('.plot'), axis = plot._fullLayout.xaxis;"
+        "axis.p2l(parseFloat(plot.querySelector('.cursor').style.left) - axis._offset) }"
+    )
+
+
+def dark_share(page: Page, selector: str) -> float:
+    """Share of pixels of an element that differ from its corner."""
+    page.value(f"document.querySelector('{selector}').scrollIntoView({{block: 'center'}})")
+    settled(page)
+    x, y, width, height = (
+        round(page.value(f"document.querySelector('{selector}').getBoundingClientRect().{side}"))
+        for side in ("x", "y", "width", "height")
+    )
+    seen = page.picture()[max(y, 0) + 2 : y + height - 2, x + 2 : x + width - 2]
+    return float((np.abs(seen - seen[3, 3]).max(axis=2) > 30).mean())
+
+
+def test_it_opens_without_complaint_and_asks_for_nothing_else(
+    page: Page, boxes: tuple[Path, Results]
+) -> None:
+    first = opened(page, boxes[0])
+    assert first < 1000 * LONGEST_OPENING
+    assert page.value("report.plots.panels.length") > 2
+    assert dark_share(page, ".plot") > 0.01
+    assert dark_share(page, ".animation canvas") > 0.3
+    assert dark_share(page, ".sankey") > 0.02
+    page.value("document.querySelector('.spectra').scrollIntoView()")
+    settled(page)
+    assert page.value("document.querySelectorAll('.spectrum .main-svg').length") > 2
+    assert page.complaints == []
+    assert page.requests == [boxes[0].absolute().as_uri()]
+
+
+def test_slider_and_cursor_are_one_time(page: Page, boxes: tuple[Path, Results]) -> None:
+    path, results = boxes
+    opened(page, path)
+    one = page.value("document.querySelector('.animation canvas').toDataURL()")
+    page.value("{ const slider = document.querySelector('.slider'); slider.value = 4;"
+               "slider.dispatchEvent(new Event('input')); }")  # fmt: skip
+    assert cursor_time(page) == pytest.approx(4.0, abs=0.01)
+    shown = page.value("document.querySelector('.readout output').textContent")
+    name = page.value("report.plots.panels[0].names[0]")
+    expected = np.interp(4.0, results.time, results[name])
+    assert float(shown.split()[0]) == pytest.approx(expected, rel=1e-4)
+    assert page.value("document.querySelector('.animation canvas').toDataURL()") != one
+    # the other way: a click in a plot
+    page.value("document.querySelector('.plot').scrollIntoView({block: 'center'})")
+    x, y = (
+        page.value("{ const plot = document.querySelector('.plot'), a = plot._fullLayout.xaxis;"
+                   "plot.getBoundingClientRect().left + a._offset + a.l2p(2) }"),
+        page.value("{ const r = document.querySelector('.plot').getBoundingClientRect();"
+                   "r.top + r.height / 2 }"),
+    )  # fmt: skip
+    page.mouse("mouseMoved", x, y)
+    settled(page)
+    page.mouse("mousePressed", x, y, button="left", clickCount=1)
+    page.mouse("mouseReleased", x, y, button="left", clickCount=1)
+    settled(page)
+    assert page.value("report.player.time()") == pytest.approx(2.0, abs=0.05)
+    assert cursor_time(page) == pytest.approx(page.value("report.player.time()"), abs=0.01)
+    assert page.complaints == []
+
+
+def test_all_that_a_mouse_does_keys_do(page: Page, boxes: tuple[Path, Results]) -> None:
+    path, results = boxes
+    opened(page, path)
+    page.value("document.querySelector('.plot').focus()")
+    for _ in range(3):
+        press(page, "ArrowRight")
+    assert page.value("report.player.time()") == pytest.approx(results.time[3])
+    press(page, "End")
+    assert cursor_time(page) == pytest.approx(results.time[-1], abs=0.01)
+    press(page, "Home")
+    press(page, "ArrowRight", modifiers=8)
+    assert page.value("report.plots.now") == pytest.approx(0.1 * results.time[-1])
+    press(page, "+", "NumpadAdd")
+    settled(page)
+    ranges = page.value(
+        "[...document.querySelectorAll('.plot')].map(p => p._fullLayout.xaxis.range)"
+    )
+    assert len(ranges) > 2
+    assert ranges[0][1] - ranges[0][0] < 0.8 * results.time[-1]
+    assert all(one == ranges[0] for one in ranges)
+    press(page, "0", "Digit0")
+    settled(page)
+    assert page.value("report.plots.range") == [0.0, results.time[-1]]
+    # every control has a name, and is reached by Tab in the order of the page
+    nameless = page.value(
+        "[...document.querySelectorAll('button, select, input, [tabindex=\"0\"]')].filter(e =>"
+        "!e.closest('[hidden]') && !(e.textContent.trim() || e.getAttribute('aria-label') ||"
+        "e.labels?.[0]?.textContent.trim())).map(e => e.outerHTML)"
+    )
+    assert nameless == []
+    page.value("document.querySelector('.search').focus()")
+    press(page, "Tab")
+    assert page.value("document.activeElement.className") == "where"
+    press(page, "Tab")
+    assert page.value("document.activeElement.tagName") == "SUMMARY"
+    assert page.complaints == []
+
+
+def test_variables_are_found_and_shown(page: Page, boxes: tuple[Path, Results]) -> None:
+    opened(page, boxes[0])
+    count = page.value("report.plots.panels.length")
+    page.value("{ const search = document.querySelector('.search'); search.value = 'cube omega_x';"
+               "search.dispatchEvent(new Event('input')); }")  # fmt: skip
+    assert page.value("document.querySelector('.found').textContent") == "1 found"
+    page.value("document.querySelector('.groups input').click()")
+    settled(page)
+    assert page.value("report.plots.panels.length") == count + 1  # the first of its unit
+    assert page.value("report.plots.panels.at(-1).names") == ["boxes.body.cube.omega_x"]
+    assert page.value("report.plots.panels.at(-1).element.querySelectorAll('path.js-line').length")
+    page.value("document.querySelector('.groups input').click()")
+    assert page.value("report.plots.panels.length") == count
+    page.value("document.querySelector('.clear').click()")
+    settled(page)
+    assert page.value("report.plots.panels.length") == 0
+    assert page.complaints == []
+
+
+def test_power_flow_is_that_of_the_run(
+    page: Page, boxes: tuple[Path, Results], outcome: Outcome
+) -> None:
+    """The whole run: its own energies. A part: forces times velocities of the rows."""
+    path, results = boxes
+    opened(page, path)
+    page.value("report.flows.draw()")
+    settled(page)
+    span = results.time[-1] - results.time[0]
+    link = page.value("document.querySelector('.sankey').data[0].link")
+    shown = dict(zip(link["label"], link["value"], strict=True))
+    for bond in outcome.energy:
+        expected = abs(bond.given) / span
+        assert shown[bond.connection.replace("<", "&lt;").replace(">", "&gt;")] == (
+            pytest.approx(expected, rel=1e-12)
+        )
+    # sums at each node: what flows in flows out, but at the ends
+    net = np.zeros(len(page.value("document.querySelector('.sankey').data[0].node.label")))
+    np.add.at(net, link["target"], link["value"])
+    np.subtract.at(net, link["source"], link["value"])
+    ends = set(link["source"]) ^ set(link["target"])
+    inner = [k for k in range(len(net)) if k not in ends]
+    assert inner
+    assert net[inner] == pytest.approx(0.0, abs=1e-9 * max(link["value"]))
+    page.value("report.plots.range = [2, 5]")
+    settled(page)
+    rows = (results.time >= 2.0) & (results.time <= 5.0)
+    power = sum(
+        results[f"mooring.bow.force_{axis}"].values * results[f"boxes.point.bow.v{axis}"].values
+        for axis in "xyz"
+    )
+    expected = np.trapezoid(np.asarray(power)[rows], results.time[rows]) / 3.0
+    link = page.value("document.querySelector('.sankey').data[0].link")
+    shown = dict(zip(link["label"], link["value"], strict=True))
+    found = shown["boxes.point.bow &lt;-&gt; mooring.bow"]
+    assert found == pytest.approx(abs(expected), rel=1e-5)
+    assert page.complaints == []
+
+
+def test_no_sample_is_lost_and_a_spike_is_always_seen(page: Page, tmp_path: Path) -> None:
+    """One sample of 1e5 stands out; the whole series is drawn on some hundred pixels."""
+    time, random = 0.01 * np.arange(100_000), np.random.default_rng(3)
+    noise = random.normal(size=100_000)
+    noise[[31_234, 80_001]] = 50.0, -70.0
+    broken = noise.copy()
+    broken[500] = np.nan
+    flags = (np.arange(100_000) // 1000 % 2).astype(bool)
+    values = {"a.noise": noise, "a.broken": broken, "a.ramp": time**2, "b.flag": flags}
+    made = results_of(time, values, units={"a.noise": "m", "a.broken": "s"})
+    opened(page, report_of_run(made, tmp_path / "r.html"))
+    page.value("report.plots.show('a.noise', -1)")
+    settled(page)
+    drawn = page.value(
+        "report.plots.panels.find(p => p.names.includes('a.noise')).element"
+        ".querySelector('.plot').data[0].y"
+    )
+    assert len(drawn) < 10_000
+    assert (max(drawn), min(drawn)) == (50.0, -70.0)
+    # the page's own samples: all, rounded to Float32; and what decimation keeps of any part
+    count, first, last = page.value(
+        "report.store.numbers('a.noise').then(v => [v.length, v[0], v[99999]])"
+    )
+    assert (count, first, last) == (100_000, np.float32(noise[0]), np.float32(noise[-1]))
+    checked = page.value(
+        """(async () => {
+          const time = report.store.time, wrong = [];
+          for (const name of ["a.noise", "a.broken", "a.ramp"]) {
+            const values = await report.store.numbers(name);
+            for (const [from, to, columns] of [[0, 999.99, 700], [300, 320, 350], [3.3, 900, 13]]) {
+              const places = drawn(time, values, from, to, columns), kept = new Set(places);
+              const increases = places.every((p, k) => !k || p > places[k - 1]);
+              const most = new Map();
+              for (let k = 0; k < time.length; k++) {
+                if (time[k] < from || time[k] > to || !Number.isFinite(values[k])) continue;
+                const c = Math.floor((time[k] - from) / (to - from) * columns), v = values[k];
+                const known = most.get(c) || [Infinity, -Infinity, Infinity, -Infinity];
+                for (const i of kept.has(k) ? [0, 2] : [0]) {
+                  known[i] = Math.min(known[i], v);
+                  known[i + 1] = Math.max(known[i + 1], v);
+                }
+                most.set(c, known);
+              }
+              const right = [...most.values()].every(([a, b, c, d]) => a === c && b === d);
+              if (!right || !increases) wrong.push([name, from, to, columns]);
+            }
+          }
+          return wrong;
+        })()"""
+    )
+    assert checked == []
+    assert page.complaints == []
+
+
+def test_a_break_of_a_curve_is_seen(page: Page, tmp_path: Path) -> None:
+    """Where numbers are not finite, one of each column of pixels stays, and the line breaks."""
+    time = 0.01 * np.arange(50_000)
+    values = np.sin(time)
+    values[20_000:20_400] = np.nan
+    opened(page, report_of_run(results_of(time, {"a.x": values}), tmp_path / "r.html"))
+    y = page.value("document.querySelector('.plot').data[0].y")
+    assert None in y
+    assert page.complaints == []
+
+
+def test_spectra_are_those_of_scipy(page: Page, tmp_path: Path) -> None:
+    random = np.random.default_rng(5)
+    values = np.sin(0.3 * np.arange(5000)) + random.normal(size=5000) + 3.0
+    made = results_of(0.2 * np.arange(5000), {"a.x": values})
+    opened(page, report_of_run(made, tmp_path / "r.html"))
+    text = json.dumps(values.tolist())
+    found = page.value(
+        f"{{ const s = welch(Float64Array.from({text}), 0.2, segmentOf(5000));"
+        "[Array.from(s.frequency), Array.from(s.density), s.segments] }"
+    )
+    frequency, density = welch(values, 5.0, "hann", nperseg=1024, noverlap=512)
+    assert found[2] == 8
+    assert found[0] == pytest.approx(frequency)
+    assert found[1] == pytest.approx(density, rel=1e-9, abs=1e-12)
+    page.value("report.spectra.draw()")
+    told = page.value("document.querySelector('.spectra .told').textContent")
+    assert "mean of 8 periodograms" in told
+    assert page.complaints == []
+
+
+def test_names_of_others_do_nothing(page: Page, tmp_path: Path) -> None:
+    time = np.linspace(0.0, 1.0, 50)
+    values = {f"{HOSTILE}.{HOSTILE}": time**2, f"b.{HOSTILE}": time}
+    units = dict.fromkeys(values, "<b>m</b>")
+    texts = {"title": HOSTILE, "comment": HOSTILE, "notes": HOSTILE}
+    made = results_of(time, values, units=units, attributes=texts)
+    opened(page, report_of_run(made, tmp_path / "r.html", printed=HOSTILE))
+    page.value("document.querySelector('.groups details').open = true")
+    page.value("report.spectra.draw()")
+    page.value("document.querySelector('.plot').scrollIntoView({block: 'center'})")
+    box = page.value("{ const r = document.querySelector('.plot').getBoundingClientRect();"
+                     "[r.left + r.width / 2, r.top + r.height / 2] }")  # fmt: skip
+    page.mouse("mouseMoved", *box)
+    settled(page)
+    assert page.value("document.querySelectorAll('img').length") == 0
+    assert page.value("document.querySelector('h1').textContent") == HOSTILE
+    assert page.value("document.querySelector('.hoverlayer').textContent").count("onerror") >= 1
+    assert page.value("document.querySelector('.groups li span').textContent") == HOSTILE
+    assert page.complaints == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_light_and_dark_follow_the_system_or_the_reader(
+    page: Page, boxes: tuple[Path, Results], scheme: str
+) -> None:
+    other = {"light": "dark", "dark": "light"}[scheme]
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    page.call("Emulation.setEmulatedMedia", features=features)
+    try:
+        opened(page, boxes[0])
+        corner = page.picture()[2, 2].mean()
+        assert corner > 230 if scheme == "light" else corner < 50
+        ink = page.value("document.querySelector('.plot')._fullLayout.font.color")
+        page.value(f"{{ const choice = document.querySelector('.theme'); choice.value = '{other}';"
+                   "choice.dispatchEvent(new Event('change')); }")  # fmt: skip
+        settled(page)
+        corner = page.picture()[2, 2].mean()
+        assert corner < 50 if scheme == "light" else corner > 230
+        assert page.value("document.querySelector('.plot')._fullLayout.font.color") != ink
+        assert page.complaints == []
+    finally:
+        page.call("Emulation.setEmulatedMedia", features=[])
+
+
+def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Results]) -> None:
+    size = {"width": 420, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    page.call("Emulation.setDeviceMetricsOverride", **size)
+    try:
+        opened(page, boxes[0])
+        page.value("report.spectra.draw()")
+        settled(page)
+        assert page.value("document.documentElement.scrollWidth") == 420
+        pdf = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
+        assert pdf.startswith(b"%PDF")
+        assert len(pdf) > 100_000  # curves, not empty frames
+        assert page.complaints == []
+    finally:
+        page.call("Emulation.clearDeviceMetricsOverride")
