@@ -139,6 +139,21 @@ def test_slider_and_cursor_are_one_time(page: Page, boxes: tuple[Path, Results])
     assert page.complaints == []
 
 
+def test_the_animation_stays_in_view_beside_the_plots(
+    page: Page, boxes: tuple[Path, Results]
+) -> None:
+    opened(page, boxes[0])
+    seen = "{ const r = document.querySelector('.animation canvas').getBoundingClientRect();"
+    seen += "r.top >= 0 && r.bottom <= innerHeight }"
+    page.value("document.querySelector('.dock').click()")
+    for place in (0, 600, 1500):
+        page.value(f"scrollTo(0, {place})")
+        assert page.value(seen)
+    page.value("document.querySelector('.dock').click(); scrollTo(0, 0)")
+    assert not page.value(seen)
+    assert page.complaints == []
+
+
 def test_all_that_a_mouse_does_keys_do(page: Page, boxes: tuple[Path, Results]) -> None:
     path, results = boxes
     opened(page, path)

@@ -67,8 +67,8 @@ def _page(results: Results, printed: str, command: str) -> Page:
     if record.graph:
         sections.append(Section("system", "System", _drawing(record.graph)))
     sections.append(Section("histories", "Time histories", _histories(results, samples)))
-    moved = shown.markup if shown else paragraph(why)
-    sections.append(Section("animation", "Animation", moved))
+    moved = text_of(OWN, "moved.html").replace("@animation@", shown.markup) if shown else ""
+    sections.append(Section("animation", "Animation", moved or paragraph(why)))
     if flows:
         sections.append(Section("power", "Power flow", text_of(OWN, "flows.html")))
     sections.append(Section("spectra", "Spectra", text_of(HERE, "spectra.html")))

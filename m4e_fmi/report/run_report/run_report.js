@@ -30,6 +30,11 @@ function animate(data) {
     moving = false;
   });
   theme.onChange(player.dress);
+  const dock = document.querySelector(".dock"), place = document.querySelector(".moved");
+  dock.addEventListener("click", () => {
+    dock.setAttribute("aria-pressed", place.classList.toggle("docked"));
+    player.dress();
+  });
 }
 
 // On paper all is drawn, light, and no wider than the paper.
