@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 MOST_NAMES = 4
 """Variables named at an arrow."""
 TIMINGS = (
-    "KNOWN", "SOLVED", "CORRECTED", "PREDICTED", "TAKEN", "HELD", "EXTRAPOLATED", "LATE", "SWITCHED"
+    "KNOWN", "SOLVED", "CORRECTED", "PREDICTED", "TAKEN", "HELD", "EXTRAPOLATED", "LATE",
+    "DELAYED", "SWITCHED",
 )  # fmt: skip
 """Names of the timings of inputs, the earliest first."""
 
