@@ -44,7 +44,7 @@ def test_few_samples_are_exact() -> None:
 
 def test_many_are_rounded_to_seven_digits_but_times_are_not() -> None:
     count = MOST_EXACT // 8 + 1
-    time = 0.1 * np.arange(count)
+    time = np.linspace(0.0, 9.9, count)
     values = np.random.default_rng(1).normal(size=count)
     samples = packed_samples(time, [curve(values)])
     assert not samples.exact
