@@ -57,6 +57,13 @@ class Graph:
     arrows: tuple[Arrow, ...]
     timings: dict[str, str] = field(default_factory=dict)
 
+    @property
+    def is_whole(self) -> bool:
+        """True if there are components, no two of a name, and all arrows are between them."""
+        names = [component.name for component in self.components]
+        ends = {end for arrow in self.arrows for end in (arrow.source, arrow.target)}
+        return bool(names) and len(set(names)) == len(names) and ends <= set(names)
+
 
 def graph_of(prepared: Prepared) -> Graph:
     """The graph of a prepared system."""

@@ -21,7 +21,7 @@ from m4e_fmi.report import report_of_run
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
-HOSTILE = "a<img src=x onerror=alert(1)></script>%{y}"
+HOSTILE = "a<img src=x onerror=alert(1)></script>%{y}$x^$"
 LONGEST_OPENING = 10.0
 """Seconds: five times what is aimed at, for a machine that others use at the same time."""
 

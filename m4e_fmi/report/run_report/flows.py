@@ -48,7 +48,7 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
     for flow, own in zip(record.flows, energies, strict=True):
         name = f"power over {flow.connection}"
         ports = [port for product in flow.products for port in (product.force, product.velocity)]
-        known = bool(ports) and all(port in results.series for port in ports)
+        known = bool(ports) and all(_is_number(port, results) for port in ports)
         if known:
             power = sum(
                 product.factor
@@ -79,6 +79,12 @@ def _of_connections(results: Results, record: Record, end: RecordEnd) -> Flows:
         rows = ""
     data = {"flows": flows, "balance": _stated(end), "rows": rows, "stored": _stored(results)}
     return Flows(data, tuple(curves))
+
+
+def _is_number(name: str, results: Results) -> bool:
+    """True for a Real variable of the results."""
+    series = results.series
+    return name in series and series[name].recorded.is_real
 
 
 def _stated(end: RecordEnd) -> str:
@@ -126,12 +132,19 @@ def _works(results: Results) -> Iterator[dict[str, object]]:
 
 def _audited(results: Results) -> str:
     """How well energies and works add up."""
+    closes = energy_closes(results)
+    return closes and f"What is stored is kinetic and potential energy; the balance {closes}."
+
+
+def energy_closes(results: Results) -> str:
+    """How well the energies and works of a simulation add up; "" of other results."""
     from m4e_fmi.simulate.audit import energy_audit
 
-    audit = energy_audit({name: one.values for name, one in results.series.items()})
-    if audit is None:
+    works = [name for name in results.series if name.endswith(WORK)]
+    try:
+        audit = (
+            energy_audit({n: one.values for n, one in results.series.items()}) if works else None
+        )
+    except KeyError:  # energies were not recorded
         return ""
-    return (
-        f"What a component stores is kinetic and potential energy; the energy balance closes to "
-        f"{100 * audit.relative:.1e} % of {audit.scale:.6g} J."
-    )
+    return (audit and f"closes to {100 * audit.relative:.1e} % of {audit.scale:.6g} J") or ""

@@ -29,6 +29,8 @@ OWN = "m4e_fmi.report.run_report"
 SUFFIX = ".report.html"
 MOST_SAMPLES = 60_000_000
 """Numbers in a report: of Float32, 300 MB as text, which a browser still opens."""
+MOST_DRAWN = 60
+"""Components of a system that is drawn: finding their places takes seconds for more."""
 MOST_PANELS = 5
 """Plots that a report opens with."""
 
@@ -146,12 +148,16 @@ def _histories(results: Results, samples: Samples) -> str:
 
 def _drawing(graph: Graph) -> str:
     """The graph as a picture (SVG) in an element that runs no script."""
+    if len(graph.components) > MOST_DRAWN:
+        count = len(graph.components)
+        return paragraph(f"{count} components are not drawn here: m4e-fmi draw makes a picture.")
     from matplotlib import rc_context
 
     from m4e_fmi.report.drawing.system_graph import graph_figure
 
     file = io.BytesIO()
-    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "m4e_fmi"}):
+    plain = {"svg.fonttype": "path", "svg.hashsalt": "m4e_fmi", "text.parse_math": False}
+    with rc_context(plain):
         graph_figure(graph).savefig(
             file, format="svg", bbox_inches="tight", pad_inches=0.15, metadata={"Date": None}
         )

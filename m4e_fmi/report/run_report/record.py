@@ -138,6 +138,8 @@ def _read(kind: type[Kept], text: str | None, path: str) -> Kept:
     except (ValidationError, RecursionError):
         message = "its record of the run is damaged, or of another m4e_fmi"
         raise InputError.single(message, "run it again", path) from None
+    if isinstance(found, Record) and found.graph and not found.graph.is_whole:
+        raise InputError.single("its record of the run is damaged", "run it again", path)
     if found.format > FORMAT:
         message = f"its record of the run is of format {found.format}, newer than this m4e_fmi"
         raise InputError.single(message, "update m4e_fmi", path)

@@ -8,6 +8,7 @@ import numpy as np
 
 from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.panels import fitting, moving, panels
+from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import Results
@@ -21,6 +22,8 @@ def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> s
     parts = [paragraph(told.get("comment", ""))] if told.get("comment") else []
     if (ended := told.get("ended", AT_STOP)) != AT_STOP:
         parts.append(paragraph(f"The run ended early: {ended}.", "problem"))
+    if printed:
+        parts.append(paragraph(printed.splitlines()[0]))
     parts.append(facts(_facts(results, record, end)))
     for heading, key in (
         ("Notes and warnings", "notes"),
@@ -48,7 +51,7 @@ def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
         "Method": told.get("method", ""),
         "Tolerance": told.get("tolerance", ""),
         "Steps": _steps(told.get("step_size", ""), end),
-        "Wall time": told.get("wall_time", ""),
+        "Energy balance": energy_closes(results),
         "Coupling error": told.get("coupling_error", ""),
         "Found from": told.get("coupling_error_from", ""),
         "Real time": told.get("real_time", ""),
@@ -111,9 +114,13 @@ def _extremes(results: Results) -> str:
         for name, one in panel.series.items():
             values = panel.scale * one.values
             numbers = (np.min(values), _mean(results.time, values), np.max(values))
-            rows.append((name, *aligned(*map(float, numbers)), panel.unit))
-    heads = ("variable", "min", "mean", "max", "unit")
-    return "<h3>Extremes</h3>" + table("From the rows of the results", heads, rows) if rows else ""
+            rows.append((name, panel.unit, *aligned(*map(float, numbers))))
+    heads = ("variable", "unit", "min", "mean", "max")
+    return (
+        "<h3>Extremes</h3>" + table("From the rows of the results", heads, rows, texts=2)
+        if rows
+        else ""
+    )
 
 
 def _mean(time: np.ndarray, values: np.ndarray) -> float:

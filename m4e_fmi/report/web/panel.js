@@ -95,6 +95,7 @@ function panelOf(store, names, plots) {
     const { now } = plots, layout = plot._fullLayout, { unit, scale } = panel.unit, number = plots.panels.indexOf(panel) + 1;
     title.textContent = `Plot ${number}${unit ? " · " + unit : ""}`;
     close.setAttribute("aria-label", `remove plot ${number}`);
+    element.setAttribute("aria-label", `Plot ${number}`);
     readout.querySelectorAll("output").forEach((output, k) => {
       const { variable, values } = panel.curves[k], value = valueAt(store.time, values, now, variable.steps);
       const item = variable.items && Object.keys(variable.items).find(name => variable.items[name] === value);

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from support.reports import results_of
 
+from m4e_fmi.cosim import Series
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import report_of_run
 from m4e_fmi.report.graph import Component, Graph
@@ -28,9 +29,10 @@ from m4e_fmi.report.run_report.record import (
     StatedError,
     carried_record,
 )
+from m4e_fmi.results.recorded import TEXT, Recorded
 
 TIME = np.linspace(0.0, 10.0, 101)
-HOSTILE = "</script><img src=x onerror=alert(1)>&%{y}\"'"
+HOSTILE = "</script><img src=x onerror=alert(1)>&%{y}\"'$x^$"
 
 
 class Parts(HTMLParser):
@@ -182,6 +184,18 @@ def test_results_that_show_nothing_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"made\.nc: .*scene"):
         report_of_run(scene, tmp_path / "r.html")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_results_of_nothing_but_the_time_and_of_texts(tmp_path: Path) -> None:
+    assert data_of(report(tmp_path / "r.html", {}))["first"] == []
+    text = Series("x", "", "", np.array(["a"] * 101, object), Recorded("String", TEXT))
+    made = results_of(TIME, {})
+    made = replace(made, components={"a": {"x": text}})
+    flow = Flow("a <-> b", "a", "b", (Product("a.x", "a.x", 1.0),))
+    made = replace(made, attributes=carried_record(Record(flows=(flow,))))
+    page = Parts(report_of_run(made, tmp_path / "r.html").read_text("utf-8"))
+    assert "Texts are in the results only: a.x." in page.text
+    assert data_of(page)["flows"]["flows"][0]["power"] == ""
 
 
 def test_too_many_numbers_are_refused_before_any_work(tmp_path: Path) -> None:

@@ -64,6 +64,19 @@ def test_damage_is_refused(text: str) -> None:
         record_of({ATTRIBUTE: text}, "r.nc")
 
 
+@pytest.mark.parametrize(
+    "graph",
+    [
+        Graph("none", "jacobi", (), ()),
+        Graph("twice", "jacobi", (Component("a", ""), Component("a", "")), ()),
+        Graph("loose", "jacobi", (Component("a", ""),), (Arrow("a", "b", "x"),)),
+    ],
+)
+def test_a_graph_without_its_ends_is_refused(graph: Graph) -> None:
+    with pytest.raises(InputError, match="damaged"):
+        record_of(carried_record(Record(graph=graph)), "r.nc")
+
+
 def test_every_cut_of_a_record_is_refused() -> None:
     text = carried_record(RECORD)[ATTRIBUTE]
     for length in range(0, len(text), 17):
