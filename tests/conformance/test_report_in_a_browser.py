@@ -136,6 +136,16 @@ def test_slider_and_cursor_are_one_time(page: Page, boxes: tuple[Path, Results])
     settled(page)
     assert page.value("report.player.time()") == pytest.approx(2.0, abs=0.05)
     assert cursor_time(page) == pytest.approx(page.value("report.player.time()"), abs=0.01)
+    hover = page.value("document.querySelector('.plot .hoverlayer').textContent")
+    assert name in hover
+    page.drag((x, y), (x + 100, y + 2))
+    settled(page)
+    shown = page.value(
+        "[...document.querySelectorAll('.plot')].map(p => p._fullLayout.xaxis.range)"
+    )
+    assert shown[0][0] == pytest.approx(2.0, abs=0.05)
+    assert 0.1 < shown[0][1] - shown[0][0] < 2.0
+    assert all(one == shown[0] for one in shown)
     assert page.complaints == []
 
 

@@ -17,7 +17,7 @@ function spectraOf(root, store, plots, theme, start) {
         const { frequency, density } = spectrum(values, from, to, about);
         return {
           type: "scatter", mode: "lines", name: plain(variable.name), x: Array.from(frequency.slice(1)), y: Array.from(density.slice(1), d => d * scale * scale),
-          line: { color: colours.curves[k % colours.curves.length], width: 1.4 }, hovertemplate: `%{y:.5~g} (${plain(unit || "1")})²/Hz`,
+          line: { color: colours.curves[k % colours.curves.length], width: 1.4 }, hovertemplate: `%{y:.5~g} ${squared(unit)}`,
         };
       });
       const readout = made("ul", { class: "readout" }, ...traces.map((trace, k) => {
@@ -30,7 +30,7 @@ function spectraOf(root, store, plots, theme, start) {
       Plotly.newPlot(plot, traces, plotLayout(colours, {
         height: 250, hovermode: "x unified", dragmode: "zoom",
         xaxis: { ticksuffix: " Hz", hoverformat: ".5~g", range: frequencies(traces) },
-        yaxis: { title: { text: `(${plain(unit || "1")})²/Hz` }, type: logarithmic.checked ? "log" : "linear", exponentformat: "power" },
+        yaxis: { title: { text: squared(unit) }, type: logarithmic.checked ? "log" : "linear", exponentformat: "power" },
       }), { ...PLOT_SETTINGS, doubleClick: "reset" });
     }
     note.textContent = charts.length ? about.text : "Nothing is shown: choose variables above.";
@@ -51,13 +51,17 @@ function spectraOf(root, store, plots, theme, start) {
     return found;
   }
 
-  // Up to the frequency below which 99.99 % of the power of all curves are.
+  function squared(unit) {
+    return unit ? `${/^[A-Za-z°]+$/.test(unit) ? unit : `(${plain(unit)})`}²/Hz` : "1/Hz";
+  }
+
+  // Up to the frequency below which 99.9 % of the power of all curves are.
   function frequencies(traces) {
     let most = 0;
     for (const { x, y } of traces) {
       const total = y.reduce((sum, d) => sum + d, 0);
       let sum = 0, k = 0;
-      while (k < x.length - 1 && sum < 0.9999 * total) sum += y[k++];
+      while (k < x.length - 1 && sum < 0.999 * total) sum += y[k++];
       if (Number.isFinite(total)) most = Math.max(most, x[k] || 0);
     }
     return most ? [0, 1.1 * most] : undefined;
