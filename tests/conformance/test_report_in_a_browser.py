@@ -113,12 +113,12 @@ def test_slider_and_cursor_are_one_time(page: Page, boxes: tuple[Path, Results])
     path, results = boxes
     opened(page, path)
     one = page.value("document.querySelector('.animation canvas').toDataURL()")
-    page.value("{ const slider = document.querySelector('.slider'); slider.value = 4;"
+    page.value("{ const slider = document.querySelector('.slider'); slider.value = 4.03;"
                "slider.dispatchEvent(new Event('input')); }")  # fmt: skip
-    assert cursor_time(page) == pytest.approx(4.0, abs=0.01)
+    assert cursor_time(page) == pytest.approx(4.03, abs=0.01)
     shown = page.value("document.querySelector('.readout output').textContent")
     name = page.value("report.plots.panels[0].names[0]")
-    expected = np.interp(4.0, results.time, results[name])
+    expected = np.interp(4.03, results.time, results[name])  # between two rows
     assert float(shown.split()[0]) == pytest.approx(expected, rel=1e-4)
     assert page.value("document.querySelector('.animation canvas').toDataURL()") != one
     # the other way: a click in a plot

@@ -62,7 +62,7 @@ function panelOf(store, names, plots) {
       height: 210, dragmode: "zoom", hovermode: "x unified", hoverdistance: -1,
       xaxis: { range: [...range], ticksuffix: " s", hoverformat: ".6~g", showspikes: false },
       yaxis: {
-        fixedrange: true, title: { text: plain(unit) || "–" },
+        fixedrange: true, title: { text: plain(unit) },
         ...(items ? { tickvals: Object.values(items), ticktext: Object.keys(items).map(plain) } : {}),
       },
     });

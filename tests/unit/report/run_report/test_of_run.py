@@ -132,6 +132,24 @@ def test_a_connection_that_was_not_recorded_has_its_energy_only(tmp_path: Path) 
     assert (told["power"], told["whole"]) == ("", 3.0)
 
 
+def test_works_of_a_program_flow_into_what_they_move(tmp_path: Path) -> None:
+    """A push that gives 3 J, of which 2.9 J are stored: the balance closes to 0.1 of 3 J."""
+    work, total = 0.3 * TIME, 0.29 * TIME
+    values = {"cart.load.push.work": work, "cart.inputs.work": 0 * TIME, "cart.other.work": TIME,
+              "cart.energy.kinetic": total, "cart.energy.potential": 0 * TIME,
+              "cart.energy.total": total}  # fmt: skip
+    made = results_of(TIME, values, units=dict.fromkeys(values, "J"))
+    page = Parts(report_of_run(made, tmp_path / "r.html").read_text("utf-8"))
+    flows = data_of(page)["flows"]
+    assert [(one["source"], one["target"], one["energy"]) for one in flows["flows"]] == [
+        ("push", "cart", "cart.load.push.work"),
+        ("inputs", "cart", "cart.inputs.work"),
+    ]
+    assert flows["stored"] == {"cart": "cart.energy.total"}
+    assert "closes to 3.3e+00 % of 3 J" in flows["balance"]
+    assert "closes to 3.3e+00 % of 3 J" in page.text
+
+
 def test_texts_of_others_are_shown_and_do_nothing(tmp_path: Path) -> None:
     record = Record(
         graph=Graph(HOSTILE, HOSTILE, (Component(HOSTILE, HOSTILE),), ()),
