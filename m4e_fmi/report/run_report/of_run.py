@@ -156,8 +156,7 @@ def _drawing(graph: Graph) -> str:
     from m4e_fmi.report.drawing.system_graph import graph_figure
 
     file = io.BytesIO()
-    plain = {"svg.fonttype": "path", "svg.hashsalt": "m4e_fmi", "text.parse_math": False}
-    with rc_context(plain):
+    with rc_context({"svg.fonttype": "path", "svg.hashsalt": "m4e_fmi", "text.parse_math": False}):
         graph_figure(graph).savefig(
             file, format="svg", bbox_inches="tight", pad_inches=0.15, metadata={"Date": None}
         )
