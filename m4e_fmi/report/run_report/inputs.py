@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import platform
 from contextlib import suppress
+from functools import cache
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import m4e_fmi
 from m4e_fmi.report.run_report.record import LONGEST, InputFile
 
 
+@cache
 def versions() -> dict[str, str]:
     """Versions of m4e_fmi, of Python and the platform, and of the packages that it requires."""
     found = {

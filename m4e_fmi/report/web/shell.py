@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.resources import files
 
 from m4e_fmi.report.web.library import plotly_js
@@ -48,7 +49,7 @@ class Page:
 def page_text(page: Page) -> str:
     """The page as HTML that loads nothing: its content policy forbids it."""
     own = [text_of(HERE, name) for name in SCRIPTS]
-    blocks = {**page.blocks, "library": block(plotly_js())}
+    blocks = {**page.blocks, "library": _library()}
     marks = {
         "@title@": html.escape(page.title),
         "@subtitle@": html.escape(page.subtitle),
@@ -68,6 +69,12 @@ def page_text(page: Page) -> str:
         "@data@": json_text(page.data),
     }
     return re.sub("|".join(marks), lambda mark: marks[mark[0]], text_of(HERE, "shell.html"))
+
+
+@cache
+def _library() -> str:
+    """The plotting library as a block: it is compressed once for many pages."""
+    return block(plotly_js())
 
 
 def json_text(data: object) -> str:
