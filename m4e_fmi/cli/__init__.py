@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -60,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
+    options.given = shlex.join(["m4e-fmi", *words])
     with logged() as log:
         code = _done(options, words, log)
         log.end(code)

@@ -26,10 +26,12 @@ from m4e_fmi.cli.shared.options import (
     add_build_folder,
     add_native,
     add_output_file,
+    add_report,
     add_start_values,
     animation_file,
     load_system,
     output_file,
+    report_file,
     start_values,
     tell_equations,
 )
@@ -112,6 +114,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="estimate no coupling error: no step is made twice, and the results say so",
     )
     add_animate(command, "write an animation (.html)")
+    add_report(command)
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -167,6 +170,7 @@ def _system(options: argparse.Namespace) -> System:
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
         gathered.of(animation_file, options, "system", (".html",))
+        gathered.of(report_file, options, "system")
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
         if options.parameters and (read := gathered.of(read_parameters, options.parameters)):
@@ -215,12 +219,14 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
+    from m4e_fmi.cosim.master.recording import scene_of
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import animate_run, plot_run, run_numbers, run_summary
+    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_numbers, run_summary
     from m4e_fmi.results.results_file import as_given
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     animation = animation_file(options, system.name, (".html",))
+    report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)
     tell_event(_plan(system, output))
@@ -231,6 +237,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     count, links = len(system.components), len(prepared.wiring.links)
     show(f"{system.name}: {count} FMUs, {links} connected variables")
     times = system.simulation
+    animated = animation is not None or (report is not None and scene_of(prepared) is not None)
     told: list[str] = []
 
     def heed(line: str) -> None:
@@ -251,7 +258,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 resume=options.resume,
                 real_time=options.real_time,
                 certify=options.certify,
-                animated=animation is not None,
+                animated=animated,
             )
     except ExportError as error:
         show(run_summary(error.outcome, told), Summary(*run_numbers(error.outcome)))
@@ -260,13 +267,18 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         raise
     assert outcome.path is not None
     show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
-    if program is not None:
-        show(str(reference(outcome, program)))
+    compared = [str(reference(outcome, program))] if program is not None else []
+    for text in compared:
+        show(text)
     print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
     print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])
     if animation:
         print_files([animate_run(outcome.path, animation)])
+    if report:
+        printed = "\n".join([run_summary(outcome), *compared])
+        command = options.given
+        print_files([report_of_run(outcome.path, report, printed=printed, command=command)])
 
 
 def _plan(system: System, output: Path) -> Plan:

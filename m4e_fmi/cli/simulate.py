@@ -24,6 +24,7 @@ from m4e_fmi.cli.shared.options import (
     add_build_folder,
     add_open,
     add_output_file,
+    add_report,
     add_start_values,
     animation_file,
     is_system,
@@ -31,6 +32,7 @@ from m4e_fmi.cli.shared.options import (
     load_program,
     load_system,
     output_file,
+    report_file,
     start_values,
 )
 from m4e_fmi.errors import InputError
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from m4e_fmi.model import Model
     from m4e_fmi.program import Program
     from m4e_fmi.report.animation.scene import Scene
+    from m4e_fmi.report.run_report.record import InputFile
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -72,6 +75,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     add_start_values(command, "NAME")
     add_output_file(command)
     add_animate(command, "write an animation (.html, of a model also .gif)")
+    add_report(command)
     command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
     command.add_argument(
         "--variables",
@@ -96,17 +100,22 @@ def _run(options: argparse.Namespace) -> None:
     animation = animation_file(options, source.name, forms)
     if animation and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
+    report_file(options, source.name)
     with claimed(stream_of(output)):  # and the pictures
         _simulate_to(output, animation, source, options)
 
 
 @dataclass(frozen=True)
 class _Source:
-    """A model, or the program of a system; the `name` of the results, and what they show."""
+    """A model, or the program of a system; the `name` of the results, and what they show.
+
+    `inputs` are the files that it is made of.
+    """
 
     equations: Model | Program
     name: str
     scene: Scene | None
+    inputs: tuple[InputFile, ...]
 
 
 def _source(options: argparse.Namespace) -> _Source:
@@ -116,9 +125,12 @@ def _source(options: argparse.Namespace) -> _Source:
     """
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.report.animation.of_model import scene_of_model
+    from m4e_fmi.report.run_report.inputs import input_file
 
     stop_time, interval = 10.0, 0.01
     if is_system(options.model):
+        from m4e_fmi.cosim.results.run_record import system_inputs
+
         system = load_system(options.model)
         times = system.simulation
         if times.start_time:
@@ -127,14 +139,16 @@ def _source(options: argparse.Namespace) -> _Source:
         stop_time, interval = times.stop_time, times.output_interval or times.step_size
         program = load_program(system, options)
         _warn_of_start(system, program, options)
-        found = _Source(program, f"{system.name}_whole", _system_scene(system, options))
+        scene = _system_scene(system, options)
+        found = _Source(program, f"{system.name}_whole", scene, system_inputs(system))
         if system.scenario:
             warn("warning: the scenario takes no part: one program has no actions")
     else:
         model = load_only_model(options)
         known = {n: v for n, v in start_values(options).items() if not isinstance(v, str)}
         scene = scene_of_model(model, file_stem(model.name), known)
-        found = _Source(model, model.name, scene)
+        read = input_file(options.model, options.model.name)
+        found = _Source(model, model.name, scene, (read,) if read else ())
     if options.stop_time is None:
         options.stop_time = stop_time
     if options.output_interval is None:
@@ -171,6 +185,7 @@ def _simulate_to(
         animate,
         animate_run,
         plot_simulation,
+        report_of_run,
         simulation_numbers,
         simulation_summary,
         write_simulation,
@@ -194,7 +209,7 @@ def _simulate_to(
             needed=options.variables,
             progress=moving,
         )
-    files = write_simulation(result, output, scene=source.scene)
+    files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
     show(simulation_summary(result), Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
         show(f"  note: joint {name!r} starts where the parameters in the file put it")
@@ -210,6 +225,9 @@ def _simulate_to(
             else animate(model, result, animation)
         )
         print_files([made])
+    if report := report_file(options, source.name):
+        printed = simulation_summary(result)
+        print_files([report_of_run(files[0], report, printed=printed, command=options.given)])
 
 
 def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:

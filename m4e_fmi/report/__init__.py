@@ -2,7 +2,7 @@
 
 Imports everything below it. Start with `summaries`, then `figures`; `panels` says what is shown.
 Drawings and animations start from a `scene`, a model in numbers at any pose; `symbols` and `parts`
-give its outlines, `style` the colours.
+give its outlines, `style` the colours. Reports: `run_report`, of the parts in `web`.
 """
 
 from m4e_fmi.report.animation.results_page import animate_run
@@ -20,6 +20,7 @@ from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.hydro_file import write_hydro
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
+from m4e_fmi.report.run_report.of_run import report_of_run
 from m4e_fmi.report.text.cell_text import cell_json, cell_text
 from m4e_fmi.report.text.decay_text import decay_json, decay_text
 from m4e_fmi.report.text.difference_text import difference_json, difference_text
@@ -74,6 +75,7 @@ __all__ = [
     "plot_simulation",
     "plot_waves",
     "progress_bar",
+    "report_of_run",
     "run_numbers",
     "run_summary",
     "say_beside",

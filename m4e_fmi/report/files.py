@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried
+from m4e_fmi.report.run_report.inputs import versions
+from m4e_fmi.report.run_report.record import InputFile, Record, carried_record
 from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
 from m4e_fmi.results.row_header import Column, Section
 
@@ -19,11 +22,16 @@ if TYPE_CHECKING:
 
 
 def write_simulation(
-    simulation: Simulation, path: Path, *, scene: Scene | None = None
+    simulation: Simulation,
+    path: Path,
+    *,
+    scene: Scene | None = None,
+    inputs: Sequence[InputFile] = (),
 ) -> list[Path]:
     """Write a simulation to `path`, as a run's results; returns the files that are there now.
 
-    They carry the `scene`, which says what an animation of them shows.
+    They carry the `scene`, which says what an animation of them shows, and the `inputs` and
+    versions that a report tells of.
 
     netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
     writes to these files.
@@ -31,12 +39,14 @@ def write_simulation(
     check_export(path)
     stream = stream_of(path)
     with claimed(stream):
-        _write_netcdf(simulation, stream, scene)
+        _write_netcdf(simulation, stream, scene, inputs)
         export(stream, path)
     return list(dict.fromkeys((stream, path)))
 
 
-def _write_netcdf(simulation: Simulation, path: Path, scene: Scene | None) -> None:
+def _write_netcdf(
+    simulation: Simulation, path: Path, scene: Scene | None, inputs: Sequence[InputFile]
+) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
     given = simulation.start_values.items()
     attributes = {
@@ -46,6 +56,7 @@ def _write_netcdf(simulation: Simulation, path: Path, scene: Scene | None) -> No
         "tolerance": "none" if simulation.tolerance is None else f"{simulation.tolerance:g}",
         "start_values": "\n".join(f"{name} = {value}" for name, value in given),
         **carried(scene),
+        **carried_record(Record(inputs=tuple(inputs), versions=versions())),
     }
     sections = _sections(simulation)
     rows = [np.array([values[name] for name in names]).T for _, names in sections]

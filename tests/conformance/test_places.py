@@ -30,6 +30,7 @@ COMMANDS = (
     ("build", MODEL, "--native", "--build-folder", f"{ODD}/native"),
     ("build", "system.yaml", "--no-native"),
     ("simulate", MODEL, "--stop-time", "1", "--animate", f"{ODD}/#.html"),
+    ("run", "system.yaml", "--report", f"{ODD}/# %41.html"),
     ("draw", MODEL, "--output-file", f"{ODD}/%.svg"),
     ("linearize", MODEL, "--output-file", f"{ODD}/é.json"),
     ("run", "system.yaml", "--output-file", f"{ODD}/ä # %41.nc"),

@@ -35,16 +35,20 @@ PATIENCE = 120.0
 
 
 class Page:
-    """The page of a browser; `complaints` are its errors and warnings so far."""
+    """The page of a browser; `complaints` are its errors and warnings so far.
+
+    `requests` are the addresses of all that it has asked for, but for those that begin with data.
+    """
 
     def __init__(self, to: int, answers: int) -> None:
         self._to, self._answers = to, os.fdopen(answers, "rb")
         self._last, self._loads, self._session = 0, 0, ""
         self.complaints: list[str] = []
+        self.requests: list[str] = []
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
         self._session = attached["sessionId"]
-        for domain in ("Page", "Runtime", "Log"):
+        for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
 
     def call(self, method: str, **arguments: Any) -> dict[str, Any]:
@@ -73,6 +77,8 @@ class Page:
         match event.get("method"):
             case "Page.loadEventFired":
                 self._loads += 1
+            case "Network.requestWillBeSent" if not told["request"]["url"].startswith("data:"):
+                self.requests.append(told["request"]["url"])
             case "Runtime.exceptionThrown":
                 self.complaints.append(str(told["exceptionDetails"]))
             case "Runtime.consoleAPICalled" if told["type"] in ("error", "warning"):

@@ -22,6 +22,8 @@ Given = ParamSpec("Given")
 Result = TypeVar("Result")
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
+REPORT = ".report.html"
+"""The end of the name of a report beside results."""
 MODEL_FILE = "a model: ours, Chrono's or the paper's lists (YAML), or a robot (URDF)"
 MODEL_OR_SYSTEM = f"{MODEL_FILE}; or a system file, whose equations are connected to one program"
 
@@ -71,6 +73,32 @@ def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[st
     default = output_file(options, name).with_suffix(".html")
     path = options.animate if options.animate.name else default
     check_suffix(path, suffixes, "an animation")
+    return path
+
+
+def add_report(command: argparse.ArgumentParser) -> None:
+    """Add --report, for a report beside the results."""
+    command.add_argument(
+        "--report",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="write a report (.html): plots, animation, power flow, inputs in one file; default "
+        "build/NAME.report.html",
+    )
+
+
+def report_file(options: argparse.Namespace, name: str) -> Path | None:
+    """Path of the report; None if none is wanted. InputError for another suffix than .html."""
+    from m4e_fmi.files.writing import check_suffix
+
+    if options.report is None:
+        return None
+    path = options.report if options.report.name else output_file(options, name).with_suffix(REPORT)
+    check_suffix(path, (".html",), "a report")
+    if options.animate and path.absolute() == options.animate.absolute():
+        raise InputError.single("--animate and --report name the same file", "", str(path))
     return path
 
 

@@ -12,12 +12,19 @@ from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.results.run_record import record_of_system
 from m4e_fmi.cosim.results.system_scene import system_scene
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene import Scene
+from m4e_fmi.report.run_report.record import (
+    FlowEnergy,
+    RecordEnd,
+    StatedError,
+    carried_record,
+)
 from m4e_fmi.results.results_file import as_given, check_export, export, stream_of
 
 
@@ -91,7 +98,25 @@ def closing_attributes(
         found["coupling_error"] = str(certificate) or ": ".join(["not known", no_estimate])
         if isinstance(certificate, CouplingErrorReport) and certificate.coverage:
             found["coupling_error_from"] = str(certificate.coverage)
-    return found
+    return found | carried_record(_record_end(master, ended=ended))
+
+
+def _record_end(master: Master, *, ended: bool) -> RecordEnd:
+    """Steps, energies over the connections and coupling errors at the end of a run."""
+    certificate = master.certificate() if ended else ""
+    errors = certificate.errors if isinstance(certificate, CouplingErrorReport) else ()
+    return RecordEnd(
+        steps=master.steps,
+        rejected=master.rejected,
+        energies=tuple(
+            FlowEnergy(bond.given, bond.received, bond.exchanged, bond.noise)
+            for bond in master.energy
+        ),
+        errors=tuple(
+            StatedError(e.connection, str(e.source), e.error, e.halved, e.span, e.unit)
+            for e in errors
+        ),
+    )
 
 
 def attributes_of(prepared: Prepared) -> dict[str, str]:
@@ -112,6 +137,7 @@ def attributes_of(prepared: Prepared) -> dict[str, str]:
             if (name in starts or origin.value is not None) and name not in CHECKPOINTS
         ),
         "notes": "\n".join(prepared.notes),
+        **carried_record(record_of_system(prepared)),
     }
 
 

@@ -1,6 +1,6 @@
 // An animation in `root`, the element of part.html, of `data`. Keys are heard on `keys` (an element, or the document).
-// Returns: `time()` [s], `seek(time)`, `play(true or false)`, `onTime(action)`, which is called with each time shown; of
-// models in space also the `eye`, and what is at a time: `elevation(x, y, t)`, `posesAt(t)`, `cablesAt(t)`.
+// Returns: `time()` [s], `seek(time)`, `play(true or false)`, `onTime(action)`, which is called with each time shown,
+// `dress()`, which takes the colours of the page anew; of models in space also the `eye`, and what is at a time: `elevation(x, y, t)`, `posesAt(t)`, `cablesAt(t)`.
 function animation(root, data, keys) {
 "use strict";
 const [view, slider, clock, speed, trails, button, whole] = ["view", "slider", "clock", "speed", "trails", "play", "whole"]
@@ -135,5 +135,5 @@ window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dre
 play(playing);
 dress();
 requestAnimationFrame(step);
-return Object.assign(shown(), { time: () => time, seek, play, onTime(action) { listeners.push(action); } });
+return Object.assign(shown(), { time: () => time, seek, play, dress, onTime(action) { listeners.push(action); } });
 }

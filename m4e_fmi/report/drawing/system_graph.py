@@ -13,17 +13,16 @@ import numpy as np
 from m4e_fmi.report.drawing.labels import Box, covering, shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
+from m4e_fmi.report.graph import TIMINGS, Arrow, Component, Graph, graph_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from m4e_fmi.cosim import Link, Prepared, Timing
-    from m4e_fmi.cosim.connections.links import Port
+    from m4e_fmi.cosim import Prepared
 
 SPACE = (4.0, 2.2)  # inches between neighbours
 BOX = (1.5, 0.62)  # inches
-MOST_NAMES = 4  # variables named at an arrow
 BEND = 0.16
 BEND_BESIDE = 0.42  # of an arrow beside another from and to the same components
 BEND_OWN = -1.46  # in addition, of an arrow from a component to itself
@@ -34,7 +33,7 @@ LOOP = COLOURS[4]
 OF_TIMING = {
     "KNOWN": INK, "SOLVED": INK, "CORRECTED": INK, "PREDICTED": COLOURS[0],
     "TAKEN": COLOURS[2], "HELD": COLOURS[2], "EXTRAPOLATED": COLOURS[3], "LATE": COLOURS[1],
-    "SWITCHED": COLOURS[2],
+    "DELAYED": COLOURS[1], "SWITCHED": COLOURS[2],
 }  # fmt: skip
 
 
@@ -55,10 +54,15 @@ def draw_system(prepared: Prepared, picture: Path) -> Path:
 
 def system_figure(prepared: Prepared) -> Figure:
     """The same as a figure of matplotlib, to be shown or changed."""
+    return graph_figure(graph_of(prepared))
+
+
+def graph_figure(graph: Graph) -> Figure:
+    """The graph of a system as a figure of matplotlib."""
     from matplotlib.figure import Figure
 
-    pairs = [(a, b) for a, b, _ in _arrows(prepared) if a != b]
-    places = layout(prepared.structure.execution_order, pairs)
+    pairs = [(a.source, a.target) for a in graph.arrows if a.source != a.target]
+    places = layout([component.name for component in graph.components], pairs)
     corners = np.array(list(places.values()))
     low, high = corners.min(axis=0) - BOX, corners.max(axis=0) + BOX
     size = np.maximum(high - low, (4.0, 2.0))
@@ -68,20 +72,17 @@ def system_figure(prepared: Prepared) -> Figure:
     axis.set_axis_off()
     axis.set_xlim(low[0], low[0] + size[0])
     axis.set_ylim(low[1], low[1] + size[1])
-    arrows = _arrows(prepared)
-    looped = {port.component for loop in prepared.structure.loops for port in loop}
+    pairs = {(arrow.source, arrow.target, arrow.once) for arrow in graph.arrows}
     names = []
-    for (source, target, once), links in arrows.items():
-        beside = once and (source, target, False) in arrows
-        ends = (places[source], places[target])
-        names.append(_arrow(axis, prepared, ends, links, BEND_BESIDE if beside else BEND))
-    for name, place in places.items():
-        _box(axis, prepared, name, place, looped=name in looped)
+    for arrow in graph.arrows:
+        beside = arrow.once and (arrow.source, arrow.target, False) in pairs
+        ends = (places[arrow.source], places[arrow.target])
+        names.append(_arrow(axis, arrow, ends, BEND_BESIDE if beside else BEND))
+    for component in graph.components:
+        _box(axis, component, places[component.name])
     _write_names(axis, names, places.values())
-    _legend(axis, prepared, bool(looped))
-    axis.set_title(
-        shortened(prepared.system.name), fontsize=12, fontweight="bold", color=INK, pad=12
-    )
+    _legend(axis, graph)
+    axis.set_title(shortened(graph.title), fontsize=12, fontweight="bold", color=INK, pad=12)
     return figure
 
 
@@ -128,19 +129,10 @@ def _spread(points: np.ndarray) -> float:
     return factor
 
 
-def _arrows(prepared: Prepared) -> dict[tuple[str, str, bool], list[Link]]:
-    """All links by the components that they lead from and to, and whether they act only once."""
-    found: dict[tuple[str, str, bool], list[Link]] = {}
-    for once, links in ((False, prepared.wiring.links), (True, prepared.wiring.initial_links)):
-        for link in links:
-            found.setdefault((link.source.component, link.target.component, once), []).append(link)
-    return found
-
-
-def _box(axis: Axes, prepared: Prepared, name: str, place: np.ndarray, *, looped: bool) -> None:
+def _box(axis: Axes, component: Component, place: np.ndarray) -> None:
     from matplotlib.patches import FancyBboxPatch
 
-    colour = LOOP if looped else COLOURS[0]
+    name, colour = component.name, LOOP if component.looped else COLOURS[0]
     corner = place - np.array(BOX) / 2
     axis.add_patch(
         FancyBboxPatch(
@@ -148,41 +140,25 @@ def _box(axis: Axes, prepared: Prepared, name: str, place: np.ndarray, *, looped
             fc=pale(colour), zorder=4,
         )
     )  # fmt: skip
-    loose = sum(port.component == name for port in prepared.wiring.unconnected)
-    below = prepared.descriptions[name].path.name
-    if loose:
-        below = f"{loose} input{'s' * (loose > 1)} unconnected"
     width = 9 if len(name) < 16 else 6.5
     axis.text(place[0], place[1] + 0.09, shortened(name), ha="center", va="center", color=INK,
               fontsize=width, fontweight="bold", zorder=5)  # fmt: skip
-    axis.text(place[0], place[1] - 0.14, shortened(below), ha="center", va="center", color=GREY,
-              fontsize=6.5, zorder=5)  # fmt: skip
+    axis.text(place[0], place[1] - 0.14, shortened(component.below), ha="center", va="center",
+              color=GREY, fontsize=6.5, zorder=5)  # fmt: skip
 
 
-def _arrow(
-    axis: Axes,
-    prepared: Prepared,
-    ends: tuple[np.ndarray, np.ndarray],
-    links: list[Link],
-    rad: float,
-) -> _Name:
+def _arrow(axis: Axes, arrow: Arrow, ends: tuple[np.ndarray, np.ndarray], rad: float) -> _Name:
     """One arrow for all that flows from a component to another, in the colour of the latest."""
-    timings = prepared.timings
-    in_loop = _in_loop(prepared)
-    latest = max((_rank(timings[k]) for k in links if k in timings), default=-1)
-    names = list(OF_TIMING)
-    colour = GREY if latest < 0 else OF_TIMING[names[latest]]
-    knotted = any((k.source, k.target) in in_loop for k in links)
-    colour = LOOP if knotted else colour
+    colour = LOOP if arrow.knotted else OF_TIMING.get(arrow.timing, GREY)
     first, last = ends
     if np.allclose(first, last):
         first, last = first + np.array([-0.3, 0.3]), last + np.array([0.3, 0.3])
         rad += BEND_OWN
     arc = _arc(first, last, rad)
-    axis.plot(*arc.T, color=colour, lw=2.4 if knotted else 1.2, ls="--" if latest < 0 else "-",
-              zorder=3 if knotted else 2)  # fmt: skip
+    axis.plot(*arc.T, color=colour, lw=2.4 if arrow.knotted else 1.2,
+              ls="-" if arrow.timing else "--", zorder=3 if arrow.knotted else 2)  # fmt: skip
     _head(axis, arc, colour)
-    return _Name(_label(links), colour, arc, np.sign(rad))
+    return _Name(arrow.label, colour, arc, np.sign(rad))
 
 
 def _arc(first: np.ndarray, last: np.ndarray, rad: float) -> np.ndarray:
@@ -234,50 +210,19 @@ def _write_names(axis: Any, names: list[_Name], places: Iterable[np.ndarray]) ->
         taken.append(corners)
 
 
-def _in_loop(prepared: Prepared) -> set[tuple[Port, Port]]:
-    """Pairs of ports that follow one another in an algebraic loop."""
-    return {
-        pair
-        for loop in prepared.structure.loops
-        for pair in zip(loop, (*loop[1:], loop[0]), strict=True)
-    }
-
-
-def _rank(timing: Timing) -> int:
-    return list(OF_TIMING).index(timing.name)
-
-
-def _label(links: list[Link]) -> str:
-    """Connector and variables at the source's end, as ``body.float: x, vx``."""
-    groups: dict[str, dict[str, None]] = {}
-    for link in links:
-        name = link.source.variable.partition("[")[0]
-        group, _, last = name.rpartition(".")
-        groups.setdefault(group, {}).setdefault(last if link.is_plain else f"{last} (converted)")
-    lines = []
-    for group, names in groups.items():
-        shown = list(map(shortened, names))
-        if len(shown) > MOST_NAMES:
-            shown = [*shown[: MOST_NAMES - 1], f"{len(shown) - MOST_NAMES + 1} more"]
-        lines.append(f"{shortened(group)}: {', '.join(shown)}" if group else ", ".join(shown))
-    return "\n".join(lines[:3])
-
-
-def _legend(axis: Axes, prepared: Prepared, loops: bool) -> None:
+def _legend(axis: Axes, graph: Graph) -> None:
     """The colours that occur."""
     from matplotlib.lines import Line2D
 
-    present = {timing.name for timing in prepared.timings.values()}
-    entries = {}
-    for timing in prepared.timings.values():
-        entries.setdefault(timing.name, (OF_TIMING[timing.name], "-", timing.value))
-    rows = [entries[name] for name in OF_TIMING if name in present]
-    if prepared.wiring.initial_links:
+    rows = [
+        (OF_TIMING[name], "-", graph.timings[name]) for name in TIMINGS if name in graph.timings
+    ]
+    if any(arrow.once for arrow in graph.arrows):
         rows.append((GREY, "--", "transferred once, at initialisation"))
-    if loops:
+    if any(component.looped for component in graph.components):
         rows.append((LOOP, "-", "algebraic loop, to be solved"))
     handles = [Line2D([], [], color=c, ls=ls, lw=1.6, label=text) for c, ls, text in rows]
     if handles:
-        title = f"inputs during a step, algorithm {prepared.system.simulation.algorithm}"
+        title = f"inputs during a step, algorithm {graph.algorithm}"
         axis.legend(handles=handles, title=title, loc="upper center", bbox_to_anchor=(0.5, 0.0),
                     frameon=False, fontsize=7.5, title_fontsize=7.5, labelcolor=INK)  # fmt: skip

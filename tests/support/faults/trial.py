@@ -201,7 +201,8 @@ def differences(
 ) -> list[str]:
     """Rows and, of a complete one, attributes in which a results file differs from the undisturbed.
 
-    Only rows `before` a time [s] count; the attributes named in `but` may differ.
+    Only rows `before` a time [s] count; the attributes named in `but` may differ, and the record,
+    which has the text of the system's file with its fault.
     """
     count = int(np.searchsorted(found.time, before))
     wrong = []
@@ -215,7 +216,7 @@ def differences(
         if first is not None:
             wrong.append(f"{name} from row {first} on: {mine[first]!r}, not {theirs[first]!r}")
     if complete:
-        keys = {*found.attributes, *whole.attributes} - {"created", but}
+        keys = {*found.attributes, *whole.attributes} - {"created", "record", but}
         wrong += [
             f"attribute {key}: {found.attributes.get(key)!r}, not {whole.attributes.get(key)!r}"
             for key in sorted(keys)

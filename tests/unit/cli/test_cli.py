@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import math
 import re
@@ -16,6 +17,7 @@ from fmpy.validation import validate_fmu
 from support.command_line import BUOY, EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
+from m4e_fmi.report import report_of_run
 from m4e_fmi.results import results_file as results
 from m4e_fmi.signals import Terminated
 
@@ -171,6 +173,30 @@ def test_draw_and_animate(here, capsys):
         assert (here / name).stat().st_size > 5000
         assert f"wrote {name}" in told
     assert "use .html or .gif" in refused(capsys, *short, "moves.mp4")
+
+
+def test_reports(here, capsys):
+    """Of a simulation beside its results, of a run where it is asked for."""
+    short = ["simulate", str(PENDULUM), "--stop-time", "0.5", "--no-plot"]
+    assert main([*short, "--report"]) == 0
+    assert "wrote build/double_pendulum.report.html" in capsys.readouterr().out
+    page = (here / "build/double_pendulum.report.html").read_text("utf-8")
+    command = f"m4e-fmi simulate {PENDULUM} --stop-time 0.5 --no-plot --report"
+    for text in (command, "energy balance closes to", PENDULUM.read_text("utf-8")[:60]):
+        assert html.escape(text) in page
+    (here / "swing.model.yaml").write_text(SWING)
+    (here / "system.yaml").write_text(SWINGS)
+    assert main(["run", "system.yaml", "--report", "r.html", "--output-file", "s.nc"]) == 0
+    page = (here / "r.html").read_text("utf-8")
+    for text in (SWING, SWINGS, "m4e-fmi run system.yaml --report r.html --output-file s.nc"):
+        assert html.escape(text) in page
+    again = report_of_run("s.nc", "again.html").read_text("utf-8")
+    assert html.escape(SWINGS) in again
+    assert '"flows":' in again
+    assert "use .html" in refused(capsys, *short, "--report", "r.pdf")
+    both = ("--report", "a.html", "--animate", "a.html")
+    assert "name the same file" in refused(capsys, *short, *both)
+    assert "name the same file" in refused(capsys, "run", "system.yaml", *both)
 
 
 def test_models_in_other_forms(here, capsys):

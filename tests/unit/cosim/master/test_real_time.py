@@ -79,7 +79,7 @@ def test_a_run_of_which_a_part_was_in_real_time_has_no_estimate(
     whole = run(given.changed(stop_time=3.0), results=tmp_path / "whole.nc")
     assert "coupling error" in str(whole.certificate)
     other = {name.partition("@")[2] for name in differences(tmp_path / "whole.nc", place)}
-    assert other == {"coupling_error", "coupling_error_from", "real_time"}
+    assert other == {"coupling_error", "coupling_error_from", "real_time", "record_end"}
 
 
 def test_what_is_made_again_does_not_wait(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -1,0 +1,83 @@
+"""The record that results carry for reports, of a run that begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.links import Axis, Bond, Port
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.system.component import ModelFile
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.files.limits import LONGEST_NAME
+from m4e_fmi.report.graph import graph_of
+from m4e_fmi.report.run_report.inputs import input_file, versions
+from m4e_fmi.report.run_report.record import Flow, InputFile, Product, Record
+
+SEED = "seed"
+"""The key of random numbers in system files."""
+
+
+def record_of_system(prepared: Prepared) -> Record:
+    """The record of a run of this system."""
+    system = prepared.system
+    return Record(
+        graph=graph_of(prepared),
+        flows=tuple(_flow(bond, prepared) for bond in prepared.wiring.bonds),
+        inputs=system_inputs(system),
+        fmus={
+            name: f"{found.path.name}, SHA-256 {found.content}"
+            for name, found in prepared.descriptions.items()
+        },
+        seeds=dict(_seeds(system.document.data, "")) if system.document else {},
+        versions=versions(),
+    )
+
+
+def _flow(bond: Bond, prepared: Prepared) -> Flow:
+    force = bond.axes[0].force
+    products = tuple(_product(axis, prepared) for axis in bond.axes)
+    return Flow(bond.name, force.source.component, force.target.component, products, bond.adds)
+
+
+def _product(axis: Axis, prepared: Prepared) -> Product:
+    force, velocity = axis.force.source, axis.velocity.source
+    factor = axis.share * _to_si(force, prepared) * _to_si(velocity, prepared)
+    return Product(str(force), str(velocity), factor)
+
+
+def _to_si(port: Port, prepared: Prepared) -> float:
+    """SI value over the value of a variable; 1 without a unit."""
+    dimension = prepared.descriptions[port.component].variables[port.variable].dimension
+    return 1.0 if dimension is None else dimension.factor
+
+
+def system_inputs(system: System) -> tuple[InputFile, ...]:
+    """The system's file and those of its models with their texts, other files without."""
+    document = system.document
+    models = [c.source.path for c in system.components if isinstance(c.source, ModelFile)]
+    named = {system.folder / path: _short(path, system.folder) for path in models}
+    found = [input_file(document.path, document.path.name)] if document else []
+    found += [input_file(path, name) for path, name in named.items()]
+    texts = document.texts(()) if document else ()
+    others = {system.folder / text: text for _, text in texts if len(text) < LONGEST_NAME}
+    found += [
+        input_file(path, name, kept=False) for path, name in others.items() if path not in named
+    ]
+    return tuple(one for one in found if one)
+
+
+def _short(path: Path, folder: Path) -> str:
+    """A path relative to the system's folder if it is below it, else its name."""
+    given = folder / path
+    return given.relative_to(folder).as_posix() if given.is_relative_to(folder) else path.name
+
+
+def _seeds(value: object, place: str) -> Iterator[tuple[str, str]]:
+    """Seeds of random numbers below a value of a system's file, with their places in it."""
+    if isinstance(value, dict | list):
+        items = value.items() if isinstance(value, dict) else enumerate(value)
+        for key, member in items:
+            if key == SEED:
+                yield f"{place}{key}", str(member)
+            yield from _seeds(member, f"{place}{key}.")

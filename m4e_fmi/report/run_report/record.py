@@ -1,0 +1,146 @@
+"""The record of a run that its results carry for reports: graph, power flows, errors, inputs.
+
+The attribute `record` is written when the results begin, `record_end` when the run has ended.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, TypeVar
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.report.graph import Graph
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+ATTRIBUTE, END = "record", "record_end"
+"""Names of the attributes."""
+FORMAT = 1
+LONGEST = 200_000
+"""Characters of an input file that are kept; of a longer one there is only its SHA-256."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """A part of a power [W]: `factor` · variable `force` · variable `velocity`, in their units."""
+
+    force: str
+    velocity: str
+    factor: float
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Power over a connection, positive from the component `source` into the component `target`.
+
+    `adds` are components whose forces the source adds up.
+    """
+
+    connection: str
+    source: str
+    target: str
+    products: tuple[Product, ...]
+    adds: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A text file that a run was made of; `text` is None if it is too long to be kept."""
+
+    name: str
+    sha256: str
+    text: str | None
+
+
+@dataclass(frozen=True)
+class Record:
+    """All that is known when a run begins.
+
+    `fmus` are files by component, with their SHA-256; `seeds` those given in the system's file, by
+    place; `versions` those of Python, of packages and of the platform.
+    """
+
+    format: int = FORMAT
+    graph: Graph | None = None
+    flows: tuple[Flow, ...] = ()
+    inputs: tuple[InputFile, ...] = ()
+    fmus: dict[str, str] = field(default_factory=dict)
+    seeds: dict[str, str] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FlowEnergy:
+    """Energies [J] of a flow over the whole run, by the run itself: see `BondEnergy`."""
+
+    given: float
+    received: float
+    exchanged: float
+    noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class StatedError:
+    """Largest estimated error of a connection, at the variable `source`, of the range `span`."""
+
+    connection: str
+    source: str
+    error: float
+    halved: float
+    span: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class RecordEnd:
+    """All that is known when a run has ended; `energies` are those of the flows, in their order."""
+
+    format: int = FORMAT
+    steps: int | None = None
+    rejected: int = 0
+    energies: tuple[FlowEnergy, ...] = ()
+    errors: tuple[StatedError, ...] = ()
+
+
+Kept = TypeVar("Kept", Record, RecordEnd)
+
+
+def carried_record(record: Record | RecordEnd) -> dict[str, str]:
+    """The attribute by which results carry a record."""
+    name = ATTRIBUTE if isinstance(record, Record) else END
+    return {name: json.dumps(asdict(record), separators=(",", ":"))}
+
+
+def record_of(attributes: Mapping[str, str], path: str) -> Record:
+    """The record in attributes of the results at `path`, an empty one if there is none.
+
+    InputError if it is damaged.
+    """
+    return _read(Record, attributes.get(ATTRIBUTE), path)
+
+
+def end_of(attributes: Mapping[str, str], path: str) -> RecordEnd:
+    """The same of what is known when a run has ended."""
+    return _read(RecordEnd, attributes.get(END), path)
+
+
+def _read(kind: type[Kept], text: str | None, path: str) -> Kept:
+    from pydantic import TypeAdapter, ValidationError
+
+    if text is None:
+        return kind()
+    adapter: TypeAdapter[Kept] = TypeAdapter(kind)
+    try:
+        found = adapter.validate_json(text)
+    except (ValidationError, RecursionError):
+        message = "its record of the run is damaged, or of another m4e_fmi"
+        raise InputError.single(message, "run it again", path) from None
+    if isinstance(found, Record) and found.graph and not found.graph.is_whole:
+        raise InputError.single("its record of the run is damaged", "run it again", path)
+    if found.format > FORMAT:
+        message = f"its record of the run is of format {found.format}, newer than this m4e_fmi"
+        raise InputError.single(message, "update m4e_fmi", path)
+    return found

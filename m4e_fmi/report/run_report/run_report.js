@@ -1,0 +1,53 @@
+// A report of a run: plots, animation, power flow and spectra, with one time.
+async function start(data) {
+  const part = name => document.querySelector(name), theme = themeOf(part(".theme")), store = storeOf(data.samples);
+  const ready = library();
+  await store.ready();
+  await ready;
+  const plots = historiesOf(part(".histories"), store, theme, data.first);
+  chooserOf(part(".histories"), store, plots);
+  await plots.ready;
+  theme.onChange(() => plots.dress());
+  const spectra = spectraOf(part(".spectra"), store, plots, theme, data.ramp);
+  const flows = data.flows && flowsOf(part(".flows"), store, plots, theme, data.flows);
+  globalThis.report = { plots, store, theme, spectra, flows, moves: Boolean(data.animation), player: null };
+  if (data.animation) setTimeout(() => animate(data.animation), 0);
+  printed(theme, report);
+}
+
+// The animation, at rest until it is played: its time and the cursor of the plots are one.
+function animate(data) {
+  const root = document.querySelector(".animation"), { plots, theme } = report;
+  const player = animation(root, data, root);
+  let moving = false;
+  report.player = player;
+  player.play(false);
+  player.seek(plots.now);
+  player.onTime(time => { if (!moving) plots.seek(time); });
+  plots.onTime(time => {
+    moving = true;
+    player.seek(time);
+    moving = false;
+  });
+  theme.onChange(player.dress);
+  const dock = document.querySelector(".dock"), place = document.querySelector(".moved");
+  dock.addEventListener("click", () => {
+    dock.setAttribute("aria-pressed", place.classList.toggle("docked"));
+    player.dress();
+  });
+}
+
+// On paper all is drawn, light, and no wider than the paper.
+function printed(theme, { plots, spectra }) {
+  const PAPER = 660, charts = () => document.querySelectorAll(".plot, .spectrum, .sankey");
+  window.addEventListener("beforeprint", () => {
+    theme.as("light");
+    spectra.draw();
+    for (const chart of charts()) if (chart._fullLayout) chart.style.zoom = Math.min(1, PAPER / chart._fullLayout.width);
+  });
+  window.addEventListener("afterprint", () => {
+    theme.as(theme.wanted());
+    for (const chart of charts()) chart.style.zoom = "";
+    plots.dress();
+  });
+}

@@ -1,0 +1,155 @@
+"""The summary of a report: what results tell of their run, as HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.panels import fitting, moving, panels
+from m4e_fmi.report.run_report.flows import energy_closes
+from m4e_fmi.report.run_report.record import Record, RecordEnd
+from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
+from m4e_fmi.results.results_file import Results
+
+AT_STOP = "at the stop time"
+
+
+def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> str:
+    """Facts, warnings, errors, energies and extremes; `printed` is what the run has printed."""
+    told = results.attributes
+    parts = [paragraph(told.get("comment", ""))] if told.get("comment") else []
+    if (ended := told.get("ended", AT_STOP)) != AT_STOP:
+        parts.append(paragraph(f"The run ended early: {ended}.", "problem"))
+    if printed:
+        parts.append(paragraph(printed.splitlines()[0]))
+    parts.append(facts(_facts(results, record, end)))
+    for heading, key in (
+        ("Notes and warnings", "notes"),
+        ("Messages of FMUs", "messages"),
+        ("Scenario", "scenario"),
+    ):
+        if listed := lines(told.get(key, "").splitlines()):
+            parts.append(f"<h3>{heading}</h3>{listed}")
+    parts += [_errors(end), _energies(results, record, end), _extremes(results)]
+    if printed:
+        parts.append(folded("As printed by the run", printed))
+    return "\n".join(filter(None, parts))
+
+
+def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
+    told, time = results.attributes, results.time
+    graph = record.graph
+    return {
+        "System": told.get("title", results.path.stem),
+        "Components": ", ".join(c.name for c in graph.components) if graph else ", ".join(
+            results.components
+        ),
+        "Times": f"{time[0]:g} to {time[-1]:g} s, {len(time):,} rows" if len(time) else "no rows",
+        "Algorithm": told.get("algorithm", ""),
+        "Method": told.get("method", ""),
+        "Tolerance": told.get("tolerance", ""),
+        "Steps": _steps(told.get("step_size", ""), end),
+        "Energy balance": energy_closes(results),
+        "Coupling error": told.get("coupling_error", ""),
+        "Found from": told.get("coupling_error_from", ""),
+        "Real time": told.get("real_time", ""),
+        "Made": told.get("created", ""),
+    }  # fmt: skip
+
+
+def _steps(size: str, end: RecordEnd) -> str:
+    if end.steps is None:
+        return size and f"of {size}"
+    again = f", {end.rejected:,} made again" if end.rejected else ""
+    return f"{end.steps:,} of {size}{again}"
+
+
+def _errors(end: RecordEnd) -> str:
+    """The stated coupling errors, the largest of each connection."""
+    if not end.errors:
+        return ""
+    rows = (
+        (
+            one.connection, one.source, f"{one.error:.1e}", f"{one.halved:.1e}",
+            f"{one.error * one.span:.2g} {one.unit}", f"{one.span:.3g} {one.unit}",
+        )
+        for one in end.errors
+    )  # fmt: skip
+    caption = (
+        "Largest error of each connection's variables over the run, as a share of the range of "
+        "variables of that unit; other variables of the connection have smaller ones"
+    )
+    heads = ("connection", "variable", "error", "at half the step", "error", "range")
+    return "<h3>Stated coupling errors</h3>" + table(caption, heads, rows, texts=2)
+
+
+def _energies(results: Results, record: Record, end: RecordEnd) -> str:
+    """Energies over the connections, as the run's summary has them."""
+    if not end.energies or len(end.energies) != len(record.flows):
+        return ""
+    span = float(results.time[-1] - results.time[0])
+    rows = []
+    for flow, one in zip(record.flows, end.energies, strict=True):
+        idle = one.exchanged <= one.noise
+        lost = "–" if idle else f"{100 * (one.received - one.given) / one.exchanged:+.4f} %"
+        mean = quantity(one.given / span if span else 0.0, "W")
+        rows.append(
+            (flow.connection, flow.source, flow.target,
+             quantity(one.given, "J"), quantity(one.received, "J"), lost, mean)
+        )  # fmt: skip
+    heads = ("connection", "from", "into", "given", "received", "lost or made", "mean power")
+    caption = "From the force's source into the body; negative the other way"
+    return "<h3>Energy over the connections</h3>" + table(caption, heads, rows, texts=3)
+
+
+def _extremes(results: Results) -> str:
+    """Smallest, mean and largest values of what figures show."""
+    if not len(results.time):
+        return ""
+    reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
+    rows = list[tuple[str, ...]]()
+    for panel in map(fitting, moving(panels(reals))):
+        for name, one in panel.series.items():
+            values = panel.scale * one.values
+            numbers = (np.min(values), _mean(results.time, values), np.max(values))
+            rows.append((name, panel.unit, *aligned(*map(float, numbers))))
+    heads = ("variable", "unit", "min", "mean", "max")
+    return (
+        "<h3>Extremes</h3>" + table("From the rows of the results", heads, rows, texts=2)
+        if rows
+        else ""
+    )
+
+
+def _mean(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean of `values` (n,) over `time` (n,) [s], by the trapezoidal rule."""
+    span = float(time[-1] - time[0])
+    return float(np.trapezoid(values, time) / span if span else values[0])
+
+
+def reproduction(results: Results, record: Record, command: str) -> str:
+    """Command, start values, seeds, versions, FMUs and input files."""
+    parts = [
+        facts({"Command": command, "Results": results.path.name, **record.seeds}),
+        *_changes(results),
+    ]
+    if record.versions:
+        parts.append("<h3>Versions</h3>" + facts(record.versions))
+    if record.fmus:
+        parts.append("<h3>FMUs</h3>" + facts(record.fmus))
+    if record.inputs:
+        parts.append("<h3>Input files</h3>")
+        parts.append(facts({one.name: f"SHA-256 {one.sha256}" for one in record.inputs}))
+        parts += [folded(one.name, one.text) for one in record.inputs if one.text is not None]
+    if not (record.versions or record.inputs):
+        text = "These results carry no record of versions and input files: m4e-fmi run writes it."
+        parts.append(paragraph(text))
+    return "\n".join(parts)
+
+
+def _changes(results: Results) -> Iterator[str]:
+    for heading, key in (("Start values", "start_values"), ("Not as in the file", "changed")):
+        if listed := lines(results.attributes.get(key, "").splitlines()):
+            yield f"<h3>{heading}</h3>{listed}"

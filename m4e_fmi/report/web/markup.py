@@ -1,0 +1,62 @@
+"""Small pieces of HTML: tables, lists, folded texts. All that is given is text, and is escaped."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+
+
+def escaped(text: object) -> str:
+    """Text as HTML."""
+    return html.escape(str(text))
+
+
+def paragraph(text: str, kind: str = "") -> str:
+    """A paragraph of a class `kind`."""
+    return f'<p class="{kind}">{escaped(text)}</p>' if kind else f"<p>{escaped(text)}</p>"
+
+
+def facts(rows: Mapping[str, str]) -> str:
+    """A table of names and texts, without those that are empty."""
+    lines = (
+        f'<tr><th scope="row">{escaped(name)}</th><td>{escaped(text)}</td></tr>'
+        for name, text in rows.items()
+        if text
+    )
+    return f'<table class="facts"><tbody>{"".join(lines)}</tbody></table>'
+
+
+def table(
+    caption: str, heads: Sequence[str], rows: Iterable[Sequence[str]], *, texts: int = 1
+) -> str:
+    """A table below its caption, whose first `texts` columns are texts and the others numbers."""
+    kinds = [""] * texts + [' class="number"'] * (len(heads) - texts)
+    head = "".join(
+        f'<th scope="col"{kind}>{escaped(name)}</th>'
+        for name, kind in zip(heads, kinds, strict=True)
+    )
+    body = "".join(
+        "<tr>"
+        + "".join(f"<td{kind}>{escaped(cell)}</td>" for cell, kind in zip(row, kinds, strict=True))
+        + "</tr>"
+        for row in rows
+    )
+    return (
+        f"{paragraph(caption, 'note')}"
+        f'<div class="wide" tabindex="0" role="region" aria-label="{escaped(caption)}"><table>'
+        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
+    )
+
+
+def lines(texts: Iterable[str]) -> str:
+    """A list of lines; nothing without any."""
+    items = "".join(f"<li>{escaped(text)}</li>" for text in texts if text)
+    return f'<ul class="lines">{items}</ul>' if items else ""
+
+
+def folded(title: str, text: str) -> str:
+    """A text as it is, behind its title."""
+    return (
+        f"<details><summary>{escaped(title)}</summary>"
+        f'<pre tabindex="0">{escaped(text)}</pre></details>'
+    )

@@ -1,0 +1,96 @@
+"""The shell of interactive pages: sections, scripts, samples and the library in one file."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+
+from m4e_fmi.report.web.library import plotly_js
+from m4e_fmi.report.web.samples import block
+
+SCRIPTS = (
+    "samples.js", "decimate.js", "spectrum.js", "theme.js", "panel.js", "histories.js",
+    "chooser.js", "spectra.js",
+)  # fmt: skip
+HERE = "m4e_fmi.report.web"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page with a heading, at the anchor `key`; `body` is HTML."""
+
+    key: str
+    heading: str
+    body: str
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page. Its last script defines ``start(data)``, which is called when all is there.
+
+    `styles` and `scripts` are texts that follow those of the shell; `blocks` are compressed texts
+    by id, `data` anything that JSON has.
+    """
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
+    data: Mapping[str, object]
+    styles: Sequence[str] = ()
+    scripts: Sequence[str] = ()
+    blocks: Mapping[str, str] = field(default_factory=dict)
+
+
+def page_text(page: Page) -> str:
+    """The page as HTML that loads nothing: its content policy forbids it."""
+    own = [text_of(HERE, name) for name in SCRIPTS]
+    blocks = {**page.blocks, "library": _library()}
+    marks = {
+        "@title@": html.escape(page.title),
+        "@subtitle@": html.escape(page.subtitle),
+        "@style@": "\n".join(
+            [*page.styles, text_of(HERE, "shell.css"), text_of(HERE, "histories.css")]
+        ),
+        "@links@": "\n".join(
+            f'    <li><a href="#{one.key}">{html.escape(one.heading)}</a></li>'
+            for one in page.sections
+        ),
+        "@sections@": "\n".join(map(_section, page.sections)),
+        "@blocks@": "\n".join(
+            f'<script type="text/plain" id="{name}">{text}</script>'
+            for name, text in blocks.items()
+        ),
+        "@script@": "\n".join([*own, *page.scripts]),
+        "@data@": json_text(page.data),
+    }
+    return re.sub("|".join(marks), lambda mark: marks[mark[0]], text_of(HERE, "shell.html"))
+
+
+@cache
+def _library() -> str:
+    """The plotting library as a block: it is compressed once for many pages."""
+    return block(plotly_js())
+
+
+def json_text(data: object) -> str:
+    """JSON that may stand in a script: no text in it ends that, or begins another."""
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def text_of(package: str, name: str) -> str:
+    """The text of a file in a package."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+def _section(section: Section) -> str:
+    return (
+        f'<section class="section" id="{section.key}" aria-labelledby="{section.key}-heading">\n'
+        f'<h2 id="{section.key}-heading">{html.escape(section.heading)}</h2>\n'
+        f"{section.body}\n</section>"
+    )
