@@ -61,8 +61,8 @@ def graph_figure(graph: Graph) -> Figure:
     """The graph of a system as a figure of matplotlib."""
     from matplotlib.figure import Figure
 
-    pairs = [(a.source, a.target) for a in graph.arrows if a.source != a.target]
-    places = layout([component.name for component in graph.components], pairs)
+    neighbours = [(a.source, a.target) for a in graph.arrows if a.source != a.target]
+    places = layout([component.name for component in graph.components], neighbours)
     corners = np.array(list(places.values()))
     low, high = corners.min(axis=0) - BOX, corners.max(axis=0) + BOX
     size = np.maximum(high - low, (4.0, 2.0))

@@ -13,7 +13,6 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.animation.page import Part
 from m4e_fmi.report.animation.results_page import run_part
-from m4e_fmi.report.animation.scene_text import ATTRIBUTE as SCENE
 from m4e_fmi.report.animation.scene_text import scene_of_text
 from m4e_fmi.report.graph import Graph
 from m4e_fmi.report.panels import fitting, moving, panels
@@ -23,6 +22,7 @@ from m4e_fmi.report.run_report.summary import reproduction, summary
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
 from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
+from m4e_fmi.results.dataset import SCENE
 from m4e_fmi.results.results_file import Results, load
 
 OWN = "m4e_fmi.report.run_report"
