@@ -29,6 +29,8 @@ PAGES_THAT_RUN = (
     "pictures",
     "analysis",
     "whole_systems",
+    "statistics",
+    "comparing",
     "programs",
     "stepping",
 )

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         sensitivity,
         trajectory_sensitivity,
     )
+    from m4e_fmi.analysis.comparison import compare
     from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.analysis.response import sea_response, wave_response
     from m4e_fmi.cosim import (
@@ -52,6 +53,7 @@ __all__ = [
     "System",
     "UnknownNameError",
     "build_fmu",
+    "compare",
     "equilibrium",
     "fit_decay",
     "frequency_response",
@@ -87,6 +89,7 @@ _NAMES = {
         "sensitivity",
         "trajectory_sensitivity",
     ),
+    "analysis.comparison": ("compare",),
     "analysis.decay": ("fit_decay",),
     "analysis.response": ("sea_response", "wave_response"),
     "cosim": (

@@ -102,7 +102,7 @@ def column_names(path: Path) -> list[str]:
 
 def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Lines of a file, and the entries of those that are not empty with their numbers."""
-    text = _text(path)
+    text = table_text(path)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=_separator(text), strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
@@ -136,7 +136,8 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
     return shown
 
 
-def _text(path: Path) -> str:
+def table_text(path: Path, *, largest: int = LARGEST_TABLE) -> str:
+    """Text of a table of up to `largest` bytes; InputError unless it is one by name and content."""
     if is_other(path):
         raise InputError.single("is a pipe or a device", "copy it into a file", str(path))
     if not is_file(path):
@@ -147,7 +148,7 @@ def _text(path: Path) -> str:
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     check_named(path, SUFFIXES, "table")
     try:
-        text = read_text(path, encoding="utf-8-sig", largest=LARGEST_TABLE)
+        text = read_text(path, encoding="utf-8-sig", largest=largest)
     except TooLongError as error:
         raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
     except UnicodeDecodeError as error:

@@ -26,7 +26,8 @@ _REMEDIES = {
     FMU: "`m4e-fmi info` shows it, `m4e-fmi validate` checks it; in a system file, which "
     "`m4e-fmi run` runs, it is a component: {fmu: NAME}",
     _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
-    _RESULTS: "no command takes results; `m4e_fmi.load` reads netCDF in Python",
+    _RESULTS: "`m4e-fmi compare` compares it, `m4e-fmi decay` finds damping in it; `m4e_fmi.load` "
+    "reads netCDF in Python",
 }
 
 

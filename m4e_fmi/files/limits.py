@@ -30,6 +30,7 @@ LONGEST_NAME = 255
 DEEPEST_FOLDER = 50
 
 LARGEST_TABLE = 20 * MB
+LARGEST_RECORD = 500 * MB
 LARGEST_LINE_FILE = 10 * MB
 LARGEST_MESH = 300 * MB
 LARGEST_QTF = 200 * MB
@@ -82,6 +83,8 @@ LIMITS = (
           "a Python installation has 15"),
     Limit("CSV table", "size", LARGEST_TABLE, "bytes",
           "10,000 rows, as many as a table takes, of 100 columns"),
+    Limit("CSV of results, to be compared", "size", LARGEST_RECORD, "bytes",
+          "an hour of 20 rows a second of 100 variables has 100 MB"),
     Limit("MoorDyn file", "size", LARGEST_LINE_FILE, "bytes", "100 lines have 20 kB"),
     Limit("mesh", "size", LARGEST_MESH, "bytes", "a million triangles as ASCII STL have 270 MB"),
     Limit("WAMIT drift forces", "size", LARGEST_QTF, "bytes",

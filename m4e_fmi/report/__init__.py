@@ -6,6 +6,7 @@ give its outlines, `style` the colours.
 """
 
 from m4e_fmi.report.animation.results_page import animate_run
+from m4e_fmi.report.charts.difference_figure import plot_differences
 from m4e_fmi.report.drawing.animation import animate
 from m4e_fmi.report.drawing.decay_figure import plot_decay
 from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
@@ -19,7 +20,9 @@ from m4e_fmi.report.files import write_simulation
 from m4e_fmi.report.hydro_file import write_hydro
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
+from m4e_fmi.report.text.cell_text import cell_json, cell_text
 from m4e_fmi.report.text.decay_text import decay_json, decay_text
+from m4e_fmi.report.text.difference_text import difference_json, difference_text
 from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
 from m4e_fmi.report.text.fmu_text import fmu_text
 from m4e_fmi.report.text.hydro_text import hydro_json, hydro_text
@@ -40,11 +43,15 @@ from m4e_fmi.report.wave_file import write_sea, write_waves
 __all__ = [
     "animate",
     "animate_run",
+    "cell_json",
+    "cell_text",
     "check_picture_path",
     "comparison_json",
     "comparison_text",
     "decay_json",
     "decay_text",
+    "difference_json",
+    "difference_text",
     "draw_model",
     "draw_system",
     "equilibrium_text",
@@ -58,6 +65,7 @@ __all__ = [
     "model_figure",
     "model_tables",
     "plot_decay",
+    "plot_differences",
     "plot_hydro",
     "plot_modes",
     "plot_phase",

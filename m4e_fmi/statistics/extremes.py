@@ -148,7 +148,10 @@ def _weibull(time: Floats, run: Floats, duration: float) -> Extreme:
     if len(sizes) < LEAST_CRESTS:
         raise UndefinedError(f"the record has {len(sizes)} complete cycles, not {LEAST_CRESTS}")
     below = len(sizes) - int(TAIL * len(sizes))
-    scale, shape, covariance = _weibull_fit(sizes[below:], below, float(sizes[below - 1]))
+    limit = float(sizes[below - 1])
+    if limit <= 0.0:
+        raise UndefinedError("half of the crests are not above the mean")
+    scale, shape, covariance = _weibull_fit(sizes[below:], below, limit)
     span = float(found.crossings[-1] - found.crossings[0])
     peaks = duration * len(sizes) / span
     extreme = _of_peaks("Weibull", duration, peaks, found.level, scale, shape)

@@ -51,7 +51,7 @@ class Rainflow:
 def rainflow_cycles(values: ArrayLike) -> Rainflow:
     """Rainflow cycles of `values` (n,), in their unit; none of constant ones.
 
-    InputError for fewer than 3 rows, several runs, or values that are not finite, or beyond 1e100.
+    InputError for fewer than 3 rows, several runs, or values that are not finite, or beyond 1e60.
     """
     x = np.asarray(values, dtype=float)
     if x.ndim != 1 or len(x) < LEAST_ROWS or not (np.abs(x) < LARGEST).all():

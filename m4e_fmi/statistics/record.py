@@ -11,8 +11,8 @@ Floats = NDArray[np.float64]
 CONSTANT = 1e-12
 """Range over the largest magnitude up to which values count as constant: rounding."""
 
-SMALLEST, LARGEST = 1e-100, 1e100
-"""Range up to which values count as constant, and their largest magnitude: squares are numbers."""
+SMALLEST, LARGEST = 1e-60, 1e60
+"""Range up to which values count as constant, and largest magnitude: fourth powers are finite."""
 LEAST_STEPS = 15
 """Steps of a record of which a spectrum is made."""
 LONGEST_STEP = 1.5

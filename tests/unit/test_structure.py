@@ -22,7 +22,8 @@ MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
         "signals units errors shown files coupling_algorithms program space joints model multibody "
-        "results statistics runtime simulate fmu analysis code_hash doctor report cosim study cli __main__"
+        "results statistics runtime simulate fmu analysis code_hash doctor report cosim study cli "
+        "__main__"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (

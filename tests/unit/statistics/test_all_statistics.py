@@ -28,8 +28,15 @@ ODD = {
     "ramp": (TIME, TIME),
     "uneven": (UNEVEN, np.sin(UNEVEN)),
     "a jump": (np.array([0.0, 1.0, 1.0, 2.0]), np.array([0.0, 0.0, 1.0, 1.0])),
+    "crests at the mean": (
+        np.arange(202.0),
+        np.r_[np.tile([-1.0, 0.0], 50), 100, 0, np.tile([-1.0, 0.0], 50)],
+    ),
+    "bits": (TIME, np.sign(np.sin(7.0 * TIME**1.5))),
+    "one step": (TIME, (TIME > 300.0).astype(float)),
     "a spike": (TIME, np.where(TIME == 300.0, 1.0, 0.0)),
-    "tiny": (TIME, 1e-90 * WAVE),
+    "tiny": (TIME, 1e-55 * WAVE),
+    "large": (TIME, 1e55 * WAVE),
     "nothing": (TIME, 1e-200 * WAVE),
     "huge": (TIME, 1e200 * WAVE),
 }

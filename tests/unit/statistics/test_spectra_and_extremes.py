@@ -89,30 +89,6 @@ def test_moments_of_the_sea(sea: np.ndarray) -> None:
         assert np.mean(found) == pytest.approx(value, abs=BOUND * error(found) + 0.01 * value)
 
 
-def test_largest_values_of_a_gaussian_sea(sea: np.ndarray) -> None:
-    """Largest values of an hour against Rayleigh's, within the scatter and 1.5 %.
-
-    That is for crests that are not independent (they come in groups) and for the asymptote, whose
-    next term is of the order (π²/12)/(2 ln N)², 0.5 %.
-    """
-    largest = sea.max(axis=1)
-    found = [gaussian_extreme(TIME, run, HOUR) for run in sea]
-    expected = float(np.mean([one.expected for one in found]))
-    assert np.mean(largest) == pytest.approx(
-        expected, abs=BOUND * error(largest) + 0.015 * expected
-    )
-    for level in (0.1, 0.5, 0.9):
-        below = np.mean(largest <= np.mean([one.quantile(level) for one in found]))
-        assert below == pytest.approx(
-            level, abs=BOUND * np.sqrt(level * (1 - level) / SEEDS) + 0.05
-        )
-    values = np.array([one.most_probable for one in found])
-    said = np.mean([one.error for one in found])
-    assert said == pytest.approx(np.std(values, ddof=1), rel=BOUND / np.sqrt(2.0 * SEEDS))
-    exact = np.sqrt(2.0 * np.log(HOUR / (PEAK * 0.7104)))  # σ = 1 m, T₀₂ = 0.7104 Tp
-    assert np.mean(values) == pytest.approx(exact, abs=BOUND * error(values) + 0.003 * exact)
-
-
 def test_fits_of_tail_and_parts_agree_with_the_gaussian(sea: np.ndarray) -> None:
     modes = STATISTICS["most_probable_maximum"].compute(TIME, sea[:100], duration=HOUR)
     gaussian = float(np.mean(modes))

@@ -1,0 +1,230 @@
+"""`compare_cells`: two files with numbers over dimensions, as of studies, cell by cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from m4e_fmi.analysis.comparison.measures import normalised
+from m4e_fmi.errors import InputError, Problem, unknown_names
+from m4e_fmi.files.file_kinds import as_path
+from m4e_fmi.results.gridded_file import Grid, GriddedFile, is_gridded, read_gridded
+from m4e_fmi.shown import listing
+from m4e_fmi.units import parse_unit
+
+SAME = 1e-9
+"""Part of the largest magnitude within which two values of a dimension are the same."""
+
+
+@dataclass(frozen=True)
+class CellDifference:
+    """A variable beside its reference in the cells of both, in `unit`, over `dimensions`.
+
+    `values` and `reference` (…,) have the shape of the common cells; `left_out` counts those in
+    which one of them is nan. `largest_at` is the cell of the `largest` difference by the values of
+    its dimensions. `scale` is the divisor of shares.
+    """
+
+    name: str
+    unit: str
+    dimensions: tuple[str, ...]
+    values: np.ndarray = field(repr=False)
+    reference: np.ndarray = field(repr=False)
+    left_out: int
+    rms: float
+    largest: float
+    largest_at: Mapping[str, str | float]
+    scale: float
+
+    @property
+    def difference(self) -> np.ndarray:
+        """Values minus reference, (…,) in the unit of the variable."""
+        return self.values - self.reference
+
+    @property
+    def rms_share(self) -> float:
+        """Root of the mean square difference over `scale` [1]."""
+        return float(normalised(np.array([self.rms]), self.scale)[0])
+
+    @property
+    def largest_share(self) -> float:
+        """Largest difference over `scale` [1]; nan without common cells."""
+        return float(normalised(np.array([self.largest]), self.scale)[0])
+
+    def __repr__(self) -> str:
+        return (
+            f"CellDifference of {self.name} [{self.unit}]: rms {self.rms:.4g}, largest "
+            f"{self.largest:.4g}, {self.values.size} cells"
+        )
+
+
+@dataclass(frozen=True)
+class CellComparison:
+    """Differences by variable of one file, `path`, from the `reference`, as `Comparison`."""
+
+    path: Path
+    reference: Path
+    differences: Mapping[str, CellDifference]
+    relative_to: str
+    tolerance: float | None
+    only_here: tuple[str, ...]
+    only_there: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def beyond(self) -> tuple[str, ...]:
+        """Variables whose largest difference is beyond the tolerance; none without one."""
+        if self.tolerance is None:
+            return ()
+        limit = self.tolerance
+        return tuple(n for n, d in self.differences.items() if not d.largest_share <= limit)
+
+    @property
+    def is_within(self) -> bool:
+        """True if all differences are within the tolerance, or there is none."""
+        return not self.beyond
+
+    def __getitem__(self, name: str) -> CellDifference:
+        return self.differences[name]
+
+    def __repr__(self) -> str:
+        return listing(
+            f"CellComparison of {self.path.name!r} with {self.reference.name!r}",
+            differences=[
+                f"{d.name}: largest {100 * d.largest_share:.2g} %"
+                for d in self.differences.values()
+            ],
+            beyond=self.beyond,
+        )
+
+
+def compare_cells(
+    one: str | Path,
+    reference: str | Path,
+    *,
+    variables: Sequence[str] | None = None,
+    tolerance: float | None = None,
+    relative_to: str = "range",
+) -> CellComparison:
+    """Differences of variables of the same name over the same dimensions, cell by cell.
+
+    Both files are netCDF-4. Cells are the same where all their dimensions have the same values;
+    dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
+    `compare`; an amplitude is √2 standard deviations of the cells. InputError for files and names
+    that are wrong, units that do not fit, and without common cells.
+    """
+    paths = as_path(one), as_path(reference)
+    wrong = [
+        Problem("is no netCDF file with numbers over dimensions", "", str(path))
+        for path in paths
+        if not is_gridded(path)
+    ]
+    if wrong:
+        raise InputError(wrong)
+    a, b = map(read_gridded, paths)
+    common = [name for name in a.grids if name in b.grids]
+    problems = unknown_names(variables or (), common, "not in both files:", "variables")
+    if not common:
+        problems.append(Problem(f"{a.path.name} and {b.path.name} have no variable in common"))
+    if problems:
+        raise InputError(problems)
+    wanted = [name for name in common if variables is None or name in variables]
+    notes, found = dict[str, None](), dict[str, CellDifference]()
+    for name in wanted:
+        try:
+            found[name] = _difference(a, b, name, relative_to, notes)
+        except ValueError as error:
+            problems.append(Problem(f"{name}: {error}"))
+    if problems:
+        raise InputError(problems)
+    return CellComparison(
+        path=a.path, reference=b.path, differences=found, relative_to=relative_to,
+        tolerance=tolerance, notes=tuple(notes),
+        only_here=tuple(n for n in a.grids if n not in b.grids),
+        only_there=tuple(n for n in b.grids if n not in a.grids),
+    )  # fmt: skip
+
+
+def _difference(
+    a: GriddedFile, b: GriddedFile, name: str, relative_to: str, notes: dict[str, None]
+) -> CellDifference:
+    """The difference of a variable; ValueError if it cannot be compared."""
+    one, other = a.grids[name], b.grids[name]
+    if one.dimensions != other.dimensions:
+        raise ValueError(f"over {_listed(one)} here, over {_listed(other)} in the reference")
+    mine, theirs = parse_unit(one.unit), parse_unit(other.unit)
+    if not mine.same_dimension(theirs):
+        raise ValueError(f"{one.unit} and {other.unit} are of different dimension")
+    factor = theirs.factor / mine.factor
+    values, reference, places = _common(a, b, one, other, notes)
+    reference = factor * reference
+    known = np.isfinite(values) & np.isfinite(reference)
+    if not known.any():
+        raise ValueError("no cell has a number in both files")
+    size = np.where(known, np.abs(values - reference), -1.0)
+    worst = np.unravel_index(int(np.argmax(size)), size.shape)
+    at = {
+        dimension: _plain(place[k])
+        for dimension, place, k in zip(one.dimensions, places, worst, strict=True)
+    }
+    difference, numbers = size[known], reference[known]
+    scale = {
+        "range": float(np.ptp(numbers)),
+        "amplitude": math.sqrt(2.0) * float(np.std(numbers)),
+        "value": float(np.max(np.abs(numbers))),
+    }[relative_to]
+    return CellDifference(
+        name=name, unit=one.unit, dimensions=one.dimensions, values=values, reference=reference,
+        left_out=int(np.sum(~known)), rms=float(np.sqrt(np.mean(difference**2))),
+        largest=float(difference.max()), largest_at=at, scale=scale,
+    )  # fmt: skip
+
+
+def _common(
+    a: GriddedFile, b: GriddedFile, one: Grid, other: Grid, notes: dict[str, None]
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Values of both in their common cells, and the values of the dimensions there."""
+    values, reference = one.values, other.values
+    places: list[np.ndarray] = []
+    for axis, dimension in enumerate(one.dimensions):
+        sizes = values.shape[axis], reference.shape[axis]
+        here, there = _same(a, b, dimension, *sizes)
+        if len(here) < max(sizes):
+            text = f"{len(here)} values are in both files, of {sizes[0]} and {sizes[1]}"
+            notes[f"{dimension}: {text}"] = None
+        values = np.take(values, here, axis)
+        reference = np.take(reference, there, axis)
+        places.append(a.coordinates.get(dimension, np.arange(sizes[0]))[here])
+    return values, reference, places
+
+
+def _listed(grid: Grid) -> str:
+    return " × ".join(grid.dimensions) or "no dimension"
+
+
+def _plain(value: object) -> str | float:
+    return float(value) if isinstance(value, np.number) else str(value)
+
+
+def _same(
+    a: GriddedFile, b: GriddedFile, dimension: str, size: int, other_size: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places (k,) [1] of the values of a dimension that both files have."""
+    if dimension not in a.coordinates or dimension not in b.coordinates:
+        if size != other_size:
+            raise ValueError(f"{dimension} has {size} places here, {other_size} in the reference")
+        return np.arange(size), np.arange(size)
+    mine, theirs = a.coordinates[dimension], b.coordinates[dimension]
+    if mine.dtype.kind == "f" and theirs.dtype.kind == "f":
+        limit = SAME * max(np.max(np.abs(mine), initial=0.0), np.max(np.abs(theirs), initial=0.0))
+        same = np.abs(mine[:, None] - theirs[None, :]) <= limit
+    else:
+        same = mine[:, None].astype(str) == theirs[None, :].astype(str)
+    here, there = np.nonzero(same)
+    if not len(here):
+        raise ValueError(f"the files have no value of {dimension} in common")
+    return here, there

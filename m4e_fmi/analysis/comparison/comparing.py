@@ -1,0 +1,161 @@
+"""`compare`: two files of results, variable by variable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from m4e_fmi.analysis.comparison.alignment import aligned
+from m4e_fmi.analysis.comparison.differences import Comparison, Difference
+from m4e_fmi.analysis.comparison.matching import Pair, matched
+from m4e_fmi.analysis.comparison.measures import SCALES, Phase, Scales, normalised, phase, scales
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.results.compared_file import ComparedFile, read_compared
+from m4e_fmi.results.results_file import Results
+
+MOSTLY_OFFSET = 0.2
+"""RMS difference without its mean over that with it, below which a note says so."""
+ROUNDING = 1e-9
+"""RMS difference over its divisor up to which nothing is said of it."""
+_MOST_NAMED = 5
+
+
+def compare(
+    one: str | Path | Results,
+    reference: str | Path | Results,
+    *,
+    variables: Sequence[str] | None = None,
+    mapping: Mapping[str, str] | None = None,
+    start_time: float | None = None,
+    stop_time: float | None = None,
+    tolerance: float | None = None,
+    relative_to: str = "range",
+    floor: float = 0.0,
+) -> Comparison:
+    """Differences of the variables of `one` file from those of a `reference`, at common times.
+
+    Files are netCDF (ours), CSV or Parquet of any tool, results in memory are accepted. `mapping`
+    leads from names in the reference to names of `one`; others belong together by their names.
+    `variables` are the names of `one` to compare, by default all; `start_time` and `stop_time` [s]
+    narrow the interval. Differences are divided by the `relative_to` of the reference: its range,
+    amplitude (√2 standard deviations) or value (largest magnitude); `tolerance` [1] is the largest
+    share that is accepted. `floor` is the least divisor in Eq. (9) and (10) of S. Sabet and A.
+    Diaz-Flores Caminero, "Multibody for Everybody", in the unit of each variable. InputError for
+    files, names, units and numbers that are wrong, and without a common time.
+    """
+    _check(tolerance, relative_to, floor, start_time, stop_time)
+    a, b = read_compared(one), read_compared(reference)
+    pairs = matched(a, b, mapping=mapping or {}, variables=variables)
+    between = _interval(a, b, start_time, stop_time)
+    found = {
+        pair.variable.name: _difference(pair, a, b, between, relative_to, floor) for pair in pairs
+    }
+    taken = {pair.reference.name for pair in pairs}
+    notes = [f"{file.path.name}: {note}" for file in (a, b) for note in file.notes]
+    return Comparison(
+        path=a.path,
+        reference=b.path,
+        differences=found,
+        relative_to=relative_to,
+        tolerance=tolerance,
+        only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
+        only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
+        notes=(*notes, *_told(found)),
+    )
+
+
+def _check(
+    tolerance: float | None,
+    relative_to: str,
+    floor: float,
+    start: float | None,
+    stop: float | None,
+) -> None:
+    wrong = []
+    if relative_to not in SCALES:
+        message = f"relative_to is {relative_to!r}"
+        wrong.append(Problem(message, suggestion(relative_to, SCALES)))
+    for name, value in (("tolerance", tolerance), ("floor", floor)):
+        if value is not None and not 0.0 <= value < math.inf:
+            wrong.append(Problem(f"the {name} is {value:g}, expected a number from 0 on"))
+    if start is not None and stop is not None and not start < stop:
+        wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
+    if wrong:
+        raise InputError(wrong)
+
+
+def _interval(
+    a: ComparedFile, b: ComparedFile, start: float | None, stop: float | None
+) -> tuple[float, float]:
+    """Common interval of both files within `start` and `stop` [s]; InputError if it is empty."""
+    low = max(a.time[0], b.time[0], -math.inf if start is None else start)
+    high = min(a.time[-1], b.time[-1], math.inf if stop is None else stop)
+    if not low < high:
+        spans = "; ".join(f"{f.path.name} has {f.time[0]:g} to {f.time[-1]:g} s" for f in (a, b))
+        raise InputError.single(f"the files have no time in common: {spans}")
+    return float(low), float(high)
+
+
+def _difference(
+    pair: Pair,
+    a: ComparedFile,
+    b: ComparedFile,
+    between: tuple[float, float],
+    relative_to: str,
+    floor: float,
+) -> Difference:
+    variable, reference = pair.variable, pair.reference
+    held = variable.held or reference.held
+    both = aligned(
+        a.time, variable.values, b.time, pair.factor * reference.values,
+        between=between, held=held,
+    )  # fmt: skip
+    rows = len(both.time)
+    difference = both.values - both.reference
+    rms = largest = at = nrmse = math.nan
+    sizes, found = Scales(math.nan, math.nan, math.nan), Phase(reason="no common rows")
+    if rows:
+        worst = int(np.argmax(np.abs(difference)))
+        rms = float(np.sqrt(np.mean(difference**2)))
+        largest, at = float(abs(difference[worst])), float(both.time[worst])
+        sizes = scales(both.time, both.reference)
+        nrmse = float(normalised(np.array([rms]), max(sizes.value, floor))[0])
+        found = (
+            Phase(reason="whole numbers") if held else phase(both.time, both.values, both.reference)
+        )
+    return Difference(
+        name=variable.name, reference_name=reference.name, unit=pair.unit,
+        time=both.time, values=both.values, reference=both.reference,
+        left_out=both.left_out, interpolated=both.interpolated,
+        interpolation_error=both.error, rms=rms, largest=largest, largest_at=at,
+        sizes=sizes, scale=getattr(sizes, relative_to), nrmse=nrmse, phase=found,
+        notes=pair.notes,
+    )  # fmt: skip
+
+
+def _told(found: Mapping[str, Difference]) -> list[str]:
+    """Notes on matching, interpolation and gaps, those of several variables together."""
+    by_text: dict[str, list[str]] = {}
+    for name, one in found.items():
+        texts = list(one.notes)
+        if one.interpolated:
+            texts.append(f"interpolated to the times of the coarser file, {one.interpolated}")
+        if one.left_out:
+            texts.append(f"{one.left_out} rows left out, as one of the files has a gap there")
+        if one.rms_beside_offset < MOSTLY_OFFSET * one.rms and one.rms_share > ROUNDING:
+            texts.append(
+                f"differs by {one.offset:.6g} {one.unit} in the mean, and by "
+                f"{one.rms_beside_offset:.4g} (RMS) without that: is its origin another one?"
+            )
+        if not len(one.time):
+            texts.append("no rows in common")
+        for text in texts:
+            by_text.setdefault(text, []).append(name)
+    return [
+        f"{', '.join(names[:_MOST_NAMED])}"
+        f"{f' and {len(names) - _MOST_NAMED} more' if len(names) > _MOST_NAMED else ''}: {text}"
+        for text, names in by_text.items()
+    ]

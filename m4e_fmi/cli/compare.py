@@ -1,0 +1,173 @@
+"""`m4e-fmi compare` compares results with a reference, variable by variable."""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, finite, print_files
+from m4e_fmi.errors import InputError, Problem
+
+
+def add(commands: argparse._SubParsersAction) -> None:
+    """Add `compare` to the command line."""
+    command = commands.add_parser(
+        "compare",
+        help="differences of results from a reference",
+    )
+    files = "results (netCDF), also over other dimensions; or a table of any tool (CSV, Parquet)"
+    command.add_argument("file", type=Path, metavar="FILE", help=files)
+    command.add_argument("reference", type=Path, metavar="REFERENCE", help=files)
+    command.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="COLUMN=VARIABLE",
+        help="a name in the reference, and that of the same variable in FILE, as "
+        "heave=buoy.body.float.z; may be given again. Others belong together by their names",
+    )
+    command.add_argument(
+        "--map-file", type=Path, metavar="YAML", help="such pairs, as lines `column: variable`"
+    )
+    command.add_argument(
+        "--variables", nargs="+", metavar="NAME", help="of FILE; default all that both have"
+    )
+    for flag, text in (("--start-time", "start"), ("--stop-time", "end")):
+        command.add_argument(
+            flag, type=finite, metavar="S", help=f"{text} of the part that is compared"
+        )
+    command.add_argument(
+        "--tolerance",
+        type=finite,
+        metavar="X",
+        help="largest difference that is accepted, divided as --relative-to says; default none",
+    )
+    command.add_argument(
+        "--relative-to",
+        choices=("range", "amplitude", "value"),
+        default="range",
+        help="of the reference: largest minus smallest value (default), √2 standard deviations, "
+        "largest magnitude",
+    )
+    command.add_argument(
+        "--floor",
+        type=finite,
+        default=0.0,
+        metavar="X",
+        help="least divisor in Eq. (10) of the paper, in the unit of each variable; default 0",
+    )
+    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_compared.png"
+    )
+    command.add_argument("--no-plot", action="store_true", help="no picture")
+    command.set_defaults(command=_run)
+
+
+def _run(options: argparse.Namespace) -> int:
+    from m4e_fmi.results.gridded_file import is_gridded
+
+    gridded = is_gridded(options.file)
+    return _compare_cells(options) if gridded else _compare_records(options)
+
+
+def _compare_cells(options: argparse.Namespace) -> int:
+    """Compare files with numbers over dimensions other than time alone, without a picture."""
+    import json
+
+    from m4e_fmi.analysis.comparison import compare_cells
+    from m4e_fmi.report import cell_json, cell_text
+
+    of_records = {
+        "--map": options.map != [],
+        "--map-file": options.map_file is not None,
+        "--start-time": options.start_time is not None,
+        "--stop-time": options.stop_time is not None,
+        "--floor": options.floor != 0.0,
+        "--output-file": options.output_file is not None,
+    }
+    wrong = [
+        Problem(f"{flag} is for records over time", "leave it out")
+        for flag, given in of_records.items()
+        if given
+    ]
+    if wrong:
+        raise InputError(wrong)
+    found = compare_cells(
+        options.file,
+        options.reference,
+        variables=options.variables,
+        tolerance=options.tolerance,
+        relative_to=options.relative_to,
+    )
+    print(json.dumps(cell_json(found), indent=2) if options.json else cell_text(found))
+    return 0 if found.is_within else EXIT_FAILED
+
+
+def _compare_records(options: argparse.Namespace) -> int:
+    import json
+
+    from m4e_fmi.analysis.comparison import compare
+    from m4e_fmi.files.file_names import file_stem
+    from m4e_fmi.report import (
+        check_picture_path,
+        difference_json,
+        difference_text,
+        plot_differences,
+    )
+
+    default = Path(BUILD_FOLDER) / f"{file_stem(options.file.stem)}_compared.png"
+    picture: Path = options.output_file or default
+    check_picture_path(picture)
+    found = compare(
+        options.file,
+        options.reference,
+        variables=options.variables,
+        mapping=_mapping(options.map, options.map_file),
+        start_time=options.start_time,
+        stop_time=options.stop_time,
+        tolerance=options.tolerance,
+        relative_to=options.relative_to,
+        floor=options.floor,
+    )
+    if options.json:
+        print(json.dumps(difference_json(found), indent=2))
+    else:
+        print(difference_text(found))
+    if not options.no_plot:
+        plot_differences(found, picture)
+        if not options.json:
+            print_files([picture])
+    return 0 if found.is_within else EXIT_FAILED
+
+
+def _mapping(given: Sequence[str], file: Path | None) -> dict[str, str]:
+    """Names in FILE by those in the reference; InputError with all pairs that are wrong."""
+    pairs = [text.rpartition("=") for text in given]
+    problems = [
+        Problem(f"--map {text}: expected COLUMN=VARIABLE", "as --map heave=buoy.body.float.z")
+        for text, (column, _, variable) in zip(given, pairs, strict=True)
+        if not (column.strip() and variable.strip())
+    ]
+    found = [(column.strip(), variable.strip()) for column, _, variable in pairs]
+    if file is not None:
+        from m4e_fmi.files.document import Document
+
+        document = Document.load(file)
+        for column, variable in document.data.items():
+            if isinstance(variable, str) and isinstance(column, str):
+                found.append((column, variable))
+            else:
+                message = f"expected a variable's name for {column!r}"
+                problems.append(document.problem((column,), message, "as heave: buoy.body.float.z"))
+    counts = Counter(column for column, _ in found)
+    problems += [
+        Problem(f"column {column!r} is mapped {count} times", "map it once")
+        for column, count in counts.items()
+        if count > 1 and column
+    ]
+    if problems:
+        raise InputError(problems)
+    return dict(found)

@@ -1,0 +1,1 @@
+"""Charts of results over time, in groups: start with `difference_figure`."""

@@ -1,0 +1,170 @@
+"""Variables over time of a file to be compared: ours (netCDF), or CSV or Parquet of any tool."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.csv_columns import SUFFIXES, shortened
+from m4e_fmi.files.file_kinds import as_path
+from m4e_fmi.results.foreign_table import ForeignColumn, heading, read_foreign_table
+from m4e_fmi.results.results_file import NETCDF, PARQUET, Results, load
+from m4e_fmi.shown import listing, span
+from m4e_fmi.units import parse_unit
+
+TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
+"""Headings of times, in lower case and without unit."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Values (n,) of a variable over time, nan in gaps; `unit` is None if the file does not say.
+
+    `held` is true of whole numbers and truth values, which hold from row to row.
+    """
+
+    name: str
+    unit: str | None
+    values: np.ndarray = field(repr=False)
+    held: bool = False
+
+
+@dataclass(frozen=True)
+class ComparedFile:
+    """Variables by name at `time` (n,) [s], which increases; `notes` tell how the file was read."""
+
+    path: Path
+    time: np.ndarray = field(repr=False)
+    quantities: Mapping[str, Quantity]
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        title = f"ComparedFile of {str(self.path)!r}: {span(self.time)}"
+        return listing(title, variables=tuple(self.quantities))
+
+
+def read_compared(source: str | Path | Results) -> ComparedFile:
+    """The variables of a file or of results in memory.
+
+    InputError for a file of another kind, no column for the time, times that decrease or are not
+    numbers.
+    """
+    if isinstance(source, Results):
+        return _of_results(source)
+    path = as_path(source)
+    suffix = path.suffix.lower()
+    if suffix in SUFFIXES:
+        table = read_foreign_table(path)
+        return _of_columns(path, table.columns, table.notes, table.lines)
+    if suffix == PARQUET:
+        return _of_parquet(path)
+    if suffix == NETCDF or not path.is_file():
+        return _of_results(load(path))
+    kinds = ", ".join((NETCDF, PARQUET, *SUFFIXES))
+    message, remedy = "is no file of results by its name", f"names of such files end in {kinds}"
+    raise InputError.single(message, remedy, str(path))
+
+
+def _of_results(results: Results) -> ComparedFile:
+    found = {
+        name: Quantity(
+            name, one.unit or "1", np.asarray(one.values, float), not one.recorded.is_real
+        )
+        for name, one in results.series.items()
+        if not one.recorded.is_text
+    }
+    left = [name for name, one in results.series.items() if one.recorded.is_text]
+    notes = (f"texts are not compared: {', '.join(left[:5])}",) if left else ()
+    return ComparedFile(results.path, np.asarray(results.time, float), found, notes)
+
+
+def _of_parquet(path: Path) -> ComparedFile:
+    if find_spec("pyarrow") is None:
+        remedy = "install it with: pip install 'm4e_fmi[parquet]'; or give .nc or .csv"
+        raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))
+    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
+    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+
+    if not path.is_file():
+        raise InputError.single("no such file", "", str(path))
+    try:
+        table = pyarrow.parquet.read_table(path)
+    except (pyarrow.ArrowException, OSError, ValueError) as error:
+        raise InputError.single(f"cannot be read as Parquet: {error}", "", str(path)) from None
+    columns, left = [], []
+    for member, data in zip(table.schema, table.columns, strict=True):
+        if not any(t(member.type) for t in _number_types()):
+            left.append(member.name)
+            continue
+        values = data.cast(pyarrow.float64(), safe=False).to_numpy()
+        told = {key.decode(): text.decode() for key, text in (member.metadata or {}).items()}
+        name, unit = heading(member.name)
+        columns.append(ForeignColumn(name, told.get("unit", unit), np.asarray(values, float)))
+    notes = (f"no numbers, not compared: {', '.join(left[:5])}",) if left else ()
+    return _of_columns(path, columns, notes, None)
+
+
+def _number_types() -> tuple:
+    from pyarrow import types  # pyright: ignore[reportMissingImports]
+
+    return types.is_floating, types.is_integer, types.is_boolean
+
+
+def _of_columns(
+    path: Path, columns: Sequence[ForeignColumn], notes: Sequence[str], lines: Sequence[int] | None
+) -> ComparedFile:
+    times = [c for c in columns if c.name.lower() in TIMES]
+    if not times:
+        remedy = f"call it 'time [s]'; {suggestion('', [c.name for c in columns], 'columns')}"
+        raise InputError.single("has no column for the time", remedy, str(path))
+    first, told = times[0], list(notes)
+    time = _seconds(path, first, told)
+    _check_times(path, time, lines)
+    last = np.append(np.diff(time) > 0.0, True)  # of rows at one time, as at an event
+    if not last.all():
+        told.append(f"{np.sum(~last)} rows at the time of the next left out")
+    found = {
+        c.name: Quantity(c.name, c.unit or None, c.values[last])
+        for c in columns
+        if c is not first and c.name
+    }
+    return ComparedFile(path, time[last], found, tuple(told))
+
+
+def _seconds(path: Path, column: ForeignColumn, notes: list[str]) -> np.ndarray:
+    if column.unit is None:
+        notes.append(f"column {column.name!r} says no unit: taken as s")
+        return column.values
+    try:
+        unit = parse_unit(column.unit)
+    except ValueError as error:
+        raise InputError.single(f"{column.name!r}: {error}", "expected s", str(path)) from None
+    if not unit.same_dimension(parse_unit("s")):
+        message = f"{column.name!r} is in {column.unit}, expected a time"
+        raise InputError.single(message, "call it 'time [s]'", str(path))
+    if unit.factor != 1.0:
+        notes.append(f"time converted from {column.unit} to s")
+    return column.values * unit.factor
+
+
+def _check_times(path: Path, time: np.ndarray, lines: Sequence[int] | None) -> None:
+    """InputError for times (n,) [s] that are not finite, or decrease."""
+    number = lines or range(1, len(time) + 1)
+    problems = [
+        Problem("the time is missing or not finite", "leave such rows out", str(path), number[k], 1)
+        for k in np.flatnonzero(~np.isfinite(time)).tolist()
+    ]
+    problems += [
+        Problem(
+            f"time {time[k + 1]:g} s follows {time[k]:g} s", "sort the rows", str(path),
+            number[k + 1], 1,
+        )
+        for k in np.flatnonzero(np.diff(time) < 0.0).tolist()
+    ]  # fmt: skip
+    if problems or not len(time):
+        raise InputError(shortened(problems) or [Problem("has no rows", "", str(path))])

@@ -1,0 +1,235 @@
+"""Comparison of two records: known differences, interpolation, phase, gaps, units, names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import m4e_fmi
+from m4e_fmi.analysis.comparison.alignment import aligned
+from m4e_fmi.analysis.comparison.measures import normalised, phase, scales
+from m4e_fmi.errors import InputError
+from m4e_fmi.results.results_file import Results
+from m4e_fmi.results.series import Series
+
+TIME = np.linspace(0.0, 60.0, 1201)
+OMEGA = 0.9
+
+
+def results(
+    time: np.ndarray,
+    folder: Path = Path(),
+    name: str = "ours.nc",
+    unit: str = "m",
+    **values: np.ndarray,
+) -> Results:
+    series = {n: Series(n, unit, "", v) for n, v in values.items()}
+    return Results(folder / name, time, {"buoy": series}, {})
+
+
+def test_a_record_beside_itself_differs_by_nothing() -> None:
+    one = results(TIME, z=np.sin(TIME), still=0.0 * TIME)
+    found = m4e_fmi.compare(one, one, tolerance=0.0)
+    assert found.is_within
+    assert found.notes == ()
+    for each in found.differences.values():
+        assert (each.rms, each.largest, each.nrmse, each.interpolated) == (0.0, 0.0, 0.0, "")
+
+
+def test_measures_of_a_known_difference() -> None:
+    """An offset of 0.1 m from a sine of 2 m, beside Eq. (10) written out."""
+    reference = 2.0 * np.sin(TIME)
+    found = m4e_fmi.compare(
+        results(TIME, z=reference + 0.1), results(TIME, z=reference), tolerance=0.02
+    )["buoy.z"]
+    assert found.rms == pytest.approx(0.1)
+    assert found.largest == pytest.approx(0.1)
+    assert found.sizes.range == pytest.approx(4.0, rel=1e-4)
+    assert found.rms_share == pytest.approx(0.025, rel=1e-4)
+    relative = np.abs(found.values - found.reference) / np.max(np.abs(found.reference))
+    assert found.nrmse == pytest.approx(np.sqrt(np.mean(relative**2)), rel=1e-12)
+    assert found.offset == pytest.approx(0.1)
+    assert found.rms_beside_offset < 1e-12
+    assert found.first_beyond(0.02) == 0.0
+    assert found.first_beyond(0.03) is None
+
+
+def test_another_origin_is_noted() -> None:
+    reference = np.sin(TIME)
+    shifted = m4e_fmi.compare(results(TIME, z=1.05 * reference - 2.0), results(TIME, z=reference))
+    assert "buoy.z: differs by -1.99" in shifted.notes[0]
+    scaled = m4e_fmi.compare(results(TIME, z=1.05 * reference), results(TIME, z=reference))
+    assert scaled.notes == ()
+
+
+def test_differences_are_divided_as_asked() -> None:
+    time = np.linspace(0.0, 20.0 * np.pi, 2001)
+    reference = 3.0 + np.cos(time)
+    for name, scale in (("range", 2.0), ("amplitude", 1.0), ("value", 4.0)):
+        found = m4e_fmi.compare(
+            results(time, z=reference + 0.1), results(time, z=reference), relative_to=name
+        )["buoy.z"]
+        assert found.largest_share == pytest.approx(0.1 / scale, rel=1e-6)
+
+
+def test_a_reference_of_zero() -> None:
+    """Without a floor any difference is infinite; Eq. (9) has a floor."""
+    one, zero = results(TIME, z=np.full(len(TIME), 1e-6)), results(TIME, z=0.0 * TIME)
+    found = m4e_fmi.compare(one, zero, tolerance=1e9)
+    assert not found.is_within
+    assert np.isinf(found["buoy.z"].nrmse)
+    assert m4e_fmi.compare(one, zero, floor=1e-4)["buoy.z"].nrmse == pytest.approx(0.01)
+    assert normalised(np.array([0.0, 1.0]), 0.0).tolist() == [0.0, np.inf]
+
+
+@pytest.mark.parametrize("shift", [-1.0, 0.2, 2.5])
+@pytest.mark.parametrize("ratio", [0.7, 1.0, 1.3])
+def test_phase_and_amplitude_of_a_sine_are_exact(shift: float, ratio: float) -> None:
+    reference = 1.0 + 2.0 * np.sin(OMEGA * TIME)
+    values = 5.0 + 2.0 * ratio * np.sin(OMEGA * (TIME - shift))
+    found = phase(TIME, values, reference)
+    assert found.period == pytest.approx(2.0 * np.pi / OMEGA, rel=1e-6)
+    assert found.amplitude_ratio == pytest.approx(ratio, rel=1e-6)
+    assert found.time_shift == pytest.approx(shift, abs=1e-5)
+    assert found.share == pytest.approx(1.0, abs=1e-6)
+
+
+def test_phase_of_an_irregular_record() -> None:
+    """A shifted sea: the shift, as all of its lines have it, but for the ends of the record."""
+
+    def sea(time: np.ndarray) -> np.ndarray:
+        rng = np.random.default_rng(2)
+        omega, angle = np.linspace(0.5, 1.5, 60), rng.uniform(0.0, 2.0 * np.pi, 60)
+        size = np.exp(-(((omega - 0.8) / 0.15) ** 2))
+        return np.cos(np.outer(time, omega) + angle) @ size
+
+    time = np.linspace(0.0, 600.0, 6001)
+    found = phase(time, 0.9 * sea(time - 0.3), sea(time))
+    assert found.time_shift == pytest.approx(0.3, abs=0.03)
+    assert found.amplitude_ratio == pytest.approx(0.9, rel=0.01)
+    assert 0.0 < found.share < 1.0
+
+
+def test_no_phase_has_a_reason() -> None:
+    assert "constant" in phase(TIME, TIME, np.ones(len(TIME))).reason
+    assert "2 periods" in phase(TIME, TIME, np.sin(0.1 * TIME)).reason
+    assert "needed" in phase(TIME[:5], TIME[:5], TIME[:5]).reason
+
+
+def test_smooth_records_are_interpolated_cubically() -> None:
+    """Between rows 0.1 s apart a sine is found to 3/128 (ω h)⁴; the estimate is near the error."""
+    fine, coarse = np.linspace(0.0, 60.0, 601), np.linspace(0.03, 59.93, 151)
+    found = aligned(coarse, np.sin(coarse), fine, np.sin(fine))
+    assert found.interpolated == "cubic"
+    assert found.time.tolist() == coarse.tolist()
+    error = found.reference - np.sin(coarse)
+    assert np.max(np.abs(error)) <= 3.0 / 128.0 * 0.1**4 * 1.01
+    assert found.error == pytest.approx(np.sqrt(np.mean(error**2)), rel=1.0)
+    back = aligned(fine, np.sin(fine), coarse, np.sin(coarse))
+    assert back.time.tolist() == coarse.tolist()
+    assert back.values == pytest.approx(found.reference)
+
+
+def test_jumps_are_interpolated_linearly() -> None:
+    """A square wave: no overshoot, as a cubic polynomial has."""
+    fine = np.linspace(0.0, 60.0, 601)
+    square = np.sign(np.sin(fine + 0.01))
+    coarse = fine[3:-3:7] + 0.04
+    found = aligned(coarse, 0.0 * coarse, fine, square)
+    assert np.max(np.abs(found.reference)) <= 1.0 + 1e-12
+    assert found.interpolated == "linear" or "linear at the others" in found.interpolated
+
+
+def test_nothing_is_extrapolated_and_gaps_are_not_bridged() -> None:
+    fine = np.linspace(0.0, 10.0, 101)
+    values = np.where((fine > 4.05) & (fine < 4.55), np.nan, fine)
+    coarse = np.linspace(-5.0, 20.0, 101) + 0.01
+    found = aligned(coarse, coarse, fine, values)
+    assert found.time.min() >= 0.0
+    assert found.time.max() <= 10.0
+    assert not np.any((found.time > 4.0) & (found.time < 4.6))
+    assert found.left_out == 3  # 4.01, 4.26, 4.51
+    assert found.reference == pytest.approx(found.time)
+
+
+def test_long_steps_are_gaps() -> None:
+    fine = np.delete(np.linspace(0.0, 10.0, 101), slice(40, 60))
+    coarse = np.linspace(0.0, 10.0, 21) + 0.01
+    found = aligned(coarse, coarse, fine, fine)
+    assert found.left_out == 4  # 4.01 to 5.51
+    assert not np.any((found.time > 3.9) & (found.time < 6.0))
+
+
+def test_whole_numbers_hold() -> None:
+    fine = np.linspace(0.0, 1.0, 11)
+    found = aligned(np.array([0.05, 0.55]), np.zeros(2), fine, np.floor(fine * 2.0), held=True)
+    assert found.reference.tolist() == [0.0, 1.0]
+
+
+def test_units_of_a_table_are_converted(tmp_path: Path) -> None:
+    table = tmp_path / "tank.csv"
+    rows = "\n".join(f"{t:.3f},{1e3 * np.sin(t):.9g},{np.sin(t):.9g}" for t in TIME)
+    table.write_text(f"t [s],Heave [mm],buoy.y\n{rows}\n")
+    ours = results(TIME, z=np.sin(TIME), y=np.sin(TIME))
+    found = m4e_fmi.compare(ours, table, mapping={"Heave [mm]": "buoy.z"})
+    assert repr(found) == repr(m4e_fmi.compare(ours, table, mapping={"Heave": "buoy.z"}))
+    assert found["buoy.z"].largest < 1e-9 * 2.0
+    assert "buoy.z: 'Heave' converted from mm to m" in found.notes
+    assert "buoy.y: 'buoy.y' says no unit: taken as m" in found.notes
+
+
+def test_names_without_a_component_stand_for_the_only_one(tmp_path: Path) -> None:
+    table = tmp_path / "other.csv"
+    table.write_text("t,z,w\n" + "\n".join(f"{t},{t},{t}" for t in TIME))
+    found = m4e_fmi.compare(results(TIME, z=TIME, y=TIME), table)
+    assert list(found.differences) == ["buoy.z"]
+    assert (found.only_here, found.only_there) == (("buoy.y",), ("w",))
+    assert any("the only one so called" in note for note in found.notes)
+
+
+def test_only_the_part_between_two_times_counts() -> None:
+    other = np.where(TIME < 10.0, 9.0, np.sin(TIME))
+    one, reference = results(TIME, z=np.sin(TIME)), results(TIME, z=other)
+    found = m4e_fmi.compare(one, reference, start_time=10.0, stop_time=20.0)["buoy.z"]
+    assert (found.time[0], found.time[-1], found.largest) == (10.0, 20.0, 0.0)
+
+
+def test_wrong_requests_are_refused_together() -> None:
+    one, late = results(TIME, z=TIME), results(TIME + 100.0, z=TIME)
+    with pytest.raises(InputError, match=r"no time in common: ours\.nc has 0 to 60 s"):
+        m4e_fmi.compare(one, late)
+    with pytest.raises(InputError, match="no variable has the same name"):
+        m4e_fmi.compare(one, results(TIME, w=TIME))
+    with pytest.raises(InputError, match="m and kg are of different dimension"):
+        m4e_fmi.compare(one, results(TIME, unit="kg", z=TIME))
+    with pytest.raises(InputError) as caught:
+        m4e_fmi.compare(one, one, mapping={"buoy.zz": "buoy.z"}, variables=["buoy.y"])
+    assert len(caught.value.problems) == 2
+    with pytest.raises(InputError) as caught:
+        m4e_fmi.compare(one, one, tolerance=-1.0, relative_to="rnage", start_time=2.0, stop_time=1)
+    assert len(caught.value.problems) == 3
+
+
+def test_a_record_of_gaps_is_not_within() -> None:
+    reference = results(TIME, z=np.full(len(TIME), np.nan))
+    found = m4e_fmi.compare(results(TIME, z=TIME), reference, tolerance=1e9)
+    assert found.beyond == ("buoy.z",)
+    assert any("no rows in common" in note for note in found.notes)
+
+
+def test_comparisons_are_shown_in_a_few_lines() -> None:
+    many = {f"v{k}": np.sin(TIME + 0.001 * k) for k in range(50)}
+    one = results(TIME, Path(), "ours.nc", "m", **many)
+    other = results(TIME, v0=TIME, v9=np.sin(TIME))
+    found = m4e_fmi.compare(one, other, tolerance=0.1)
+    assert repr(found).startswith("Comparison of 'ours.nc' with 'ours.nc', beyond the tolerance of")
+    assert len(repr(found).splitlines()) <= 20
+    assert "rows" in repr(found["buoy.v9"])
+    assert found.worst[0].name == "buoy.v0"
+
+
+def test_sizes_of_one_row() -> None:
+    found = scales(np.array([1.0]), np.array([-2.0]))
+    assert (found.range, found.amplitude, found.value) == (0.0, 0.0, 2.0)

@@ -1,0 +1,101 @@
+"""Files with numbers over dimensions, cell by cell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.analysis.comparison import compare_cells
+from m4e_fmi.cli import main
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.writing import netcdf
+
+HEIGHTS, PERIODS = [1.0, 2.0, 3.0], [6.0, 8.0, 10.0, 12.0]
+POWER = np.outer(np.square(HEIGHTS), PERIODS)
+"""From 6 to 108 kW."""
+
+
+def study(
+    path: Path,
+    power: np.ndarray = POWER,
+    heights: Sequence[float] = HEIGHTS,
+    unit: str = "kW",
+    **more: float,
+) -> Path:
+    with netcdf(path) as file:
+        for name, values in (("height", heights), ("period", PERIODS)):
+            file.createDimension(name, len(values))
+            file.createVariable(name, "f8", (name,))[:] = values
+        file.createVariable("power", "f8", ("height", "period"))[:] = power
+        file["power"].units = unit
+        for name, value in more.items():
+            file.createVariable(name, "f8", ())[...] = value
+    return path
+
+
+def test_a_difference_in_one_cell(tmp_path: Path) -> None:
+    other = POWER.copy()
+    other[1, 2] += 3.0
+    one, reference = study(tmp_path / "a.nc", other), study(tmp_path / "b.nc")
+    found = compare_cells(one, reference, tolerance=0.03)["power"]
+    assert found.largest == pytest.approx(3.0)
+    assert found.largest_at == {"height": 2.0, "period": 10.0}
+    assert found.rms == pytest.approx(3.0 / np.sqrt(12.0))
+    assert found.largest_share == pytest.approx(3.0 / 102.0)
+    assert compare_cells(one, reference, tolerance=0.03).is_within
+    assert compare_cells(one, reference, tolerance=0.029).beyond == ("power",)
+    assert compare_cells(one, reference, relative_to="value")["power"].scale == 108.0
+
+
+def test_cells_belong_together_by_the_values_of_their_dimensions(tmp_path: Path) -> None:
+    """A study with fewer and other heights, in another order and unit, with a failed run."""
+    power = 1e3 * np.outer([9.0, 1.0, 25.0], PERIODS)
+    power[1, 0] = np.nan
+    other = study(tmp_path / "b.nc", power, [3.0, 1.0, 5.0], "W", cost=1.0)
+    found = compare_cells(study(tmp_path / "a.nc", revenue=2.0), other)
+    assert found["power"].largest == pytest.approx(0.0, abs=1e-12)
+    assert found["power"].left_out == 1
+    assert found["power"].values.shape == (2, 4)
+    assert found.notes == ("height: 2 values are in both files, of 3 and 3",)
+    assert (found.only_here, found.only_there) == (("revenue",), ("cost",))
+    assert "power: largest" in repr(found)
+
+
+def test_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
+    one = study(tmp_path / "a.nc")
+    for other, message in (
+        (study(tmp_path / "b.nc", unit="m"), "kW and m are of different dimension"),
+        (study(tmp_path / "c.nc", heights=[7.0, 8.0, 9.0]), "no value of height in common"),
+        (study(tmp_path / "d.nc", np.full((3, 4), np.nan)), "no cell has a number in both"),
+        (tmp_path / "none.nc", "is no netCDF file with numbers"),
+    ):
+        with pytest.raises(InputError, match=message):
+            compare_cells(one, other)
+    with pytest.raises(InputError, match="did you mean 'power'"):
+        compare_cells(one, one, variables=["pwer"])
+
+
+def test_the_command(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study(here / "a.nc", 1.02 * POWER)
+    study(here / "b.nc")
+    assert main(["compare", "a.nc", "b.nc", "--tolerance", "0.01"]) == 1
+    said = capsys.readouterr().out
+    assert "height 3, period 12  kW" in said
+    assert "1 of 1 variables beyond 1 % of the range" in said
+    assert main(["compare", "a.nc", "b.nc", "--tolerance", "0.03", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["variables"]["power"]["largest"] == pytest.approx(0.02 * 108.0)
+    assert main(["compare", "a.nc", "b.nc", "--start-time", "3", "--map", "a=b"]) == 2
+    assert capsys.readouterr().err.count("is for records over time") == 2
+    (here / "c.csv").write_text("t,power\n0,1\n1,2\n")
+    assert main(["compare", "a.nc", "c.csv"]) == 2
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path

@@ -1,0 +1,88 @@
+"""`m4e-fmi compare`: exit codes, text, JSON, pictures, maps, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.cli import main
+
+TIME = np.linspace(0.0, 30.0, 601)
+ROWS = {"ours": 1.0, "near": 1.001, "far": 1.2}
+
+
+@pytest.fixture
+def files(here: Path) -> Path:
+    for name, factor in ROWS.items():
+        values = np.stack([TIME, factor * np.sin(TIME), np.cos(TIME)], axis=1)
+        lines = [",".join(f"{x:.9g}" for x in row) for row in values]
+        text = "\n".join(["time [s],buoy.z [m],buoy.pitch [rad]", *lines])
+        (here / f"{name}.csv").write_text(text, encoding="utf-8")
+    return here
+
+
+@pytest.mark.usefixtures("files")
+def test_exit_codes_and_text(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "ours.csv", "near.csv", "--tolerance", "0.01", "--no-plot"]) == 0
+    assert "all 2 variables are within 1 % of the range" in capsys.readouterr().out
+    assert main(["compare", "ours.csv", "far.csv", "--tolerance", "0.01", "--no-plot"]) == 1
+    said = capsys.readouterr().out
+    assert "1 of 2 variables beyond 1 % of the range" in said
+    first = next(line for line in said.splitlines() if "buoy." in line)
+    assert "buoy.z" in first  # the largest difference
+    assert "0.83333" in first  # amplitude ratio
+    assert main(["compare", "ours.csv", "far.csv", "--no-plot"]) == 0
+
+
+@pytest.mark.usefixtures("files")
+def test_json_and_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "ours.csv", "far.csv", "--json", "--tolerance", "0.1"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["within"] is True
+    one = found["variables"]["buoy.z"]
+    assert one["rms_share"] == pytest.approx(
+        0.2 / 2.4 * one["amplitude"] / 1.2 / np.sqrt(2), rel=0.05
+    )
+    assert one["first_beyond"] is None
+    assert one["largest_of_value"] == pytest.approx(2.0 * one["largest_of_range"], rel=1e-3)
+    assert Path("build/ours_compared.png").is_file()
+    assert main(["compare", "ours.csv", "far.csv", "--output-file", "p.svg"]) == 0
+    assert "wrote p.svg" in capsys.readouterr().out
+    assert Path("p.svg").is_file()
+
+
+def test_maps_of_names(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (files / "near.csv").read_text().replace("buoy.z [m]", "Heave (cm)")
+    (files / "tool.csv").write_text(text.replace("buoy.pitch", "P=1"))
+    pairs = ["--map", "Heave=buoy.z", "--map", "P=1=buoy.pitch"]
+    assert main(["compare", "ours.csv", "tool.csv", "--json", "--no-plot", *pairs]) == 0
+    given = json.loads(capsys.readouterr().out)
+    assert "buoy.z: 'Heave' converted from cm to m" in "".join(given["notes"]).replace("ours", "")
+    (files / "names.yaml").write_text("Heave: buoy.z\nP=1: buoy.pitch\n")
+    options = ["--map-file", "names.yaml", "--json", "--no-plot"]
+    assert main(["compare", "ours.csv", "tool.csv", *options]) == 0
+    assert json.loads(capsys.readouterr().out) == given
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["gone.csv"], "no such file"),
+        (["far.csv", "--map", "z"], "expected COLUMN=VARIABLE"),
+        (["far.csv", "--map", "buoy.z=buoy.y"], "did you mean 'buoy.z'?"),
+        (["far.csv", "--map", "buoy.z=buoy.z", "--map", "buoy.z=buoy.pitch"], "mapped 2 times"),
+        (["far.csv", "--variables", "buoy.x"], "has no variable 'buoy.x'"),
+        (["far.csv", "--start-time", "40"], "no time in common"),
+        (["far.csv", "--map-file", "m.yaml"], "m.yaml:1"),
+        (["far.csv", "--output-file", "p.doc"], "p.doc"),
+    ],
+)
+def test_wrong_input_ends_with_2(
+    arguments: list[str], message: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (files / "m.yaml").write_text("buoy.z: 3\n")
+    assert main(["compare", "ours.csv", *arguments]) == 2
+    assert message in capsys.readouterr().err
