@@ -44,11 +44,7 @@ EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
     equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info, validate,
-<<<<<<< HEAD
-    run, study, doctor,
-=======
-    run, compare, doctor,
->>>>>>> 389e1c946a703bb3089834a3aec7cea0535fb881
+    run, study, compare, doctor,
 )  # fmt: skip
 
 
