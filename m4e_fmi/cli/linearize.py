@@ -27,7 +27,7 @@ POINTS = {
 def add(commands: argparse._SubParsersAction) -> None:
     """Add `linearize` to the command line."""
     command = commands.add_parser(
-        "linearize", help="equilibrium, frequencies, damping, state space of a model or a system"
+        "linearize", help="equilibrium, frequencies, damping, state space"
     )
     command.add_argument("model", type=Path, help=MODEL_OR_SYSTEM)
     add_open(command)

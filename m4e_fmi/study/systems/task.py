@@ -162,6 +162,7 @@ def _prepared(task: Task, place: _Place) -> Prepared:
 @lru_cache(maxsize=64)
 def _unpacked(content: str, fmus: tuple[tuple[str, str], ...]) -> Prepared:
     """The prepared system of that content, with its FMUs at these paths."""
+    # trusted as the task itself, which came in the same form and has the hash of this
     data = _place().known[content].read_bytes()
     prepared: Prepared = pickle.loads(data)
     found = {name: replace(prepared.descriptions[name], path=Path(path)) for name, path in fmus}

@@ -61,3 +61,17 @@ def test_kinds_of_warnings_are_told_once() -> None:
 def test_pictures_are_drawn(tmp_path: Path, text: str) -> None:
     outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
     assert plot_study(outcome, tmp_path / "p.png").stat().st_size > 5000
+
+
+def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("k/u,0,1\n30,1,2\n40,3,0\n", "utf-8")
+    text = STUDY.replace("vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}", "SCATTER")
+    scatter = "scatter: {file: t.csv, rows: k, columns: joint.hinge.u}"
+    path = written_study(tmp_path, text.replace("SCATTER", scatter))
+    outcome = run_study(path, build_directory=tmp_path)
+    values = outcome.data["swing"].values
+    mean = (values[0, 0] + 2 * values[0, 1] + 3 * values[1, 0]) / 6
+    assert f"mean by probability: {mean:.4f} rad" in summary(outcome)
+    (tmp_path / "t.csv").write_text("k/u,0,1e300\n30,1,2\n40,3,0\n", "utf-8")
+    failed = summary(run_study(path, build_directory=tmp_path))
+    assert "mean by probability: not known, 1 states" in failed
