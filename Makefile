@@ -22,7 +22,7 @@ demo: setup
 test: setup style
 	mkdir -p build
 	$(BIN)/pyright >build/types.txt 2>&1 & types=$$!; \
-	$(BIN)/pytest -n $(JOBS); tests=$$?; \
+	$(BIN)/pytest -n $(JOBS) --dist worksteal; tests=$$?; \
 	wait $$types; types=$$?; \
 	cat build/types.txt; \
 	test $$tests -eq 0 && test $$types -eq 0
