@@ -58,16 +58,20 @@ def test_systems(name: str, tmp_path: Path) -> None:
 
 
 def _coarse(text: str) -> str:
-    """A system with few panels and frequencies, in space or where its file chooses frequencies.
+    """A system with few panels, frequencies and segments of lines.
 
-    Others are computed in other tests, too.
+    Those in the plane have them only where their file chooses frequencies:
+    others are computed in other tests, too.
     """
     panels, count = (100, 12) if "dimensions: 3" in text else (200, 16)
     coarse = re.sub(r"panels: \d+", f"panels: {panels}", text)
     if "frequencies:" in text:
         return re.sub(r"(frequencies: \{.*)count: \d+", rf"\g<1>count: {count}", coarse)
+    if "dimensions: 3" not in text:
+        return text
     few = f"kind: hydrodynamics\n    frequencies: {{count: {count}}}"
-    return coarse.replace("kind: hydrodynamics", few) if "dimensions: 3" in text else text
+    coarse = re.sub(r"segments: \d+", "segments: 8", coarse)
+    return coarse.replace("kind: hydrodynamics", few)
 
 
 @pytest.mark.verifies(
