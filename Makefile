@@ -10,14 +10,22 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 JOBS ?= 2
 # the tests run side by side, and their matrices are small: threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
+# hundreds of their processes import the package: each would compile it again
+unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check verify lint docs bench platforms setup clean
+.PHONY: demo test check verify lint style docs bench platforms setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
 
-test: setup lint
-	$(BIN)/pytest -n $(JOBS)
+# pyright needs one processor for more than a minute: it runs beside the tests, and reports after them
+test: setup style
+	mkdir -p build
+	$(BIN)/pyright >build/types.txt 2>&1 & types=$$!; \
+	$(BIN)/pytest -n $(JOBS) --dist worksteal; tests=$$?; \
+	wait $$types; types=$$?; \
+	cat build/types.txt; \
+	test $$tests -eq 0 && test $$types -eq 0
 
 # lint, types and the nearest tests of what is changed, within a minute; it says what it left out
 check: setup
@@ -27,10 +35,12 @@ check: setup
 verify: setup
 	$(BIN)/pytest -n $(JOBS) -rA -m verify tests/verify $(VERIFY)
 
-lint: setup
+lint: setup style
+	$(BIN)/pyright
+
+style: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/pyright
 
 # the pages are in build/docs; open index.html
 docs: setup
@@ -61,9 +71,11 @@ platforms: .venv-platforms/ready
 
 setup: $(VENV)/ready
 
+# pip would compile on one processor
 $(VENV)/ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install --constraint constraints.txt --editable '.[test,importers]'
+	$(PIP) install --no-compile --constraint constraints.txt --editable '.[test,importers]'
+	-$(BIN)/python -m compileall -q -j $(JOBS) $(VENV)/lib
 	touch $@
 
 clean:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
+from support.c_fmus.compiled import compiled
 
 HERE = Path(__file__).parent / "c_fmus"
 NAME = "oscillator"
@@ -229,8 +229,8 @@ def build(folder: Path, defect: Defect | None = None) -> Path:
     library = folder / (NAME + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
     flags = [f"-DDEFECT_{defect.macro}"] if defect and defect.macro else []
-    command = ["cc", "-O0", "-shared", "-fPIC", "-w", f"-I{headers}", *flags]
-    subprocess.run([*command, str(HERE / "oscillator.c"), "-lm", "-o", str(library)], check=True)
+    command = ["-O0", "-shared", "-fPIC", "-w", f"-I{headers}", *flags]
+    compiled([*command, str(HERE / "oscillator.c"), "-lm"], library)
     text = description()
     if defect and defect.change[0]:
         assert defect.change[0] in text

@@ -2,7 +2,7 @@
 
 Of coupled systems the models' energy is compared with what came over their interfaces and from
 their loads, by outputs of the run, and the master's own balance of its connections is asserted too.
-Meshes in space are coarse and runs short here; tests/verify has the whole ones.
+Meshes are coarse and runs short here; tests/verify has the whole ones.
 """
 
 from __future__ import annotations
@@ -58,12 +58,20 @@ def test_systems(name: str, tmp_path: Path) -> None:
 
 
 def _coarse(text: str) -> str:
-    """A system in space with few panels and frequencies; others are computed in other tests too."""
+    """A system with few panels, frequencies and segments of lines.
+
+    Those in the plane have them only where their file chooses frequencies:
+    others are computed in other tests, too.
+    """
+    panels, count = (100, 12) if "dimensions: 3" in text else (200, 16)
+    coarse = re.sub(r"panels: \d+", f"panels: {panels}", text)
+    if "frequencies:" in text:
+        return re.sub(r"(frequencies: \{.*)count: \d+", rf"\g<1>count: {count}", coarse)
     if "dimensions: 3" not in text:
         return text
-    text = re.sub(r"panels: \d+", "panels: 100", text)
-    few = "kind: hydrodynamics\n    frequencies: {count: 12}"
-    return text if "frequencies:" in text else text.replace("kind: hydrodynamics", few)
+    few = f"kind: hydrodynamics\n    frequencies: {{count: {count}}}"
+    coarse = re.sub(r"segments: \d+", "segments: 8", coarse)
+    return coarse.replace("kind: hydrodynamics", few)
 
 
 @pytest.mark.verifies(

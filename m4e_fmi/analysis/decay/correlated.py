@@ -13,9 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.linalg import matmul_toeplitz, solve_triangular
-from scipy.signal import lfilter
 
 Floats = NDArray[np.float64]
 
@@ -88,8 +88,8 @@ def _process(basis: Floats, residual: Floats) -> Process:
     process = burg(np.vstack([residual, first]), most, floor=floor)
     for _ in range(ROUNDS):
         signals = np.vstack([residual, basis])
-        white = np.asarray(lfilter(process.coefficients, [1.0], signals, axis=1))
-        white = white[:, len(process.reflections) :]
+        weights = process.coefficients
+        white = sliding_window_view(signals, len(weights), axis=1) @ weights[::-1]
         turned, triangle = np.linalg.qr(white[1:].T)
         change = solve_triangular(triangle, turned.T @ white[0])
         spread = np.sqrt(process.variance) * solve_triangular(triangle, np.eye(len(basis)))

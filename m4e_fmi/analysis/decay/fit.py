@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import least_squares
 
 from m4e_fmi.analysis.decay.correlated import covariance
 from m4e_fmi.analysis.decay.oscillation import Shape, oscillation
@@ -239,6 +238,8 @@ def _guess(part: Part, begin: float) -> Shape:
 
 def _fitted(time: Floats, values: Floats, guess: Shape) -> Shape:
     """The shape with the least squares of `values` (n,) [1] at `time` (n,) [s] from 0 on."""
+    from scipy.optimize import least_squares
+
     known: dict[bytes, tuple[Floats, Floats]] = {}
     lost = np.full(len(time), LOST), np.zeros((len(time), len(guess)))
 

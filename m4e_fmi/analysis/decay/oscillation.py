@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import ODEintWarning, odeint
 
 Floats = NDArray[np.float64]
 
@@ -43,6 +42,8 @@ def oscillation(shape: Shape, time: Floats) -> tuple[Floats, Floats]:
 
     Both are nan where the motion grows without bound.
     """
+    from scipy.integrate import ODEintWarning, odeint
+
     begin = np.zeros(10)
     begin[:2] = shape.start, shape.speed
     begin[4] = begin[9] = 1.0

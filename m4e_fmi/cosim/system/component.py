@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import importlib
+import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -92,8 +95,23 @@ class Component:
         return None if self.step_size is None else seconds(self.step_size)
 
 
-def kinds() -> dict[str, EntryPoint]:
+def kinds() -> Mapping[str, EntryPoint]:
     """Entry points of the kinds of FMU that are installed, by name."""
+    return _kinds(tuple(map(_state, sys.path)))
+
+
+def _state(folder: str) -> tuple[str, int, int]:
+    """A folder that packages may be in, and what changes when one is installed there."""
+    try:
+        found = os.stat(folder or ".")  # noqa: PTH116  for each look at a kind: Path costs more
+    except OSError:
+        return folder, 0, 0
+    return folder, found.st_ino, found.st_mtime_ns
+
+
+@lru_cache(maxsize=1)
+def _kinds(_: tuple[tuple[str, int, int], ...]) -> Mapping[str, EntryPoint]:
+    """Of the packages in folders of this state: all of them are read for it."""
     return {point.name: point for point in entry_points(group=KIND_GROUP)}
 
 

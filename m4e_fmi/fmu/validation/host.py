@@ -36,6 +36,8 @@ _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; the later checks of this group were skipped"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
+_LATE = ("fmpy.validation", "numpy.random")
+"""Modules that the libraries import at their first use: else each process would."""
 
 
 def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
@@ -45,8 +47,8 @@ def main(work: str, fmu: str, call_limit: str, *groups: str) -> None:
     """
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # end the processes, too
     end_with_parent()
-    for module in MODULES.values():
-        import_module(f"{PACKAGE}.{module}")
+    for module in (*(f"{PACKAGE}.{name}" for name in MODULES.values()), *_LATE):
+        import_module(module)
     folder = Path(work)
     found = [asdict(group) for group in _run(folder, fmu, float(call_limit), list(groups))]
     (folder / RESULTS).write_text(json.dumps(found), encoding="utf-8")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +9,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import fmpy
+from support.c_fmus.compiled import compiled
 
 HERE = Path(__file__).parent
 UNITS = {
@@ -325,9 +325,9 @@ def build(name: str, folder: Path, linked: Sequence[str] = ()) -> Path:
     flags = ["-DMOVES"] if model == "moving_partner" else []
     flags += [f"-D{OPTIONS[option][0]}" for option in options if option != "armed"]
     flags += armed(folder / name, options)
-    command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
-    command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", "-o", str(library)]
-    subprocess.run([*command, *linked], check=True)
+    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
+    command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", *linked]
+    compiled(command, library)
     fmu = folder / f"{name}.fmu"
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", describe(name, variables, options))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
+from support.c_fmus.compiled import compiled
 
 HERE = Path(__file__).parent
 ITEMS = {"off": 1, "slow": 2, "fast": 3}
@@ -87,10 +87,10 @@ def build_kinds(version: int, options: Sequence[str], folder: Path) -> Path:
     text = (describe_1, describe_2, describe_3)[version - 1](name, options)
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
-    command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-DVERSION={version}"]
+    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-DVERSION={version}"]
     command += [f"-DIDENTIFIER={name}", *(f"-D{OPTIONS[option]}" for option in options)]
     sources = [HERE / "kinds.c", *([HERE / "absent_3.c"] if version == 3 else [])]
-    subprocess.run([*command, *map(str, sources), "-lm", "-o", str(library)], check=True)
+    compiled([*command, *map(str, sources), "-lm"], library)
     fmu = folder / f"{name}.fmu"
     platform = fmpy.platform_tuple if version == 3 else fmpy.platform
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,6 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 import fmpy
 from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V, armed
+from support.c_fmus.compiled import compiled
 
 OPTIONS_1 = {
     "inputs": 'canInterpolateInputs="true"',
@@ -126,8 +126,8 @@ def build_version(version: str, name: str, folder: Path) -> Path:
     platform = fmpy.platform if version == "1" else fmpy.platform_tuple
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
-    command = ["cc", "-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *flags]
-    subprocess.run([*command, *map(str, sources), "-lm", "-o", str(library)], check=True)
+    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *flags]
+    compiled([*command, *map(str, sources), "-lm"], library)
     fmu = folder / f"{name}.fmu"
     with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", text)
