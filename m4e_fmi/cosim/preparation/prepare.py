@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
-from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.connect import connect, sum_components
 from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.loop_breaking import broken
@@ -61,6 +62,12 @@ def prepare(
         raise InputError([no_component(system)])
     fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
+    if sums := sum_components(system, descriptions):
+        # of the connections, which are known when the FMUs are
+        part = System(system.name, sums, (), system.simulation)
+        fmus = ready_fmus(part, build_directory, native=native, tell=tell, drafts={})
+        descriptions |= _described(part, fmus)
+        system = replace(system, components=(*system.components, *sums))
     wiring, paced, rates, notes = _connected(system, descriptions)
     apart, missing = available(system, hosts(system, descriptions))
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
@@ -78,7 +85,7 @@ def prepare(
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
     )
-    notes = (*rounded(system.simulation), *notes, *found, *late)
+    notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
 
 
