@@ -24,7 +24,10 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.simulate import simulate
 
-HEAVE = "{type: prismatic, child: float, direction: [0, 1], parent_to_joint: [0, -1], initial: {q: 0.4}}"
+HEAVE = (
+    "{type: prismatic, child: float, direction: [0, 1], parent_to_joint: [0, -1], "
+    "initial: {q: 0.4}}"
+)
 FREE = "{type: floating, child: float, initial: {x: 0.4, z: -1.0, theta: 0.2}}"
 MODEL = """\
 name: buoy
@@ -40,8 +43,12 @@ MEMBERS = """\
     members:
 """
 LEGS = """\
-      plate: {{ends: [[-4, -6], [4, -6]], diameter: 1.5, drag: {drag}, added_mass: {added}, body: float}}
-      leg: {{ends: [[1, -6], [1, -1.5]], diameter: 0.9, drag: {drag}, added_mass: {added}, body: float}}
+      plate:
+        {{ends: [[-4, -6], [4, -6]], diameter: 1.5, drag: {drag}, added_mass: {added},
+          buoyancy: false, body: float}}
+      leg:
+        {{ends: [[1, -6], [1, -1.5]], diameter: 0.9, drag: {drag}, added_mass: {added},
+          buoyancy: false, body: float}}
 """
 STILL = "{spectrum: still}"
 WAVES = "{spectrum: regular, height: 1, period: 6}"
@@ -57,9 +64,7 @@ def written(
     lines += [f"  {name}:\n{text}" for name, text in parts.items()]
     lines += ["connections:", *(f"  - buoy.float <-> {name}.float" for name in parts)]
     lines += [f"  - {name}.added_mass -> buoy.added_mass" for name in parts]
-    lines.append(
-        f"simulation: {{stop_time: 6, step_size: 0.02, algorithm: {algorithm}}}"
-    )
+    lines.append(f"simulation: {{stop_time: 6, step_size: 0.02, algorithm: {algorithm}}}")
     (folder / "system.yaml").write_text("\n".join([*lines, ""]), "utf-8")
     return load_system(folder / "system.yaml")
 

@@ -35,7 +35,8 @@ components:
     {current}
     bodies: {{rod: {{center_of_gravity: {center}}}}}
     members:
-      rod_axis: {{ends: {ends}, diameter: 0.6, drag: {drag}, added_mass: 1.2, body: rod}}
+      rod_axis: {{ends: {ends}, diameter: 0.6, drag: {drag}, added_mass: 1.2, body: rod,
+        buoyancy: false}}
 connections:
   - pendulum.rod <-> water.rod
   - water.added_mass -> pendulum.added_mass

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
 
-from m4e_adapters.morison import MorisonConfig, morison_program
-from m4e_fmi.errors import InputError
+from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
+from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
 
 Config = MorisonConfig
@@ -25,15 +24,12 @@ def make(
 
 
 def make_in_waves(
-    config: MorisonConfig,  # noqa: ARG001  part of every kind's interface
+    config: MorisonConfig,
     *,
     name: str,
-    folder: Path,  # noqa: ARG001
-    highest: float,  # noqa: ARG001
-    progress: Callable[[str], object] = print,  # noqa: ARG001
-) -> NoReturn:
-    """InputError: forces that end at the surface, wherever it is, have no linear form here."""
-    raise InputError.single(
-        f"{name}: forces of waves on members by Morison's equation are not linearised",
-        "simulate the system (m4e-fmi run), or remove the component from its file",
-    )
+    folder: Path,
+    highest: float,  # noqa: ARG001  part of every kind's interface
+    progress: Callable[[str], object] = print,
+) -> tuple[Program, MemberWaves]:
+    """The members with what waves do to them as inputs, and what that is."""
+    return members_in_waves(config, name=name, folder=folder, progress=progress)

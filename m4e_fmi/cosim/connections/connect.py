@@ -15,7 +15,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.connections.added_mass.order import body_order_problems
-from m4e_fmi.cosim.connections.loads.bonds import power_bonds
 from m4e_fmi.cosim.connections.buses import bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connections.dependence import dependency_problems
 from m4e_fmi.cosim.connections.link_checks import (
@@ -34,9 +33,10 @@ from m4e_fmi.cosim.connections.links import (
     Wiring,
     is_carried,
 )
+from m4e_fmi.cosim.connections.loads.bonds import power_bonds
+from m4e_fmi.cosim.connections.loads.sums import Sum, can_be_summed, sums_of, through_sums
 from m4e_fmi.cosim.connections.missing.neutral_mass import unset_masses
 from m4e_fmi.cosim.connections.pairing import Pairing
-from m4e_fmi.cosim.connections.loads.sums import Sum, can_be_summed, sums_of, through_sums
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.start_values import start_problems
@@ -60,7 +60,9 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     driven = {link.target for link in steady}
     inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
     real = [link for link in steady if link.is_real]
-    onto = {new.target: old.target for s in sums for old, new in zip(s.links, s.joined, strict=True)}
+    onto = {
+        new.target: old.target for s in sums for old, new in zip(s.links, s.joined, strict=True)
+    }
     return Wiring(
         links=steady,
         initial_links=tuple(k for k in links if not is_carried(*k.variables(variables))),
