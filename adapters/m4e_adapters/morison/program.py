@@ -55,7 +55,8 @@ def morison_program(
     Inputs `<body>.{x,z,theta,vx,vz,omega}`, in space all six motions, outputs
     `<body>.{force_x,force_z,moment_y}` about the centre of gravity and their parts `drag_…`,
     `inertia_…`, `buoyancy_…`, `fixed.…` of all fixed members about the reference point,
-    `<member>.force_…`, `.wet_length`, `wave.elevation`, and `added_mass[i,j]` if a member of a body has some.
+    `<member>.force_…`, `.wet_length`, `wave.elevation`, and `added_mass[i,j]` if a member of a body
+    has some.
     """
     recorder = Recorder(name, "slender members by Morison's equation")
     systems = _systems(config, folder, progress)

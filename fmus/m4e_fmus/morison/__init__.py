@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
+from m4e_adapters.morison.shown import shown
 from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
+from m4e_fmi.report.animation.shown import Shown
 
 Config = MorisonConfig
 
@@ -33,3 +35,8 @@ def make_in_waves(
 ) -> tuple[Program, MemberWaves]:
     """The members with what waves do to them as inputs, and what that is."""
     return members_in_waves(config, name=name, folder=folder, progress=progress)
+
+
+def scene(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """Members as cylinders, and the water, with waves for `values` at the start."""
+    return shown(config, folder=folder, values=values)
