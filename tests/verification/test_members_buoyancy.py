@@ -53,9 +53,9 @@ def counted(middle: Place, along: Place) -> np.ndarray:
     a = np.cross(e, [0.3, 0.9, 0.1])
     a /= np.linalg.norm(a)
     b = np.cross(e, a)
-    nodes, weights = np.polynomial.legendre.leggauss(400)
-    turns = 2 * np.pi * (np.arange(200) + 0.5) / 200
-    radii = R * np.sqrt((np.arange(200) + 0.5) / 200)
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    turns = 2 * np.pi * (np.arange(100) + 0.5) / 100
+    radii = R * np.sqrt((np.arange(100) + 0.5) / 100)
     disc = (
         radii[:, None, None] * (np.cos(turns)[:, None] * a + np.sin(turns)[:, None] * b)
     ).reshape(-1, 3)
@@ -98,9 +98,9 @@ def test_a_level_cylinder_is_exact(depth: float) -> None:
     ],
 )
 def test_inclined_cylinders_beside_points(middle: Place, along: Place) -> None:
-    """Points leave 1e-3 of the largest: 40000 in each of 400 slices."""
+    """Points leave 2e-3 of the largest: 10000 in each of 200 slices."""
     found, expected = wrench(middle, along), counted(middle, along)
-    assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
+    assert found == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
 
 
 def test_quotients_and_means_meet() -> None:
@@ -195,8 +195,7 @@ def test_tumbling_keeps_the_energy(tmp_path: Path) -> None:
     )
     assert np.ptp(water) > 1e4
     assert np.ptp(pose["theta"]) > 1.0
-    scale = np.ptp(water)
-    assert np.ptp(total + water) < 2e-4 * scale
+    assert np.ptp(total + water) < 1e-6 * np.ptp(water)
 
 
 def displaced(z: float, phi: float, theta: float) -> float:

@@ -356,7 +356,7 @@ class _Mobility:
         )
 
     def _matrix(self, component: str, one: str, other: str, n: int) -> np.ndarray:
-        """What a component adds to the mass of two bodies, (n, n) [SI] in world axes; or 0."""
+        """Added mass (n, n) [SI] that a component gives to two bodies, in world axes; or 0."""
         known = self.network.instances[component].description.variables
         bodies = {
             connector(link.target): connector(link.source)

@@ -42,11 +42,12 @@ def test_members_are_on_their_body(tmp_path: Path) -> None:
 
 def test_hull_and_members_are_shown_together(tmp_path: Path) -> None:
     path = floating_frame(tmp_path)
-    text = path.read_text("utf-8").replace(
-        "connections: [",
-        "  hull: {kind: hydrodynamics, dimensions: 3, bodies: {deck: {shape: {sphere: {radius: 2}}, "
-        "center_of_gravity: [0, 0, -6]}}}\nconnections: [frame.frame <-> hull.deck, ",
+    hull = (
+        "  hull: {kind: hydrodynamics, dimensions: 3, bodies: {deck: "
+        "{shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0, -6]}}}"
     )
+    text = path.read_text("utf-8")
+    text = text.replace("connections: [", f"{hull}\nconnections: [frame.frame <-> hull.deck, ")
     path.write_text(text, "utf-8")
     scene = scene_without_build(load_system(path))
     assert scene is not None
