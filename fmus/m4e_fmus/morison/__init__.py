@@ -6,10 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
-from m4e_adapters.morison.shown import shown
+from m4e_adapters.morison.shown import displaced_by, shown
 from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.shown import Shown
+from m4e_fmi.report.drawing.space.hulls import Hull
 
 Config = MorisonConfig
 
@@ -40,3 +41,8 @@ def make_in_waves(
 def scene(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
     """Members as cylinders, and the water, with waves for `values` at the start."""
     return shown(config, folder=folder, values=values)
+
+
+def displaced(config: MorisonConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:  # noqa: ARG001
+    """Surfaces of the members that have buoyancy, by body and name, in the axes of the bodies."""
+    return displaced_by(config)

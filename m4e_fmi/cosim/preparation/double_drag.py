@@ -1,4 +1,4 @@
-"""Drag and buoyancy of one body in two components: allowed, as parts of a hull may differ."""
+"""Drag and wave forces of one body in two components: allowed, as parts of a hull may differ."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from m4e_fmi.fmu import Description
 DRAG = ("drag_", "linear_drag_")
 """Beginnings of the last names of a hull's drag coefficients; `drag_force_…` are outputs."""
 
-OF_MEMBERS = " (members: 'buoyancy: false')"
-
 
 def double_drag(
     system: System, descriptions: Mapping[str, Description], wiring: Wiring
@@ -25,24 +23,13 @@ def double_drag(
         if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
             moved.setdefault(link.source, []).append(link.target)
     for source, takers in moved.items():
-        dragging = [port for port in takers if _has_drag(system, descriptions, port)]
-        lifting = [port for port in takers if _has_buoyancy(descriptions, port)]
-        for what, acting in (("drag", dragging), ("buoyancy", lifting)):
-            for one, other in combinations(acting, 2):
-                body, first, second = (str(p).removesuffix(".z") for p in (source, one, other))
-                yield (
-                    f"{first} and {second} both have {what} on {body}: right for different parts "
-                    "of it; of the same part leave it to one of them"
-                    + OF_MEMBERS
-                    * (what == "buoyancy")
-                )
-
-
-def _has_buoyancy(descriptions: Mapping[str, Description], port: Port) -> bool:
-    """True if the component gives buoyancy on the body whose height is `port`."""
-    body = port.variable.removesuffix("z")
-    names = descriptions[port.component].variables
-    return any(f"{body}{part}_force_z" in names for part in ("hydrostatic", "buoyancy"))
+        acting = [port for port in takers if _has_drag(system, descriptions, port)]
+        for one, other in combinations(acting, 2):
+            body, first, second = (str(p).removesuffix(".z") for p in (source, one, other))
+            yield (
+                f"{first} and {second} both have drag on {body}: right for different parts of it; "
+                "of the same part leave it to one of them"
+            )
 
 
 def _has_drag(system: System, descriptions: Mapping[str, Description], port: Port) -> bool:

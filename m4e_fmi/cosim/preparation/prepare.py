@@ -21,6 +21,7 @@ from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
 from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
@@ -82,6 +83,7 @@ def prepare(
         *loose_ends(system, descriptions, wiring),
         *differing(system, descriptions, wiring),
         *double_drag(system, descriptions, wiring),
+        *double_buoyancy(system, wiring),
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
     )
