@@ -24,8 +24,10 @@ from support.frames import (
 
 from m4e_adapters.morison import MorisonConfig, morison_program
 from m4e_adapters.morison.buoyancy import buoyancy
+from m4e_adapters.morison.stability import stability_of
 from m4e_fmi.analysis import equilibrium
 from m4e_fmi.cosim import load_system, system_program
+from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.simulate import simulate
 
@@ -126,6 +128,11 @@ def test_the_stability_of_a_frame(tmp_path: Path) -> None:
     second = 3 * math.pi / 64 * COLUMN**4 + plane * sum(x * x for x, _ in PLACES)
     height = center + second / (columns + pontoons) - HEIGHT
     assert height > 1.0
+    (told,) = stability_of(water_of(tmp_path))
+    assert told.hydrostatics.center_of_buoyancy == pytest.approx((0, 0, center), abs=1e-6)
+    for of in ("metacentric_height", "transverse_metacentric_height"):
+        assert getattr(told.hydrostatics, of)(told.center) == pytest.approx(height, rel=1e-6)
+    assert told.rest == pytest.approx((0, 0, 0), abs=1e-6)
     turned = 1e-4
     (found,) = outputs(tmp_path, {"frame.theta": turned}, "frame.buoyancy_moment_y")
     assert found == pytest.approx(-MASS * G * height * turned, rel=1e-6)
@@ -133,11 +140,18 @@ def test_the_stability_of_a_frame(tmp_path: Path) -> None:
 
 def outputs(folder: Path, values: dict[str, float], *names: str) -> list[float]:
     """Outputs of the water of a frame where inputs have these values, others the reference pose."""
-    system = load_system(floating_frame(folder))
-    source = next(c.source for c in system.components if c.name == "water")
-    config: Any = getattr(source, "config")  # noqa: B009
-    program = morison_program(config, name="water", folder=folder, progress=lambda _: None)
+    program = morison_program(
+        water_of(folder), name="water", folder=folder, progress=lambda _: None
+    )
     return run_once(program, values, *names)
+
+
+def water_of(folder: Path) -> MorisonConfig:
+    """The configuration of the members of a frame."""
+    system = load_system(floating_frame(folder))
+    (source,) = (c.source for c in system.components if isinstance(c.source, Kind))
+    assert isinstance(source.config, MorisonConfig)
+    return source.config
 
 
 def run_once(program: Any, values: dict[str, float], *names: str) -> list[float]:

@@ -56,6 +56,29 @@ def buoyancy(
     return add(one, other), moment
 
 
+def displaced_energy(
+    along: Vector, depths: tuple[Number, Number], *, radius: float, length: Number
+) -> Number:
+    """∫ −z dV [m4] over the displaced water of a part of a member: U over ρ g."""
+    x, y, _ = along
+    half = radius * sqrt(x * x + y * y + UPRIGHT**2)
+    first, second = depths
+    step = second - first
+    over = step / (step * step + (NONE * half) * (NONE * half))
+    steep = (_Depth(second, half).whole - _Depth(first, half).whole) * over
+    flat: Number = 0.0
+    for share, weight in GAUSS:
+        flat = flat + weight * _Depth(first + share * step, half).slope
+    part = _steepness(step, half)
+    return radius**2 * length * (part * steep + (1.0 - part) * flat)
+
+
+def _steepness(step: Number, half: Number) -> Number:
+    """The part [1] of quotients over a `step` of depth [m], beside means of derivatives."""
+    low, high = LEVEL
+    return minimum(maximum((abs(step) / half - low) / (high - low), 0.0), 1.0)
+
+
 def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Number, Number]:
     """Derivatives of (F₂ − F₁)/(d₂ − d₁) by d₁ [1], by d₂ [1], and by c over c [1/m]."""
     step = second - first
@@ -73,8 +96,7 @@ def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Num
         flat[0] = flat[0] + weight * (1.0 - share) * here.area
         flat[1] = flat[1] + weight * share * here.area
         flat[2] = flat[2] + weight * here.turning_slope
-    low, high = LEVEL
-    part = minimum(maximum((abs(step) / half - low) / (high - low), 0.0), 1.0)
+    part = _steepness(step, half)
     a, b, c = (part * s + (1.0 - part) * f for s, f in zip(steep, flat, strict=True))
     return a, b, c
 

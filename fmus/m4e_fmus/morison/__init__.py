@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from m4e_adapters.hydrodynamics.stability_report import plot_stability, stability_text
 from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
 from m4e_adapters.morison.shown import displaced_by, shown
+from m4e_adapters.morison.stability import stability_of
 from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.shown import Shown
@@ -46,3 +48,11 @@ def scene(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -
 def displaced(config: MorisonConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:  # noqa: ARG001
     """Surfaces of the members that have buoyancy, by body and name, in the axes of the bodies."""
     return displaced_by(config)
+
+
+def stability(config: MorisonConfig, *, folder: Path, picture: Path | None) -> str:  # noqa: ARG001
+    """Hydrostatics and righting arms of bodies on their members; drawn to `picture` if given."""
+    found = stability_of(config)
+    if picture is not None:
+        plot_stability(found, picture)
+    return stability_text(found, config.water) or "no body has buoyant members in the water"
