@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from pathlib import Path
 
@@ -111,6 +112,24 @@ def test_a_sea_is_that_of_a_simulation(tmp_path: Path) -> None:
         assert response.deviation(name) == pytest.approx(found, rel=0.03), name
     drag = sea_response(waves, point, waves.own_sea(point), outputs=["water.leg.drag_force_x"])
     assert drag.deviation("water.leg.drag_force_x") > 500.0  # N: the drag counts
+
+
+def test_principal_components_of_the_sea_are_as_all_inputs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Velocities at points of a column move together: samples differ, statistics do not."""
+    waves, _ = slider(tmp_path)
+    point = equilibrium(waves.program)
+    names = ["slider.joint.rail.q", "water.leg.drag_force_x"]
+    sea = waves.own_sea(point)
+    module = importlib.import_module("m4e_fmi.analysis.response.sea_response")
+    few = []
+    for many in (0, 1000):
+        monkeypatch.setattr(module, "MANY", many)
+        response = sea_response(waves, point, sea, outputs=names)
+        few.append([response.deviation(name) for name in names])
+    assert few[0] == pytest.approx(few[1], rel=5e-3)
+    assert few[0] != few[1]
 
 
 def test_the_inertia_force_on_a_pile_is_exact(tmp_path: Path) -> None:
