@@ -105,6 +105,13 @@ def test_inclined_cylinders_beside_points(middle: Place, along: Place) -> None:
     assert found == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
 
 
+def test_deep_water_leaves_no_noise() -> None:
+    """At 200 m, nearly level, the moment is that of the middle: to 1e-11 of ρ g V times 6 m."""
+    found = wrench((0.5, 0.0, -200.0), (1.0, 0.0, 0.004))
+    volume = math.pi * R**2 * L
+    assert found == pytest.approx([0, 0, volume, 0, -0.5 * volume, 0], abs=1e-11 * volume * L)
+
+
 def test_quotients_and_means_meet() -> None:
     """From level to steep, forces have no step where one replaces the other."""
     slopes = np.linspace(0.0, 0.01, 101)

@@ -65,7 +65,7 @@ def displaced_energy(
     first, second = depths
     step = second - first
     over = step / (step * step + (NONE * half) * (NONE * half))
-    steep = (_Depth(second, half).whole - _Depth(first, half).whole) * over
+    steep = _Depth.difference(_Depth(first, half), _Depth(second, half)) * over
     flat: Number = 0.0
     for share, weight in GAUSS:
         flat = flat + weight * _Depth(first + share * step, half).slope
@@ -84,7 +84,7 @@ def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Num
     step = second - first
     over = step / (step * step + (NONE * half) * (NONE * half))
     one, other = _Depth(first, half), _Depth(second, half)
-    quotient = (other.whole - one.whole) * over
+    quotient = _Depth.difference(one, other) * over
     steep = (
         (quotient - one.slope) * over,
         (other.slope - quotient) * over,
@@ -102,7 +102,7 @@ def _quotients(first: Number, second: Number, half: Number) -> tuple[Number, Num
 
 
 class _Depth:
-    """F and its derivatives at a depth d [m] of the axis, c = `half` [m]."""
+    """Derivatives of F at a depth d [m] of the axis, c = `half` [m]; its parts ψ and max(d, c)."""
 
     def __init__(self, depth: Number, half: Number) -> None:
         tau = minimum(maximum(depth / half, -WITHIN), WITHIN)
@@ -117,8 +117,15 @@ class _Depth:
             - tau * cube / 12.0
             + math.pi / 16
         )
-        deep = maximum(depth, half)
-        self.slope = half * phi + math.pi * (deep - half)
-        self.whole = half * half * psi + math.pi / 2 * (deep * deep - half * half)
+        self._half, self._psi, self._deep = half, psi, maximum(depth, half)
+        self.slope = half * phi + math.pi * (self._deep - half)
         self.turning = 2.0 * psi - tau * phi
         self.turning_slope = (phi - tau * self.area) / half
+
+    @staticmethod
+    def difference(one: _Depth, other: _Depth) -> Number:
+        """F₂ − F₁ [m2], F = c² ψ + π/2 (max(d, c)² − c²), without cancellation in deep water."""
+        half, deeper = one._half, other._deep - one._deep
+        return half * half * (other._psi - one._psi) + math.pi / 2 * deeper * (
+            other._deep + one._deep
+        )
