@@ -159,9 +159,9 @@ def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str
     heavy = [n for n, m in config.members.items() if m.body and m.inertia_coefficient > 0.0]
     if heavy:
         yield (
-            f"{', '.join(heavy)}: forces of waves on the volume of these members are in here; of a "
-            "part that a hydrodynamics component has too, they count twice: give such members "
-            "'added_mass: 0, inertia: 0'"
+            f"{', '.join(heavy)}: forces of waves on the volume of these members are in here, and "
+            "their buoyancy, unless they say otherwise; of a part that a hydrodynamics component "
+            "has too, they count twice: give such members 'added_mass: 0, inertia: 0'"
         )
 
 
