@@ -94,7 +94,9 @@ def _stability(options: argparse.Namespace) -> None:
     tells = {name: tell for name, tell in tells.items() if tell is not None}
     if not tells:
         message = f"{system.name}: no component floats"
-        raise InputError.single(message, "--stability is for kind: hydrodynamics")
+        raise InputError.single(
+            message, "--stability is for kind: hydrodynamics, and kind: morison"
+        )
     if options.output_file and len(tells) > 1:
         message = f"{system.name}: {len(tells)} components float, a picture shows those of one"
         raise InputError.single(message, "leave out --output-file")

@@ -20,4 +20,6 @@ def save_system(system: System, path: str | Path, *, build_directory: str | Path
     if Path(path).suffix.lower() != SUFFIX:
         raise InputError.single(f"a system is saved as {SUFFIX}", f"write {path}{SUFFIX}")
     prepared = prepare(system, build_directory=build_directory)
-    return write_ssp(replace(prepared, system=system), path)
+    sums = [c for c in prepared.system.components if c.name in prepared.wiring.sums]
+    whole = replace(system, components=(*system.components, *sums))
+    return write_ssp(replace(prepared, system=whole), path)

@@ -35,7 +35,8 @@ components:
     {current}
     bodies: {{rod: {{center_of_gravity: {center}}}}}
     members:
-      rod_axis: {{ends: {ends}, diameter: 0.6, drag: {drag}, added_mass: 1.2, body: rod}}
+      rod_axis: {{ends: {ends}, diameter: 0.6, drag: {drag}, added_mass: 1.2, body: rod,
+        buoyancy: false{ends_of_it}}}
 connections:
   - pendulum.rod <-> water.rod
   - water.added_mass -> pendulum.added_mass
@@ -45,7 +46,7 @@ simulation: {{stop_time: 5, step_size: 0.01}}
 
 def system(folder: Path, texts: dict[str, str], **more: str) -> Program:
     """The composed program of a body with one member."""
-    given = {"loads": "", "current": "", **texts, **more}
+    given = {"loads": "", "current": "", "ends_of_it": "", **texts, **more}
     model = {**given, "dimensions": f"dimensions: {given['dimensions']}"}
     (folder / "pendulum.model.yaml").write_text(MODEL.format(**model), "utf-8")
     (folder / "system.yaml").write_text(SYSTEM.format(**given), "utf-8")
@@ -84,12 +85,16 @@ def run(program: Program, **velocities: float) -> Any:
     analytic="conservation",
     tolerance="1e-7",
 )
+@pytest.mark.parametrize("ends", ["", ", end_added_mass: 9"], ids=["bare", "plates"])
 @pytest.mark.parametrize("texts", [PLANE, SPACE], ids=["plane", "space"])
 def test_still_water_keeps_the_energy_of_a_turning_body(
-    tmp_path: Path, texts: dict[str, str]
+    tmp_path: Path, texts: dict[str, str], ends: str
 ) -> None:
-    """Body and water keep ½ vᵀ(M + A)v through turns of several radians."""
-    result = run(system(tmp_path, texts, drag="0"), **MOVING)
+    """Body and water keep ½ vᵀ(M + A)v through turns of several radians.
+
+    Plates at the ends have 520 kg each, along the axis.
+    """
+    result = run(system(tmp_path, texts, drag="0", ends_of_it=ends), **MOVING)
     energy = np.asarray(result["pendulum.energy.total"])
     assert np.ptp(energy) < 1e-7 * energy[0]
     forces = np.asarray(result["water.rod.inertia_force_x"])
@@ -134,4 +139,21 @@ def test_decay_by_drag(tmp_path: Path, moves: str) -> None:
         assert np.asarray(result["pendulum.body.rod.theta"])[-1] > math.pi
     found = np.asarray(result[f"pendulum.body.rod.{name}"])
     expected = start / (1.0 + start * drag / mass * np.asarray(result.time))
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.verifies(
+    "heave plates: decay along the axis by the drag of the ends, with their added mass",
+    analytic="v = v₀/(1 + v₀ c t/M), 8/3 ρ r³ of a thin disc",
+    tolerance="1e-6",
+)
+def test_decay_of_heave_plates(tmp_path: Path) -> None:
+    """A thin disc has 4/3 ρ r³ on each side: 2/π of the hemisphere over it."""
+    upright = {**PLANE, "ends": "[[0, -25], [0, -15]]"}
+    ends = f", end_drag: 4, end_added_mass: {2 / math.pi!r}"
+    result = run(system(tmp_path, upright, drag="0.2", ends_of_it=ends), vz=1.5)
+    mass = 4000 + 8 / 3 * RHO * (D / 2) ** 3
+    drag = 2 * 0.5 * RHO * AREA * 4
+    found = np.asarray(result["pendulum.body.rod.vz"])
+    expected = 1.5 / (1.0 + 1.5 * drag / mass * np.asarray(result.time))
     assert found == pytest.approx(expected, rel=1e-6)

@@ -120,7 +120,8 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
     ]
     for name, values, unit in rows:
         yield f"  {name:<44}" + "".join(f" {round(v, 9) + 0.0:12.6g}" for v in values) + f"  {unit}"
-    yield "  moments of inertia of that mass about x, y, z through G:"
+    if one.inertias:
+        yield "  moments of inertia of that mass about x, y, z through G:"
     for shape, tensor in one.inertias.items():
         moments = water.density * known.volume * tensor.diagonal()
         cells = "".join(f" {v:12.6g}" for v in moments)

@@ -7,7 +7,11 @@ whose power is −dT/dt, so that still water neither makes nor takes energy:
     −m P (a + α × r)                       in A, for whoever holds the body's mass
     m (e·v) (ω × e) − m P (ω × (ω × r))    here, `record_turning`
 
-In a current the velocity along the member, e·v, is relative to it.
+In a current the velocity along the member, e·v, is relative to it. An end has the energy
+½ m (e·v)² and exerts −m d(e·v)/dt along e:
+
+    −m e e·(a + α × r)                     in A
+    −m e (v·(ω × e) + e·(ω × (ω × r)))     here
 """
 
 from __future__ import annotations
@@ -25,6 +29,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.config import Member
 from m4e_adapters.morison.motion import Axis, BodyMotion, axis_of
+from m4e_adapters.morison.strips import end_mass
 from m4e_adapters.morison.vectors import (
     ZERO,
     Number,
@@ -53,6 +58,14 @@ def wet_masses(member: Member, density: float) -> Iterator[tuple[float, float]]:
         yield middle + ROOT * half, 0.5 * mass
 
 
+def wet_ends(member: Member, density: float) -> Iterator[tuple[float, float]]:
+    """Places s [m] of ends that are under water, and their masses [kg] along the axis."""
+    mass = end_mass(member, density)
+    for s, end in zip((0.0, member.length), member.ends, strict=True):
+        if mass > 0.0 and end[-1] <= 0.0:
+            yield s, mass
+
+
 def _wet_in_reference(member: Member) -> tuple[float, float]:
     """From and to [m] along the member, where it is below z = 0."""
     first, second = (point_in_space(end)[2] for end in member.ends)
@@ -73,12 +86,21 @@ def added_mass(members: Mapping[str, Member], body: BodyMotion, density: float) 
         for axis in (axis_of(member, body),)
         for s, mass in wet_masses(member, density)
     ]
+    ends = [
+        (axis, axis.at(s), mass)
+        for member in members.values()
+        for axis in (axis_of(member, body),)
+        for s, mass in wet_ends(member, density)
+    ]
     for place in range(6):
-        force, moment = ZERO, ZERO
+        force, moment, unit = ZERO, ZERO, UNITS[place % 3]
         for axis, arm, mass in masses:
-            unit = UNITS[place % 3]
             moved = unit if place < 3 else cross(unit, arm)
             push = scaled(mass, across(moved, axis.along))
+            force, moment = add(force, push), add(moment, cross(arm, push))
+        for axis, arm, mass in ends:
+            moved = unit if place < 3 else cross(unit, arm)
+            push = scaled(mass * dot(moved, axis.along), axis.along)
             force, moment = add(force, push), add(moment, cross(arm, push))
         columns.append([*force, *moment])
     return [list(row) for row in zip(*columns, strict=True)]
@@ -95,6 +117,14 @@ def turning_load(member: Member, body: BodyMotion, flow: RecordedFlow) -> tuple[
         turning = scaled(dot(axis.along, relative), cross(body.spin, axis.along))
         inwards = across(cross(body.spin, cross(body.spin, arm)), axis.along)
         push = scaled(mass, difference(turning, inwards))
+        force, moment = add(force, push), add(moment, cross(arm, push))
+    for s, mass in wet_ends(member, flow.water.density):
+        arm = axis.at(s)
+        x, y = flow.current.velocity(body.place[2] + arm[2])
+        relative = difference(body.velocity_at(arm), (x, y, 0.0))
+        inwards = dot(axis.along, cross(body.spin, cross(body.spin, arm)))
+        turning = dot(relative, cross(body.spin, axis.along))
+        push = scaled(-mass * (turning + inwards), axis.along)
         force, moment = add(force, push), add(moment, cross(arm, push))
     return force, moment
 
@@ -120,4 +150,5 @@ def publish_added_mass(recorder: Recorder, matrices: Mapping[str, Matrix], dimen
 
 def has_added_mass(members: Sequence[Member]) -> bool:
     """True if one of them has some in the reference pose."""
-    return any(mass > 0.0 for member in members for _, mass in wet_masses(member, 1.0))
+    parts = ((*wet_masses(member, 1.0), *wet_ends(member, 1.0)) for member in members)
+    return any(parts)

@@ -38,6 +38,12 @@ class Member(Section):
     `inertia` C_M, 1 + C_A if it is left out. A member that only has drag, beside potential flow,
     has `added_mass: 0, inertia: 0`. `segments` are the parts over which forces are integrated, each
     up to the surface with three points.
+
+    `buoyancy`: closed ends, on which the pressure of the water acts; members of a body have it if
+    they have inertia, others not. `flooded`: open to the water inside, without buoyancy.
+    `end_drag` and `end_added_mass` [1] are those of each end, as of a heave plate: the drag along
+    the axis over ρ/2 π D²/4, and the added mass along the axis over ρ π D³/12, which is 0.637 on
+    each side of a thin disc.
     """
 
     ends: tuple[Place, Place]
@@ -47,12 +53,23 @@ class Member(Section):
     added_mass: NotNegative = 1.0
     inertia: NotNegative | None = None
     body: str | None = None
+    buoyancy: bool | None = None
+    flooded: bool = False
+    end_drag: NotNegative = 0.0
+    end_added_mass: NotNegative = 0.0
     segments: Annotated[int, Field(ge=1, le=200)] = 10
 
     @property
     def inertia_coefficient(self) -> float:
         """C_M [1]."""
         return 1.0 + self.added_mass if self.inertia is None else self.inertia
+
+    @property
+    def is_buoyant(self) -> bool:
+        """True if the pressure of the water acts on its ends, too."""
+        if self.buoyancy is None:
+            return self.body is not None and self.inertia_coefficient > 0.0 and not self.flooded
+        return self.buoyancy
 
     @property
     def length(self) -> float:
@@ -110,6 +127,9 @@ class MorisonConfig(Section):
                 known = ", ".join(self.bodies) or "none"
                 remedy = f"add it under 'bodies' (there: {known}), or leave out 'body': fixed"
                 yield _wrong(("members", name, "body"), text, remedy)
+            if member.flooded and member.buoyancy:
+                text = "a flooded member has no buoyancy"
+                yield _wrong(("members", name, "buoyancy"), text, "remove one of the two")
         for body in self.bodies:
             if not self.of_body(body):
                 text = f"{body!r} has no members"

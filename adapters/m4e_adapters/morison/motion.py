@@ -36,6 +36,10 @@ class BodyMotion:
         x, y, z = (p - r for p, r in zip(point, self.reference, strict=True))
         return turned((x, y, z), *self.angles)
 
+    def turned(self, vector: tuple[float, float, float]) -> Vector:
+        """A vector of the reference pose, as it is turned now."""
+        return turned(vector, *self.angles)
+
     def velocity_at(self, arm: Vector) -> Vector:
         """Of what is at the `arm` [m]."""
         return add(self.velocity, cross(self.spin, arm))

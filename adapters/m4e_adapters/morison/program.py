@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,11 @@ from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, places_in_space
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
+from m4e_adapters.hydrodynamics.seas.water.current import (
+    RecordedCurrent,
+    current_doubts,
+    record_current,
+)
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.added_mass import (
     Matrix,
@@ -21,10 +25,18 @@ from m4e_adapters.morison.added_mass import (
     publish_added_mass,
     turning_load,
 )
-from m4e_adapters.morison.config import FIXED, Member, MorisonConfig
+from m4e_adapters.morison.config import FIXED, MorisonConfig
+from m4e_adapters.morison.loads import (
+    NO_LOAD,
+    Load,
+    MemberLoad,
+    joined,
+    member_load,
+    record_coefficients,
+)
 from m4e_adapters.morison.motion import BodyMotion, record_body
-from m4e_adapters.morison.strips import MemberLoad, member_load, record_coefficients
-from m4e_adapters.morison.vectors import ZERO, Number, Vector, add
+from m4e_adapters.morison.vectors import Number
+from m4e_adapters.morison.waves import ELEVATION, MemberWaves, load_in_waves
 from m4e_fmi.program import Program, Recorder, Variable
 
 SLENDER = 0.2
@@ -42,35 +54,87 @@ def morison_program(
 
     Inputs `<body>.{x,z,theta,vx,vz,omega}`, in space all six motions, outputs
     `<body>.{force_x,force_z,moment_y}` about the centre of gravity and their parts `drag_…`,
-    `inertia_…`, `fixed.…` of all fixed members about the reference point, `<member>.force_…`,
-    `.wet_length`, `wave.elevation`, and `added_mass[i,j]` if a member of a body has some.
+    `inertia_…`, `buoyancy_…`, `fixed.…` of all fixed members about the reference point,
+    `<member>.force_…`, `.wet_length`, `wave.elevation`, and `added_mass[i,j]` if a member of a body
+    has some.
     """
     recorder = Recorder(name, "slender members by Morison's equation")
-    water, in_space = config.water, config.dimensions == 3
-    systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
-    for text in doubts(config, systems):
-        progress(text)
+    systems = _systems(config, folder, progress)
+    in_space = config.dimensions == 3
     flow = RecordedFlow(
-        water=water,
+        water=config.water,
         time=recorder.time,
         waves=[system.record(recorder, in_space=in_space) for system in systems],
-        current=record_current(recorder, config.current, depth=water.depth, in_space=in_space),
+        current=_current(recorder, config),
         stretching=config.stretching,
     )
     recorder.output(elevation_at_origin(config.dimensions), flow.elevation_at_origin())
     surface = wave_height(systems)
+
+    def load(member: str, body: BodyMotion) -> MemberLoad:
+        own = config.members[member]
+        return member_load(own, record_coefficients(recorder, member, own), body, flow, surface)
+
+    _record_members(recorder, config, flow, load)
+    return recorder.program()
+
+
+def members_in_waves(
+    config: MorisonConfig, *, name: str, folder: Path, progress: Callable[[str], object] = print
+) -> tuple[Program, MemberWaves]:
+    """The program with what waves do to the members as inputs, and what that is in any wave."""
+    recorder = Recorder(name, "slender members by Morison's equation, in any waves")
+    systems = _systems(config, folder, progress)
+    for system in systems:
+        system.record(recorder, in_space=config.dimensions == 3)
+    flow = RecordedFlow(
+        water=config.water, time=recorder.time, waves=[], current=_current(recorder, config)
+    )
+    text = "elevation of the undisturbed water at x = y = 0"
+    elevation = recorder.input(Variable(ELEVATION, "m", text))
+    recorder.output(elevation_at_origin(config.dimensions), elevation)
+
+    def load(member: str, body: BodyMotion) -> MemberLoad:
+        known = record_coefficients(recorder, member, config.members[member])
+        return load_in_waves(recorder, config, member, known, body, flow)
+
+    _record_members(recorder, config, flow, load)
+    return recorder.program(), MemberWaves(config, systems)
+
+
+def _systems(
+    config: MorisonConfig, folder: Path, progress: Callable[[str], object]
+) -> Sequence[WaveSystem]:
+    """The configured waves, after what is doubtful has been told."""
+    water = config.water
+    systems = wave_systems(config.waves, depth=water.depth, gravity=water.gravity, folder=folder)
+    for text in doubts(config, systems):
+        progress(text)
+    return systems
+
+
+def _current(recorder: Recorder, config: MorisonConfig) -> RecordedCurrent:
+    in_space = config.dimensions == 3
+    return record_current(recorder, config.current, depth=config.water.depth, in_space=in_space)
+
+
+def _record_members(
+    recorder: Recorder,
+    config: MorisonConfig,
+    flow: RecordedFlow,
+    load: Callable[[str, BodyMotion], MemberLoad],
+) -> None:
+    """Inputs and outputs of all bodies and members, whose loads are made by `load`."""
     matrices: dict[str, Matrix] = {}
     for body, section in config.bodies.items():
         moves = record_body(recorder, body, section.center_of_gravity, config.dimensions)
-        members = config.of_body(body)
-        _record_loads(recorder, config, body, members, moves, flow, surface)
-        matrices[body] = added_mass(members, moves, water.density)
-    if fixed := config.of_body(None):
+        _record_loads(recorder, config, body, moves, flow, load)
+        matrices[body] = added_mass(config.of_body(body), moves, config.water.density)
+    if config.of_body(None):
         point = point_in_space(config.reference_point or (0.0, 0.0))
-        _record_loads(recorder, config, FIXED, fixed, BodyMotion(point, point), flow, surface)
+        _record_loads(recorder, config, FIXED, BodyMotion(point, point), flow, load)
     if has_added_mass([m for m in config.members.values() if m.body is not None]):
         publish_added_mass(recorder, matrices, config.dimensions)
-    return recorder.program()
 
 
 def wave_height(systems: Sequence[WaveSystem]) -> float:
@@ -95,9 +159,9 @@ def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str
     heavy = [n for n, m in config.members.items() if m.body and m.inertia_coefficient > 0.0]
     if heavy:
         yield (
-            f"{', '.join(heavy)}: forces of waves on the volume of these members are in here; of a "
-            "part that a hydrodynamics component has too, they count twice: give such members "
-            "'added_mass: 0, inertia: 0'"
+            f"{', '.join(heavy)}: forces of waves on the volume of these members are in here, and "
+            "their buoyancy, unless they say otherwise; of a part that a hydrodynamics component "
+            "has too, they count twice: give such members 'added_mass: 0, inertia: 0'"
         )
 
 
@@ -105,39 +169,39 @@ def _record_loads(
     recorder: Recorder,
     config: MorisonConfig,
     body: str,
-    members: Mapping[str, Member],
     moves: BodyMotion,
     flow: RecordedFlow,
-    surface: float,
+    load: Callable[[str, BodyMotion], MemberLoad],
 ) -> None:
     """Outputs of the members of a body, and of their sum."""
-    drag, inertia = (ZERO, ZERO), (ZERO, ZERO)
+    drag, inertia, lifted = NO_LOAD, NO_LOAD, NO_LOAD
+    members = config.of_body(None if body == FIXED else body)
     for name, member in members.items():
-        known = record_coefficients(recorder, name, member)
-        load = member_load(member, known, moves, flow, surface)
-        _record_member(recorder, config, name, load)
-        turning = (ZERO, ZERO) if body == FIXED else turning_load(member, moves, flow)
-        drag = _sum(drag, load.drag)
-        inertia = _sum(_sum(inertia, load.inertia), turning)
+        own = load(name, moves)
+        _record_member(recorder, config, name, own)
+        drag, inertia = joined(drag, own.drag), joined(inertia, own.inertia)
+        lifted = joined(lifted, own.buoyancy)
+        if body != FIXED:
+            inertia = joined(inertia, turning_load(member, moves, flow))
     whole = f"of the water on the members of {body} about its centre of gravity, less added_mass"
     if body == FIXED:
         whole = "of the water on the fixed members about the reference point"
-    _record_wrench(recorder, config, f"{body}.", _sum(drag, inertia), whole)
+    total = joined(joined(drag, inertia), lifted)
+    _record_wrench(recorder, config, f"{body}.", total, whole)
     part = f"part of {body}'s: drag"
     _record_wrench(recorder, config, f"{body}.drag_", drag, part)
     part = f"part of {body}'s: acceleration of the water"
     _record_wrench(recorder, config, f"{body}.inertia_", inertia, part)
-
-
-def _sum(one: tuple[Vector, Vector], other: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
-    return add(one[0], other[0]), add(one[1], other[1])
+    if any(member.is_buoyant for member in members.values()):
+        part = f"part of {body}'s: buoyancy of still water up to the surface"
+        _record_wrench(recorder, config, f"{body}.buoyancy_", lifted, part)
 
 
 def _record_wrench(
     recorder: Recorder,
     config: MorisonConfig,
     prefix: str,
-    wrench: tuple[Vector, Vector],
+    wrench: Load,
     text: str,
 ) -> None:
     values: list[Number] = [*wrench[0], *wrench[1]]

@@ -12,6 +12,7 @@ from m4e_adapters.hydrodynamics.build import (
 )
 from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, hydrodynamic_data
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.refinement import refinement
 from m4e_adapters.hydrodynamics.refinement_report import plot_refinement, refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
@@ -23,6 +24,7 @@ from m4e_adapters.hydrodynamics.stability_report import (
 )
 from m4e_fmi.program import Program
 from m4e_fmi.report.animation.shown import Shown
+from m4e_fmi.report.drawing.space.hulls import Hull
 
 __all__ = [
     "TAKES_LONG",
@@ -80,6 +82,14 @@ def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None
 def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
     """The hulls and the water, with waves for `values` of their parameters at the start."""
     return shown(config, folder=folder, values=values)
+
+
+def displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:
+    """Surfaces of the hulls that have buoyancy, by body and name, in the axes of the bodies."""
+    if config.loads.hydrostatics != "linear":
+        return {}
+    hulls = drawn_hulls(config.bodies, folder)
+    return {hull.name: {hull.name: hull.surface} for hull in hulls if not hull.fixed}
 
 
 def refine(

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NoReturn
 
-from m4e_adapters.morison import MorisonConfig, morison_program
-from m4e_fmi.errors import InputError
+from m4e_adapters.hydrodynamics.stability_report import plot_stability, stability_text
+from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
+from m4e_adapters.morison.shown import displaced_by, shown
+from m4e_adapters.morison.stability import stability_of
+from m4e_adapters.morison.waves import MemberWaves
 from m4e_fmi.program import Program
+from m4e_fmi.report.animation.shown import Shown
+from m4e_fmi.report.drawing.space.hulls import Hull
 
 Config = MorisonConfig
 
@@ -25,15 +29,30 @@ def make(
 
 
 def make_in_waves(
-    config: MorisonConfig,  # noqa: ARG001  part of every kind's interface
+    config: MorisonConfig,
     *,
     name: str,
-    folder: Path,  # noqa: ARG001
-    highest: float,  # noqa: ARG001
-    progress: Callable[[str], object] = print,  # noqa: ARG001
-) -> NoReturn:
-    """InputError: forces that end at the surface, wherever it is, have no linear form here."""
-    raise InputError.single(
-        f"{name}: forces of waves on members by Morison's equation are not linearised",
-        "simulate the system (m4e-fmi run), or remove the component from its file",
-    )
+    folder: Path,
+    highest: float,  # noqa: ARG001  part of every kind's interface
+    progress: Callable[[str], object] = print,
+) -> tuple[Program, MemberWaves]:
+    """The members with what waves do to them as inputs, and what that is."""
+    return members_in_waves(config, name=name, folder=folder, progress=progress)
+
+
+def scene(config: MorisonConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
+    """Members as cylinders, and the water, with waves for `values` at the start."""
+    return shown(config, folder=folder, values=values)
+
+
+def displaced(config: MorisonConfig, *, folder: Path) -> dict[str, dict[str, Hull]]:  # noqa: ARG001
+    """Surfaces of the members that have buoyancy, by body and name, in the axes of the bodies."""
+    return displaced_by(config)
+
+
+def stability(config: MorisonConfig, *, folder: Path, picture: Path | None) -> str:  # noqa: ARG001
+    """Hydrostatics and righting arms of bodies on their members; drawn to `picture` if given."""
+    found = stability_of(config)
+    if picture is not None:
+        plot_stability(found, picture)
+    return stability_text(found, config.water) or "no body has buoyant members in the water"

@@ -14,6 +14,9 @@ FACTOR = "factor"
 TIME = "time"
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+Signal = Annotated[
+    str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*(\[[0-9]+(,[0-9]+)*\])?$")
+]
 Factor = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -32,11 +35,13 @@ class Config(Section):
 
     inputs: the summands, a list of names, or factors by name. unit: that of all inputs and of
     the output; or signals, which makes each input and the sum a connector: units by signal name.
+    parameters: inputs that are parameters, for calculated parameters of other components.
     """
 
     inputs: Annotated[dict[Name, Factor], BeforeValidator(_factors)] = Field(min_length=1)
     unit: KnownUnit | None = None
-    signals: dict[Name, KnownUnit] | None = Field(default=None, min_length=1)
+    signals: dict[Signal, KnownUnit] | None = Field(default=None, min_length=1)
+    parameters: tuple[Name, ...] = ()
 
     @model_validator(mode="after")
     def _clear(self) -> Config:
@@ -47,4 +52,8 @@ class Config(Section):
         if taken:
             message = f"an input cannot be called {' or '.join(taken)}"
             raise rejected(message, "rename it: a variable of the sum has that name")
+        unknown = [name for name in self.parameters if name not in self.inputs]
+        if unknown:
+            remedy = f"name some of: {', '.join(self.inputs)}"
+            raise rejected(f"'parameters': there is no input {unknown[0]!r}", remedy)
         return self

@@ -7,11 +7,22 @@ from m4e_fmus.sum.config import FACTOR, TOTAL, Config
 
 
 def sum_program(config: Config, *, name: str) -> Program:
-    """The program of the sum called `name`: one output for each signal, without states."""
+    """The program of the sum called `name`: one output for each signal, without states.
+
+    Of parameters only the sums are calculated parameters.
+    """
     r = Recorder(name, f"sum of {', '.join(config.inputs)}")
+    once = set(config.parameters)
+    is_constant = once == set(config.inputs)
     factors = {
         given: r.parameter(
-            Variable(f"{FACTOR}.{given}", "1", f"factor of {given}", start=factor, tunable=True)
+            Variable(
+                f"{FACTOR}.{given}",
+                "1",
+                f"factor of {given}",
+                start=factor,
+                tunable=not is_constant,
+            )
         )
         for given, factor in config.inputs.items()
     }
@@ -20,8 +31,10 @@ def sum_program(config: Config, *, name: str) -> Program:
         total: Scalar | float = 0.0
         for given, factor in factors.items():
             text = f"{signal or 'value'} of {given}"
-            total = total + factor * r.input(Variable(_member(given, signal), unit, text))
-        r.output(Variable(_member(TOTAL, signal), unit, f"sum of all {signal}".rstrip()), total)
+            declare = r.parameter if given in once else r.input
+            total = total + factor * declare(Variable(_member(given, signal), unit, text))
+        give = r.calculate if is_constant else r.output
+        give(Variable(_member(TOTAL, signal), unit, f"sum of all {signal}".rstrip()), total)
     return r.program()
 
 

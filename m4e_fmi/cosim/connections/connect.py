@@ -15,7 +15,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.connections.added_mass.order import body_order_problems
-from m4e_fmi.cosim.connections.bonds import power_bonds
 from m4e_fmi.cosim.connections.buses import bus_problems, bus_variables, through_buses
 from m4e_fmi.cosim.connections.dependence import dependency_problems
 from m4e_fmi.cosim.connections.link_checks import (
@@ -34,8 +33,11 @@ from m4e_fmi.cosim.connections.links import (
     Wiring,
     is_carried,
 )
+from m4e_fmi.cosim.connections.loads.bonds import power_bonds
+from m4e_fmi.cosim.connections.loads.sums import Sum, can_be_summed, sums_of, through_sums
 from m4e_fmi.cosim.connections.missing.neutral_mass import unset_masses
 from m4e_fmi.cosim.connections.pairing import Pairing
+from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.start_values import start_problems
 from m4e_fmi.cosim.system.system import System
@@ -51,18 +53,40 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     resolved = _resolved(system, descriptions, dict(enumerate(system.connections)))
     if resolved.problems:
         raise InputError(resolved.problems)
-    links, variables = resolved.links, resolved.variables
+    sums = sums_of(resolved.variables, resolved.links)
+    variables = {**{s.name: s.variables for s in sums}, **resolved.variables}
+    links = through_sums(resolved.links, sums)
     steady = tuple(link for link in links if is_carried(*link.variables(variables)))
     driven = {link.target for link in steady}
     inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
     real = [link for link in steady if link.is_real]
+    onto = {
+        new.target: old.target for s in sums for old, new in zip(s.links, s.joined, strict=True)
+    }
     return Wiring(
         links=steady,
         initial_links=tuple(k for k in links if not is_carried(*k.variables(variables))),
-        bonds=tuple(power_bonds(system.connections, variables, real)),
+        bonds=tuple(power_bonds(system.connections, variables, real, onto)),
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(resolved.signals),
+        summed=tuple(link for s in sums for link in s.links),
+        sums=tuple(s.name for s in sums),
+        notes=tuple(s.note for s in sums),
     )
+
+
+def sum_components(
+    system: System, descriptions: Mapping[str, Description]
+) -> tuple[Component, ...]:
+    """The sums that the connections of `system` make and that it does not have as components yet.
+
+    None of a system whose connections are wrong, which `connect` tells.
+    """
+    resolved = _resolved(system, descriptions, dict(enumerate(system.connections)))
+    if resolved.problems:
+        return ()
+    sums: list[Sum] = sums_of(resolved.variables, resolved.links)
+    return tuple(s.component for s in sums if s.name not in descriptions)
 
 
 def connection_problems(
@@ -135,7 +159,8 @@ def _resolved(
     links: list[Link] = []
     for index, text in connections.items():
         links += Pairing(system, variables, index, text, problems).links()
-    links = _one_source_each(system, _without_given(system, variables, links), problems)
+    links = _without_given(system, variables, links)
+    links = _one_source_each(system, variables, links, problems)
     links, signals = through_buses(links, system.buses)
     links = [replace(link, kind=link.variables(variables)[0].type) for link in links]
     driven = {link.target for link in links}
@@ -168,18 +193,28 @@ def _without_given(system: System, variables: Variables, links: list[Link]) -> l
     return [link for link in links if not (implied(link) and link.target in given)]
 
 
-def _one_source_each(system: System, links: list[Link], problems: list[Problem]) -> list[Link]:
-    """The first link into each target; adds to `problems` where another has another source."""
-    first: dict[Port, Link] = {}
+def _one_source_each(
+    system: System, variables: Variables, links: list[Link], problems: list[Problem]
+) -> list[Link]:
+    """The first link from each source into each target, which has one source, or takes a sum.
+
+    Adds to `problems` where a target that takes no sum has another source.
+    """
+    first: dict[tuple[Port, Port], Link] = {}
+    sources: dict[Port, Link] = {}
     for link in links:
-        other = first.setdefault(link.target, link)
-        if other.source != link.source:
+        target = variables[link.target.component][link.target.variable]
+        other = sources.setdefault(link.target, link)
+        if other.source != link.source and not can_be_summed(target):
             message = f"{link.target} has two sources: {other.source} and {link.source}"
             remedy = (
                 f"drop one (the other is connected by {system.connections[other.connection]!r}), "
-                "or connect both to a component of 'kind: sum', and its sum here"
+                "or connect both to a component of 'kind: sum', and its sum here; forces, moments "
+                "and added masses add up without one"
             )
             problems.append(system.problem(("connections", link.connection), message, remedy))
-        elif link.delayed:  # beside a connector that carries it, too
-            first[link.target] = link
+            continue
+        known = first.setdefault(link.ends, link)
+        if known is not link and link.delayed:  # beside a connector that carries it, too
+            first[link.ends] = link
     return list(first.values())

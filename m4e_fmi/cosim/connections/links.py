@@ -78,13 +78,15 @@ class Link:
 class Axis:
     """One direction of a power bond: `force` works on `velocity`, the rate of `position`.
 
-    `share` is the force on the body over the force of the source, both in SI units.
+    `share` is the force on the body over the force of the source, both in SI units. `onto` is the
+    body's input, to which the force goes by a sum with others; None if it goes there itself.
     """
 
     force: Link
     velocity: Link
     position: Link | None
     share: float = 1.0
+    onto: Port | None = None
 
 
 @short
@@ -122,7 +124,8 @@ class Wiring:
 
     `links` carry values at every communication point, into inputs and tunable parameters;
     `initial_links` carry them into parameters, once. `unconnected` are the inputs without a link,
-    `signals` those of all buses.
+    `signals` those of all buses. `summed` are links as they are written, which go through `sums`
+    instead; `notes` tell of these.
     """
 
     links: tuple[Link, ...]
@@ -130,6 +133,16 @@ class Wiring:
     bonds: tuple[Bond, ...]
     unconnected: tuple[Port, ...]
     signals: tuple[BusSignal, ...] = ()
+    summed: tuple[Link, ...] = ()
+    sums: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def written(self) -> tuple[Link, ...]:
+        """All links as they are written: several may lead to one input, and none to a sum."""
+        between = {port.component for link in self.all_links for port in link.ends} & {*self.sums}
+        direct = (k for k in self.all_links if between.isdisjoint(p.component for p in k.ends))
+        return *direct, *self.summed
 
     @property
     def all_links(self) -> tuple[Link, ...]:

@@ -126,7 +126,7 @@ def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:
     of_them = settles = ""
     if abs(balance.connected) > UNBALANCED * abs(force):
         of_them = f", {balance.connected / 1e3:.5g} kN of them connected forces"
-    if balance.heave_stiffness > 0:
+    if balance.heave_stiffness > 0 and not balance.is_shared:
         way = force / balance.heave_stiffness
         verb = "rise" if way > 0 else "sink"
         motion = f"it {verb}s" if balance.is_single else f"they {verb}"

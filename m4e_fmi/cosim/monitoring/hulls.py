@@ -166,23 +166,6 @@ class Hull:
         waterplane = self.stiffness[1, 1]
         return self.buoyancy[1] / waterplane if waterplane > 0 else self.size
 
-    def added_mass(self, other: Hull) -> np.ndarray:
-        """That at infinite frequency of the two bodies (n, n) in world axes, SI; n as in `motion`.
-
-        0 if there is none.
-        """
-        known = self.network.instances[self.component].description.variables
-        bodies = [name.removesuffix(BUOYANCY) for name in known if name.endswith(BUOYANCY)]
-        n = 6 if self.is_in_space else 3
-        own = np.arange(1, n + 1)
-        rows, columns = (n * bodies.index(hull.body) + own for hull in (self, other))
-        if other.component != self.component or "added_mass[1,1]" not in known:
-            return np.zeros((n, n))
-        read = self.network.read
-        return np.array(
-            [[read(f"{self.component}.added_mass[{i},{j}]") for j in columns] for i in rows]
-        )
-
     def motion(self, part: np.ndarray) -> np.ndarray:
         """The motion `part` (3,) [m, rad] in its plane as one of the world, (n,) [m, rad]."""
         return self.plane.in_world(part) if self.is_in_space else part

@@ -25,7 +25,8 @@ def program_start_warnings(system: System, program: Program) -> tuple[str, ...]:
     connections lead through a bus is not looked at if a component is left open.
     """
     names = {part.name for part in program.parts}
-    known = names if len(names) < len(system.components) else names.union(system.buses)
+    is_whole = all(c.name in names for c in system.components)
+    known = names.union(system.buses) if is_whole else names
     laws = {part.name for part in program.parts if isinstance(part.origin, LocalLaw)}
     components = [c for c in system.components if c.name in names]
     rest = replace(

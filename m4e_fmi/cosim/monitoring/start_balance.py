@@ -21,6 +21,8 @@ from functools import cached_property
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
+from m4e_fmi.cosim.connections.added_mass.matrices import group as connector
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, Hull, Plane
 
@@ -28,6 +30,7 @@ ACCELERATIONS: dict[str, str] = dict(
     zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)
 )
 """Of a body's centre of gravity, by the components of the force that are along them."""
+MATRIX = "added_mass["
 RANK = 1e-9
 """Eigenvalue of the mobility, over the largest, below which joints forbid a motion."""
 COUPLED = 1e-6
@@ -44,6 +47,7 @@ class Balance:
     `connected` its part by connected forces, `mass` what it accelerates, without the added mass
     [kg]. `carried` are the bodies outside of the water that move with the hulls. `top_weight` is
     the sum of all masses times their heights over the middle of the hulls [kg.m]; None if unknown.
+    `is_shared` if other components, as members, add to the forces of the water on them.
     """
 
     hulls: tuple[Hull, ...]
@@ -54,6 +58,7 @@ class Balance:
     moment: float | None = None
     carried: tuple[str, ...] = ()
     top_weight: float | None = None
+    is_shared: bool = False
 
     @property
     def is_single(self) -> bool:
@@ -89,7 +94,7 @@ class Balance:
 
 def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
     """For each free body and each group of joined ones, of the components that tell it."""
-    sources = {link.target: link for link in wiring.links}
+    sources = {(k.target, k.source.component): k for k in wiring.written}
     held: dict[str, list[Hull]] = {}
     for hull in hulls:
         if hull.planes() and _is_told(network, sources, hull):
@@ -99,15 +104,18 @@ def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterato
         yield from _Mobility(network, wiring, holder, of_it, wet).balances()
 
 
-def _is_told(network: AtStart, sources: dict[Port, Link], hull: Hull) -> bool:
-    """True if the holder has exact derivatives, and the water's force comes straight to it."""
+def _is_told(network: AtStart, sources: dict[tuple[Port, str], Link], hull: Hull) -> bool:
+    """True if the holder has exact derivatives, and the water's force comes straight to it.
+
+    `sources` are links by target and component that gives it; others may add forces to it.
+    """
     component = hull.link.source.component
     described = network.instances[component].description
     symbols = hull.symbols
     names = [f"{hull.base}.{name}" for s in symbols for name in (s, ACCELERATIONS[s])]
     if not described.directional_derivatives or any(n not in described.variables for n in names):
         return False
-    given = {s: sources.get(Port(component, f"{hull.base}.{s}")) for s in symbols}
+    given = {s: sources.get((Port(component, f"{hull.base}.{s}"), hull.component)) for s in symbols}
     return all(
         link is None or (link.is_plain and link.source == Port(hull.component, f"{hull.body}.{s}"))
         for s, link in given.items()
@@ -150,7 +158,14 @@ class _Mobility:
         self.inputs = [f"{body.base}.{symbol}" for _, body, symbol in parts]
         self.outputs = [f"{body.base}.{ACCELERATIONS[symbol]}" for _, body, symbol in parts]
         self.owners = np.array([k for k, _, _ in parts])
-        self.of_water = {f"{hull.base}.{symbol}" for hull in hulls for symbol in FORCES}
+        self.of_water = {
+            Port(hull.component, f"{hull.body}.{symbol}") for hull in hulls for symbol in FORCES
+        }
+        self.added = [
+            link
+            for link in wiring.summed
+            if link.target.component == component and link.source not in self.of_water
+        ]
         mobility = np.array([self._derivatives(name) for name in self.inputs]).T
         self.unit = np.array(
             [
@@ -198,9 +213,9 @@ class _Mobility:
     def connected(self) -> np.ndarray:
         """Accelerations (m,) by the connected forces, but for those of the water."""
         total = np.zeros(len(self.outputs))
-        for link in self.wiring.links:
+        for link in self.wiring.written:
             component, name = link.target.component, link.target.variable
-            if component != self.component or name in self.of_water or not link.is_real:
+            if component != self.component or link.source in self.of_water or not link.is_real:
                 continue
             last = name.rpartition(".")[2]
             if last in FORCES or last.startswith("effort"):
@@ -233,12 +248,16 @@ class _Mobility:
 
     def _balance(self, group: Sequence[int], hulls: tuple[Hull, ...]) -> Balance:
         """That of one group, in the plane of `hulls`."""
-        wrench, acceleration = self._read(self.inputs), self._read(self.outputs)
+        wrench, acceleration = self._of_water(), self._read(self.outputs)
         wrench[self.owners >= len(self.hulls)] = 0.0  # no water
         heave, turn = np.tile([0.0, 1.0, 0.0], len(hulls)), _rotation(hulls)
         buoyancy = np.concatenate([hull.buoyancy for hull in hulls])
-        found = Balance(hulls, carried=tuple(self.bodies[k].base for k in group[len(hulls) :]))
-        alike = len({hull.plane.ahead for hull in hulls}) == 1
+        found = Balance(
+            hulls,
+            carried=tuple(self.bodies[k].base for k in group[len(hulls) :]),
+            is_shared=bool(self.added),
+        )
+        alike = len({hull.plane.ahead for hull in hulls}) == 1 and not self.added
         if alike and (allowed := self._allowed(group, hulls, np.array([0.0, 0.0, 1.0]))):
             motion, c, _ = allowed
             moment = c @ acceleration - motion @ wrench + turn @ buoyancy
@@ -288,6 +307,15 @@ class _Mobility:
             found[self.owners == k] = body.motion(motion + arm * motion[2], plane)
         return found
 
+    def _of_water(self) -> np.ndarray:
+        """Forces (m,) of the hulls' water on their bodies, without what sums add to them."""
+        found = self._read(self.inputs)
+        for link in self.added:
+            if link.target.variable in self.inputs:
+                value = link.factor * float(self.network.read(str(link.source))) + link.offset
+                found[self.inputs.index(link.target.variable)] -= value
+        return found
+
     def _weights(self, motion: np.ndarray) -> np.ndarray | None:
         """c with c·a = `motion`·(all forces); None of a motion that joints forbid."""
         scaled = self.unit * motion
@@ -313,20 +341,34 @@ class _Mobility:
 
     def _added_mass(self, hulls: Sequence[Hull], motion: np.ndarray, other: np.ndarray) -> float:
         """Added mass that the component carries, between two motions (3n,) of hulls, in SI."""
-        carried = {
+        given = {
             link.source.component
-            for link in self.wiring.all_links
-            if link.target.component == self.component
-            and link.target.variable.startswith("added_mass[")
+            for link in self.wiring.written
+            if link.target.component == self.component and link.target.variable.startswith(MATRIX)
         }
         parts = zip(hulls, motion.reshape(-1, 3), other.reshape(-1, 3), strict=True)
-        wet = [part for part in parts if part[0].component in carried]
+        wet = [(hull, hull.motion(left), hull.motion(right)) for hull, left, right in parts]
         return sum(
-            float(a.motion(left) @ a.added_mass(b) @ b.motion(right))
+            float(left @ self._matrix(component, a.base, b.base, len(left)) @ right)
+            for component in given
             for a, left, _ in wet
             for b, _, right in wet
-            if a.component == b.component
         )
+
+    def _matrix(self, component: str, one: str, other: str, n: int) -> np.ndarray:
+        """Added mass (n, n) [SI] that a component gives to two bodies, in world axes; or 0."""
+        known = self.network.instances[component].description.variables
+        bodies = {
+            connector(link.target): connector(link.source)
+            for link in self.wiring.written
+            if link.source.component == component and link.target.component == self.component
+        }
+        order = in_order(added_mass_bodies(known))
+        if bodies.get(one) not in order or bodies.get(other) not in order:
+            return np.zeros((n, n))
+        rows, columns = (n * order.index(bodies[b]) + np.arange(1, n + 1) for b in (one, other))
+        read = self.network.read
+        return np.array([[read(f"{component}.{MATRIX}{i},{j}]") for j in columns] for i in rows])
 
 
 def _unit(hull: Hull, symbol: str) -> float:

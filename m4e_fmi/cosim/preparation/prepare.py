@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
-from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.connect import connect, sum_components
 from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.loop_breaking import broken
@@ -20,6 +21,7 @@ from m4e_fmi.cosim.input_checks.inputs import no_component
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
+from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
 from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
@@ -64,6 +66,12 @@ def prepare(
     if fmus is None:
         fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
+    if sums := sum_components(system, descriptions):
+        # of the connections, which are known when the FMUs are
+        part = System(system.name, sums, (), system.simulation)
+        fmus = ready_fmus(part, build_directory, native=native, tell=tell, drafts={})
+        descriptions |= _described(part, fmus)
+        system = replace(system, components=(*system.components, *sums))
     wiring, paced, rates, notes = _connected(system, descriptions)
     apart, missing = available(system, hosts(system, descriptions))
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
@@ -78,10 +86,11 @@ def prepare(
         *loose_ends(system, descriptions, wiring),
         *differing(system, descriptions, wiring),
         *double_drag(system, descriptions, wiring),
+        *double_buoyancy(system, wiring),
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
     )
-    notes = (*rounded(system.simulation), *notes, *found, *late)
+    notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
 
 

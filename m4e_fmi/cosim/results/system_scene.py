@@ -71,6 +71,7 @@ class _Built:
         self.notes: list[str] = []
         self.starts: dict[str, dict[str, float]] = {}
         self.shaped: set[int] = set()  # bodies that have a shape of their own
+        self.in_water: set[int] = set()  # bodies that are shown by their hulls
 
     def add(self, component: Component) -> None:
         """Add all that one component shows."""
@@ -147,6 +148,7 @@ class _Built:
         """Put a hull on the body whose motion it has, or make it a body of its own.
 
         What the model has drawn as a box or an outline then goes, but not a shape of its own.
+        Hulls of several components, such as members, are shown together.
         """
         name = f"{component}.{hull.name}"
         if hull.fixed:
@@ -156,9 +158,11 @@ class _Built:
         for k, body in enumerate(bodies):
             if body.motion == motion:
                 if k not in self.shaped:
-                    bodies[k] = replace(body, surfaces=(hull.surface,))
-                    self.shaped.add(k)
+                    others = body.surfaces if k in self.in_water else ()
+                    bodies[k] = replace(body, surfaces=(*others, hull.surface))
+                    self.in_water.add(k)
                 return
+        self.in_water.add(len(bodies))
         bodies.append(Body(name, motion, (hull.surface,)))
 
     def _value(self, component: str, variable: str) -> Value:

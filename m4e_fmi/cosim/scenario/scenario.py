@@ -318,7 +318,8 @@ class Scenario:
 
         def is_touched(bond: Bond) -> bool:
             links = [k for axis in bond.axes for k in (axis.force, axis.velocity, axis.position)]
-            return any(link is not None and link.target in self._signals for link in links)
+            inputs = [link.target for link in links if link is not None]
+            return any(port in self._signals for port in (*inputs, *(a.onto for a in bond.axes)))
 
         return tuple(bond for bond in bonds if not is_touched(bond))
 

@@ -1,5 +1,7 @@
 """Buses in packages: SSP has none, so connections through them are written from end to end.
 
+So are those of several sources that add up, which go through components that are sums.
+
 What the system says of buses, and all its connections, is in an annotation. Reading takes it up
 again if it still means what the package connects. Other tools see the plain connections only.
 """
@@ -30,9 +32,12 @@ def annotated(system: System) -> dict[str, Any]:
 
 
 def flattened(prepared: Prepared) -> Prepared:
-    """The same system with connections from component to component in place of its buses."""
+    """The same system with connections from component to component in place of its buses.
+
+    Each input has one source then: sums of several are components.
+    """
     system = prepared.system
-    if not system.buses:
+    if not system.buses and not prepared.wiring.sums:
         return prepared
     flat = replace(system, buses={}, connections=tuple(_flat(prepared)))
     return replace(prepared, system=flat, wiring=connect(flat, prepared.descriptions))
@@ -42,13 +47,13 @@ def _flat(prepared: Prepared) -> Iterator[str]:
     wiring = prepared.wiring
     for index, text in enumerate(prepared.system.connections):
         written = parse_connection(text)
+        own = [link for link in wiring.all_links if link.connection == index]
         ends = {end.partition(".")[0] for end in (written.left, written.right)}
-        if ends.isdisjoint(prepared.system.buses):
+        ends |= {port.component for link in own for port in link.ends}
+        if ends.isdisjoint((*prepared.system.buses, *wiring.sums)):
             yield text
-            continue
-        for link in wiring.all_links:
-            if link.connection == index:
-                yield str(_connection(link, prepared.descriptions))
+        else:
+            yield from (str(_connection(link, prepared.descriptions)) for link in own)
 
 
 def _connection(link: Link, descriptions: Mapping[str, Description]) -> Connection:

@@ -80,7 +80,8 @@ def turned_hull(
     Its `profile` (n, 2) [m] has radii, and places along the axis.
     """
     rings = _turned(profile, 1.0, 1.0)
-    along = rings if axis[2] else rings @ _towards(np.array(axis))
+    upright = axis[0] == axis[1] == 0.0
+    along = rings if upright else rings @ _towards(np.array(axis))
     faces = [*_rings(len(profile)), *_ends(len(profile))]
     return Hull(center + along, tuple(faces))
 

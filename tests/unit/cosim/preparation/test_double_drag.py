@@ -1,13 +1,10 @@
-"""Drag of a hull and of members on one body is told; responses to waves refuse members."""
+"""Loads on one body in two components that may count twice are told."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
-from m4e_fmi.cosim import load_system, prepare, system_in_waves
-from m4e_fmi.errors import InputError
+from m4e_fmi.cosim import load_system, prepare
 
 MODEL = """\
 name: buoy
@@ -39,10 +36,3 @@ def test_drag_in_two_components_is_told(tmp_path: Path) -> None:
     assert [w for w in found if "first.float and second.float both have drag" in w]
     alone = warnings(tmp_path, "buoy.body.float.vz -> second.float.vz")
     assert not any("both have drag" in w for w in alone)
-
-
-def test_responses_to_waves_refuse_members(tmp_path: Path) -> None:
-    warnings(tmp_path, "buoy.body.float.z -> second.float.z")
-    system = load_system(tmp_path / "system.yaml")
-    with pytest.raises(InputError, match="are not linearised"):
-        system_in_waves(system, highest=2.0, build_directory=tmp_path / "build")
