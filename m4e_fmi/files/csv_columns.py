@@ -161,6 +161,16 @@ def table_text(path: Path, *, largest: int = LARGEST_TABLE) -> str:
     return text
 
 
+def unit_of_column(name: str) -> str:
+    """The unit in brackets at the end of a column's name, "" without; ValueError if it is none."""
+    found = _IN_BRACKETS.search(name)
+    unit = found[1].strip() if found else ""
+    if unit in ("", "-"):
+        return ""
+    parse_unit(unit)
+    return unit
+
+
 def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
     """Message and remedy for each column taken by place whose name has a unit that is not SI."""
     found = []

@@ -116,8 +116,9 @@ def compare_cells(
 
     Both files are netCDF-4. Cells are the same where all their dimensions have the same values;
     dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
-    `compare`, by default all but the wall time of runs; an amplitude is √2 standard deviations of the cells. InputError for files and names
-    that are wrong, units that do not fit, and without common cells.
+    `compare`; the wall time of runs is compared only by name. An amplitude is √2 standard
+    deviations of the cells. InputError for files and names that are wrong, units that do not fit,
+    and without common cells.
     """
     paths = as_path(one), as_path(reference)
     wrong = [

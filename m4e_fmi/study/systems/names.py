@@ -15,6 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
 
@@ -83,7 +84,7 @@ def named(study: Study, system: System) -> Named:
     problems += _unknown_variables(study, descriptions)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    return Named(study, system, targets, descriptions)
+    return Named(in_units(study, targets), system, targets, descriptions)
 
 
 def _setting_problems(study: Study, system: System, targets: Mapping[str, Target]) -> list[Problem]:

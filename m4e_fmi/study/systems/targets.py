@@ -51,6 +51,7 @@ class StartTarget:
     variable: str
     unit: str = ""
     text: str = ""
+    is_real: bool = True
 
     def __str__(self) -> str:
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
@@ -117,7 +118,8 @@ def _of_component(
         return KeyTarget(component, keys)
     if rest in variables and is_settable(variables[rest]):
         variable = variables[rest]
-        return StartTarget(component, rest, variable.unit, variable.description)
+        is_real = variable.type == "Real"
+        return StartTarget(component, rest, variable.unit, variable.description, is_real)
     if keys and _could_be(system, component, keys):
         return KeyTarget(component, keys)
     return None
