@@ -61,3 +61,12 @@ def test_kinds_of_warnings_are_told_once() -> None:
 def test_pictures_are_drawn(tmp_path: Path, text: str) -> None:
     outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
     assert plot_study(outcome, tmp_path / "p.png").stat().st_size > 5000
+
+
+def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    told = summary(run_study(path, build_directory=tmp_path / "build"))
+    assert "statistics leave out nothing: no start_up is stated, and no sea has a ramp" in told
+    path.write_text(f"{STUDY}start_up: 0.1\n", "utf-8")
+    told = summary(run_study(path, build_directory=tmp_path / "build"))
+    assert "statistics leave out all before t = 0.1 s (as stated)" in told
