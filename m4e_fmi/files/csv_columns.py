@@ -18,6 +18,9 @@ from m4e_fmi.files.limits import LARGEST_TABLE
 from m4e_fmi.units import parse_unit
 
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
+_WITH_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+_WITH_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
 """Of names of tables."""
@@ -59,7 +62,8 @@ def read_columns(
     """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
 
     `asked` gives the source of each demand by column name, where the problems do not show it.
-    Columns are separated by commas, semicolons or tabs; empty lines are skipped.
+    Columns are separated by commas, semicolons or tabs; empty lines are skipped. Between
+    semicolons or tabs numbers may have decimal commas, as of spreadsheets in many languages.
     InputError with all problems: no file, not a text, fewer than two columns, unknown names,
     entries that are not finite numbers.
     """
@@ -103,7 +107,8 @@ def column_names(path: Path) -> list[str]:
 def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Lines of a file, and the entries of those that are not empty with their numbers."""
     text = table_text(path)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=_separator(text), strict=True)
+    mark = _separator(text)
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
     except csv.Error as error:
@@ -119,13 +124,39 @@ def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
                 "remove the lines above the names of the columns",
             )
         raise InputError([_problem(path, lines, rows[0][0], message, remedy)])
-    return lines, rows
+    return lines, rows if mark == "," else _with_points(path, lines, rows)
+
+
+Rows = list[tuple[int, list[str]]]
+"""Entries of lines by the number of the line."""
+
+
+def _with_points(path: Path, lines: Sequence[str], rows: Rows) -> Rows:
+    """The rows with points in place of decimal commas.
+
+    InputError where commas may stand between thousands: there are points, too, or all commas have
+    three digits behind them.
+    """
+    of = [(line, entry.strip()) for line, row in rows for entry in row]
+    commas = [(line, entry) for line, entry in of if _WITH_COMMA.fullmatch(entry)]
+    if not commas:
+        return rows
+    line, entry = commas[0]
+    points = [other for _, other in of if _WITH_POINT.fullmatch(other)]
+    if points or all(_THOUSANDS.fullmatch(entry) for _, entry in commas):
+        why = f"{points[0]!r} has a point" if points else "all commas have three digits behind them"
+        message = f"{entry!r} may have a decimal comma, or one between thousands: {why}"
+        raise InputError([_problem(path, lines, line, message, "write decimal points")])
+    return [
+        (line, [e.replace(",", ".") if _WITH_COMMA.fullmatch(e.strip()) else e for e in row])
+        for line, row in rows
+    ]
 
 
 def _separator(text: str) -> str:
-    """Mark between columns of the first line that is not empty: a comma, else ; or a tab."""
+    """Mark between columns of the first line that is not empty: a semicolon, a tab or a comma."""
     first = text.strip("\r\n ").partition("\n")[0]
-    return next((mark for mark in ",;\t" if mark in first), ",")
+    return next((mark for mark in ";\t," if mark in first), ",")
 
 
 def shortened(problems: Sequence[Problem]) -> list[Problem]:
@@ -159,6 +190,16 @@ def table_text(path: Path, *, largest: int = LARGEST_TABLE) -> str:
     if _NO_TEXT.search(text):
         raise InputError.single("is not a table: it has control characters", "", str(path))
     return text
+
+
+def unit_of_column(name: str) -> str:
+    """The unit in brackets at the end of a column's name, "" without; ValueError if it is none."""
+    found = _IN_BRACKETS.search(name)
+    unit = found[1].strip() if found else ""
+    if unit in ("", "-"):
+        return ""
+    parse_unit(unit)
+    return unit
 
 
 def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:

@@ -90,6 +90,7 @@ def run_study(
         records, kept = _records(
             work, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
         )
+        study = work.study
         found = dataset(
             study, records, work.labels, start_up=work.start_up, attributes=_attributes(study)
         )

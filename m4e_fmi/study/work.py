@@ -26,12 +26,13 @@ NO_TIME = ("algorithm", "tolerance", "coupling_tolerance", "method")
 
 @dataclass(frozen=True)
 class Work:
-    """The runs of a study: the `keys` of what each follows from, and how they are made.
+    """The runs of a `study`: the `keys` of what each follows from, and how they are made.
 
     `start_up` (n_runs,) [s] is the time from which on rows count. `records` makes the runs of some
     numbers by so many jobs, or an executor.
     """
 
+    study: Study
     keys: Sequence[str] = field(repr=False)
     start_up: Sequence[float] = field(repr=False)
     labels: Labels = field(repr=False)
@@ -57,6 +58,7 @@ def _of_system(study: Study, folder: Path, blobs: Path, tell: Callable[[str], No
             yield {run: record}
 
     return Work(
+        study=known.study,
         keys=[task.key for task in tasks],
         start_up=[task.start_up for task in tasks],
         labels=_labels(plan.versions),
@@ -72,7 +74,8 @@ def _of_program(study: Study, tell: Callable[[str], None]) -> Work:
     def records(missing: Sequence[int], jobs: int, _: Executor | None) -> Iterator[Batch]:
         return plan.records(missing, jobs)
 
-    return Work(plan.keys, plan.start_up, plan.named.labels(), {}, plan.notes(), records)
+    named, labels = plan.named, plan.named.labels()
+    return Work(named.study, plan.keys, plan.start_up, labels, {}, plan.notes(), records)
 
 
 def _labels(made: Versions) -> Labels:

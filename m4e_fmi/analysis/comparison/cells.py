@@ -16,6 +16,8 @@ from m4e_fmi.results.gridded_file import Grid, GriddedFile, is_gridded, read_gri
 from m4e_fmi.shown import listing
 from m4e_fmi.units import parse_unit
 
+TIME_TAKEN = "wall_time"
+"""Variable of studies that no two runs have in common: it is compared only where it is named."""
 SAME = 1e-9
 """Part of the largest magnitude within which two values of a dimension are the same."""
 
@@ -114,8 +116,9 @@ def compare_cells(
 
     Both files are netCDF-4. Cells are the same where all their dimensions have the same values;
     dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
-    `compare`; an amplitude is √2 standard deviations of the cells. InputError for files and names
-    that are wrong, units that do not fit, and without common cells.
+    `compare`; the wall time of runs is compared only by name. An amplitude is √2 standard
+    deviations of the cells. InputError for files and names that are wrong, units that do not fit,
+    and without common cells.
     """
     paths = as_path(one), as_path(reference)
     wrong = [
@@ -132,8 +135,10 @@ def compare_cells(
         problems.append(Problem(f"{a.path.name} and {b.path.name} have no variable in common"))
     if problems:
         raise InputError(problems)
-    wanted = [name for name in common if variables is None or name in variables]
     notes, found = dict[str, None](), dict[str, CellDifference]()
+    wanted = _wanted(a, b, common, notes) if variables is None else [*dict.fromkeys(variables)]
+    if not wanted:
+        raise InputError.single(f"{a.path.name} and {b.path.name} have no numbers in common")
     for name in wanted:
         try:
             found[name] = _difference(a, b, name, relative_to, notes)
@@ -147,6 +152,19 @@ def compare_cells(
         only_here=tuple(n for n in a.grids if n not in b.grids),
         only_there=tuple(n for n in b.grids if n not in a.grids),
     )  # fmt: skip
+
+
+def _wanted(
+    a: GriddedFile, b: GriddedFile, common: Sequence[str], notes: dict[str, None]
+) -> list[str]:
+    """The variables to compare if none are named; adds those that have no numbers to `notes`."""
+    wanted = list[str]()
+    for name in common:
+        if not any(np.isfinite(file.grids[name].values).any() for file in (a, b)):
+            notes[f"{name}: neither file has a number"] = None
+        elif name != TIME_TAKEN:
+            wanted.append(name)
+    return wanted
 
 
 def _difference(

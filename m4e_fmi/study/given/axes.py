@@ -22,11 +22,16 @@ RESERVED = ("time", "row", "failure", "coupling_error", "wall_time", "start_up",
 
 @dataclass(frozen=True)
 class Varied:
-    """One varied quantity: its short `name`, what it is in the file (`targets`), and its place."""
+    """One varied quantity: its short `name`, what it is in the file (`targets`), and its place.
+
+    `unit` is what the name of its `column` in a table says, if it is from one and says any.
+    """
 
     name: str
     targets: tuple[str, ...]
     location: Location = field(default=(), compare=False)
+    column: str = ""
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -121,9 +126,13 @@ def grid_of(section: StudySection, document: Document) -> Grid:
     folder = document.path.parent
     if section.table:
         try:
-            names = section.table.columns
-            points, weights = table(folder, section.table, document)
-            varied = _varied(names, ("table", "columns"))
+            points, weights, units = table(folder, section.table, document)
+            plain = _varied(section.table.columns, ("table", "columns"))
+            heads = section.table.columns.values()
+            varied = tuple(
+                replace(one, column=column, unit=unit)
+                for one, column, unit in zip(plain, heads, units, strict=True)
+            )
             axes.append(Axis("case", varied, points, weights))
         except InputError as error:
             problems += error.problems

@@ -8,17 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
-from m4e_fmi.files.csv_columns import column_names, read_columns
+from m4e_fmi.files.csv_columns import column_names, read_columns, unit_of_column
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.study.given.sections import ScatterSection, TableSection
 
 
 def table(
     folder: Path, given: TableSection, document: Document
-) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...] | None]:
-    """Rows of numbers, in the order of `columns`, and their weights, scaled to a sum of 1.
+) -> tuple[tuple[tuple[float, ...], ...], tuple[float, ...] | None, tuple[str, ...]]:
+    """Rows of numbers, in the order of `columns`, their weights, scaled to a sum of 1, and units.
 
-    InputError for a file or columns that are not there, and weights that are none.
+    InputError for a file or columns that are not there, units that are none, and weights that are
+    none. A column has the unit "" if its name has none.
     """
     path = _file(folder, given.file, document, ("table", "file"))
     names = [*given.columns.values(), *([given.weight] if given.weight else [])]
@@ -26,8 +27,18 @@ def table(
     columns = np.array(read.values).T
     if not len(columns):
         raise InputError.single("has no rows", "write one for each case", str(path))
+    units, unclear = list[str](), list[Problem]()
+    for name, column in given.columns.items():
+        try:
+            units.append(unit_of_column(column))
+        except ValueError as error:
+            at = ("table", "columns", name, "@value")
+            remedy = "write a unit as in 'mass [kg]', or none"
+            unclear.append(document.problem(at, f"column {column!r}: {error}", remedy))
+    if unclear:
+        raise InputError(unclear)
     if given.weight is None:
-        return tuple(map(tuple, columns.tolist())), None
+        return tuple(map(tuple, columns.tolist())), None, tuple(units)
     wrong = [
         read.problem(k, f"weight {weight:g} is below 0")
         for k, weight in enumerate(columns[:, -1].tolist())
@@ -35,9 +46,8 @@ def table(
     ]
     if wrong:
         raise InputError(wrong)
-    return tuple(map(tuple, columns[:, :-1].tolist())), tuple(
-        _shares(columns[:, -1], path).tolist()
-    )
+    shares = tuple(_shares(columns[:, -1], path).tolist())
+    return tuple(map(tuple, columns[:, :-1].tolist())), shares, tuple(units)
 
 
 def scatter(

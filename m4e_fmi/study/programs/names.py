@@ -25,6 +25,8 @@ from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.programs.values import model_problems, start_problems
+from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import (
     SIMULATION,
     KeyTarget,
@@ -53,8 +55,6 @@ class Settings:
 
 SETTINGS = tuple(one.name for one in fields(Settings))
 TIMES = ("stop_time", "output_interval", "step_size")
-MOST_CHECKED = 50
-"""Values of a parameter with which a model is checked."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +173,14 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
+    try:
+        study = in_units(study, targets)
+    except InputError as error:
+        problems += error.problems
+    base = source({})
+    problems += start_problems(study, targets, base[0])
+    if problems:
+        raise InputError(dict.fromkeys(problems))
     keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
     versions: list[Version] = []
     defaults: list[np.ndarray] = []
@@ -183,7 +191,8 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
         values = study.grid.values(run) if keys else {}
         own = tuple(values[name] for name in keys)
         if own not in made:
-            program, model = source(dict(zip(keys.values(), own, strict=True)))
+            given = dict(zip(keys.values(), own, strict=True))
+            program, model = source(given) if given else base
             program = _with_start(study, program, model)
             version = Version(program, bare_code(program), model)
             if version.code not in codes:
@@ -193,9 +202,10 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
             defaults.append(np.array([v.start for v in version.variables]))
         numbers.append(made[own])
     version_of, default_of = zip(*numbers, strict=True)
-    found = NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
-    _check(found)
-    return found
+    model = versions[0].model
+    if model and (problems := model_problems(study, targets, model)):
+        raise InputError(dict.fromkeys(problems))
+    return NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
 
 
 def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
@@ -358,40 +368,3 @@ def _with_start(study: Study, program: Program, model: Model | None) -> Program:
     units = {v.name: v.unit for v in (*program.parameters, *program.inputs, *program.states)}
     numbers = {n: number_in(units[n], v) for n, v in given.items() if n in units}
     return program.with_start(numbers)
-
-
-def _check(found: NamedProgram) -> None:
-    """InputError with all values that variables or the model do not take, each by itself."""
-    study, version = found.study, found.versions[0]
-    variables = {v.name: v for v in version.variables}
-    problems: list[Problem] = []
-    for axis in study.grid.axes:
-        for k, varied in enumerate(axis.varied):
-            for target in filter(None, map(found.targets.get, varied.targets)):
-                if not isinstance(target, StartTarget):
-                    continue
-                values = list(dict.fromkeys(point[k] for point in axis.points))
-                try:
-                    numbers = [_number(target, value) for value in values]
-                except ValueError as error:
-                    message = f"{target.variable}: {error}"
-                    problems.append(study.document.problem(varied.location, message))
-                    continue
-                one = variables[target.variable]
-                problems += [
-                    study.document.problem(
-                        varied.location,
-                        f"{one.name} = {x:g} is outside its range from {one.minimum:g} to "
-                        f"{one.maximum:g}",
-                    )
-                    for x in numbers
-                    if not one.minimum <= x <= one.maximum
-                ]
-                if version.model is not None:
-                    some = sorted(numbers)
-                    some = some if len(some) <= MOST_CHECKED else [some[0], some[-1]]
-                    problems += [
-                        p for x in some for p in version.model.problems_with({one.name: x})
-                    ]
-    if problems:
-        raise InputError(dict.fromkeys(problems))

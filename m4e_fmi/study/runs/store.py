@@ -6,6 +6,7 @@ has on the disk what it says it has, however the process ends.
 
 from __future__ import annotations
 
+import errno
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
@@ -19,6 +20,9 @@ _PATIENCE = 60.0
 """Seconds that another study may take to write."""
 _MOST_ASKED = 500
 """Keys in one question."""
+_FULL = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
+_NO_FILE = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
+_LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 _FORM = 1
 """Number of the form of the database."""
 
@@ -77,7 +81,8 @@ class Store:
             try:
                 self._write(rows, "REPLACE" if again else "IGNORE")
             except BaseException:
-                self._base.execute("ROLLBACK")
+                if self._base.in_transaction:  # SQLite may have ended it, as on a full disk
+                    self._base.execute("ROLLBACK")
                 raise
             self._base.execute("COMMIT")
 
@@ -89,9 +94,13 @@ class Store:
         try:
             yield
         except sqlite3.DatabaseError as error:
-            if "full" in str(error) or "disk" in str(error) or "unable to open" in str(error):
+            code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
+            if code in _FULL:
+                full = OSError(errno.ENOSPC, str(error))
+                raise cannot_write(self.path, full) from error
+            if code in _NO_FILE:
                 raise cannot_write(self.path, error) from error
-            remedy = "wait for the other study" if "locked" in str(error) else "remove the file"
+            remedy = "wait for the other study" if code in _LOCKED else "remove the file"
             raise RunError(f"{self.path}: kept runs: {error}", remedy) from error
         except OSError as error:
             raise cannot_write(self.path, error) from error

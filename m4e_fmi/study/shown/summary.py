@@ -86,6 +86,8 @@ def _start_up(outcome: StudyOutcome) -> str:
     low, high = float(found.min()), float(found.max())
     span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
     how = "as stated" if outcome.study.start_up is not None else outcome.data.attrs["start_up"]
+    if low == high == 0.0 and outcome.study.start_up is None:
+        return "nothing: no start_up is stated, and no sea has a ramp"
     return f"all before t = {span} ({how})"
 
 

@@ -10,7 +10,7 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -22,6 +22,7 @@ from concurrent.futures import (
 from contextlib import contextmanager, suppress
 from multiprocessing.process import BaseProcess
 
+from m4e_fmi.signals import Terminated
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems.task import Lacking, Task, perform
 
@@ -35,6 +36,8 @@ ONE_THREAD = (
     "NUMEXPR_NUM_THREADS",
 )
 """Variables of the environment that give numerical libraries one thread."""
+PATIENCE = 1.0
+"""Seconds that a process has to end when it is asked to."""
 DIED = "its process died, as of a fault in the code of an FMU, or for lack of memory"
 
 Done = tuple[int, Record]
@@ -79,13 +82,14 @@ def _by(
     lost: list[tuple[int, Task]] | None,
 ) -> Iterator[Done]:
     """Records by one executor; tasks that it breaks over go to `lost`, else its error is raised."""
+    make = perform if lost is None else _perform
     under_way: dict[Future[Record | Lacking], tuple[int, Task]] = {}
     waiting = iter(tasks)
     taken: list[tuple[int, Task]] = []
     try:
         while True:
             while len(under_way) < AHEAD * jobs and (one := next(waiting, None)) is not None:
-                under_way[executor.submit(perform, one[1])] = one
+                under_way[executor.submit(make, one[1])] = one
             if not under_way:
                 return
             done, _ = wait(under_way, return_when=FIRST_COMPLETED)
@@ -94,7 +98,7 @@ def _by(
                 ((number, task),) = taken
                 found = future.result()
                 if isinstance(found, Lacking):
-                    again = executor.submit(perform, task, read(task, found))
+                    again = executor.submit(make, task, read(task, found))
                     under_way[again] = (number, task)
                 else:
                     yield number, found
@@ -136,7 +140,8 @@ def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
             for process in set(multiprocessing.active_children()) - before:
                 process.terminate()
             for process in set(multiprocessing.active_children()) - before:
-                process.join(1.0)
+                process.join(PATIENCE)
+                process.kill()
             raise
         pool.shutdown()
 
@@ -161,6 +166,17 @@ def _worker() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _perform(task: Task, sent: Mapping[str, bytes] | None = None) -> Record | Lacking:
+    """Make a run in a process that SIGTERM ends, whatever it does.
+
+    Its pool would take the exception for a result, and wait for a lock that dead processes hold.
+    """
+    try:
+        return perform(task, sent)
+    except Terminated as error:
+        os._exit(128 + error.signal)
 
 
 def _end_with(parent: BaseProcess) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from m4e_fmi.cosim.connections.recorded_variables import chosen
@@ -15,6 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
 
@@ -68,7 +69,11 @@ def named(study: Study, system: System) -> Named:
     """The study with its names resolved; InputError with all problems of names and start values."""
     problems: list[Problem] = []
     try:
-        system = changed(system, study.simulation).changed(start=study.start, origin="study")
+        system = changed(system, study.simulation)
+    except InputError as error:
+        problems += _placed(study, system, error.problems)
+    try:
+        system = system.changed(start=study.start, origin="study")
     except InputError as error:
         problems += error.problems
     descriptions = expected_descriptions(system)
@@ -83,7 +88,21 @@ def named(study: Study, system: System) -> Named:
     problems += _unknown_variables(study, descriptions)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    return Named(study, system, targets, descriptions)
+    return Named(in_units(study, targets), system, targets, descriptions)
+
+
+def _placed(study: Study, system: System, found: Sequence[Problem]) -> Iterator[Problem]:
+    """Problems of the settings of all runs, at the setting that has them also by itself."""
+    of: dict[str, str] = {}
+    for key, value in study.simulation.items():
+        try:
+            changed(system, {key: value})
+        except InputError as error:
+            of |= {problem.message: key for problem in error.problems}
+    for one in found:
+        key = of.get(one.message)
+        at = ("simulation", key) if key else ("simulation",)
+        yield study.document.problem(at, one.message, one.remedy)
 
 
 def _setting_problems(study: Study, system: System, targets: Mapping[str, Target]) -> list[Problem]:

@@ -18,6 +18,8 @@ from m4e_fmi.files.sections import keys_at, types_at
 from m4e_fmi.fmu import Description
 
 SIMULATION = "simulation"
+FIXED = ("kind", "model", "fmu", "start")
+"""Keys of a component that are not varied: what it is, and start values, which have own names."""
 _INDEX = re.compile(r"(.+)\[(\d+)\]")
 
 
@@ -51,6 +53,7 @@ class StartTarget:
     variable: str
     unit: str = ""
     text: str = ""
+    is_real: bool = True
 
     def __str__(self) -> str:
         unit = f" [{self.unit}]" if self.unit not in ("", "1") else ""
@@ -113,11 +116,12 @@ def _of_component(
     if rest.startswith("start.") and rest.removeprefix("start.") in variables:
         rest, keys = rest.removeprefix("start."), ()
     data = system.document.data["components"][component] if system.document else {}
-    if keys and is_there(data, keys) and keys[0] not in ("kind", "model", "fmu", "start"):
+    if keys and is_there(data, keys) and keys[0] not in FIXED:
         return KeyTarget(component, keys)
     if rest in variables and is_settable(variables[rest]):
         variable = variables[rest]
-        return StartTarget(component, rest, variable.unit, variable.description)
+        is_real = variable.type == "Real"
+        return StartTarget(component, rest, variable.unit, variable.description, is_real)
     if keys and _could_be(system, component, keys):
         return KeyTarget(component, keys)
     return None
@@ -157,7 +161,8 @@ def _known(system: System, component: str, description: Description | None) -> l
     variables = description.variables if description else {}
     found = [name for name, variable in variables.items() if is_settable(variable)]
     if system.document is not None:
-        found += _leaves(system.document.data["components"][component])
+        leaves = _leaves(system.document.data["components"][component])
+        found += [name for name in leaves if location_of(name)[0] not in FIXED]
     return list(dict.fromkeys(found))
 
 

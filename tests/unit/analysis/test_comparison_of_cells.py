@@ -79,6 +79,23 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         compare_cells(one, one, variables=["pwer"])
 
 
+def test_what_no_two_studies_share_is_not_compared(tmp_path: Path) -> None:
+    """Programs have no coupling error, runs take their time: neither is a difference."""
+    none = float("nan")
+    one = study(tmp_path / "a.nc", wall_time=1.0, coupling_error=none)
+    other = study(tmp_path / "b.nc", wall_time=2.0, coupling_error=none)
+    found = compare_cells(one, other, tolerance=0.01)
+    assert found.is_within
+    assert list(found.differences) == ["power"]
+    assert found.notes == ("coupling_error: neither file has a number",)
+    assert compare_cells(one, other, variables=["wall_time"])["wall_time"].largest == 1.0
+    with pytest.raises(InputError, match="coupling_error: no cell has a number in both"):
+        compare_cells(one, other, variables=["coupling_error"])
+    empty = study(tmp_path / "c.nc", np.full((3, 4), none))
+    with pytest.raises(InputError, match="no numbers in common"):
+        compare_cells(empty, empty)
+
+
 def test_the_command(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study(here / "a.nc", 1.02 * POWER)
     study(here / "b.nc")

@@ -40,6 +40,31 @@ def test_other_separators(tmp_path: Path, mark: str) -> None:
     assert read_columns(file, ("time", "force")).values == ([0.0, 1.0], [1.0, 2.0])
 
 
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_decimal_commas(tmp_path: Path, mark: str) -> None:
+    """As of a spreadsheet in German: also in names that are numbers, and beside texts."""
+    file = tmp_path / "t.csv"
+    rows = ("Hs,Tp", "5,5", "note"), ("0,5", "-1,25e3", "a, b"), ("2", "1,250", "")
+    file.write_text("\n".join(map(mark.join, rows)), "utf-8")
+    assert read_columns(file, ("Hs,Tp", "5.5")).values == ([0.5, 2.0], [-1250.0, 1.25])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a;b\n1;1,250\n2;3,000\n", "'1,250' may have a decimal comma, or one between thousands"),
+        ("a;b\n1;1,5\n2;3.5\n", "'3.5' has a point"),
+    ],
+)
+def test_commas_that_are_not_clear_are_refused(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        read_columns(file, ("a", "b"))
+    assert message in str(caught.value)
+    assert caught.value.problems[0].line == 2
+
+
 def test_another_encoding_is_named_with_the_remedy(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text("time,force\n0,1\n", encoding="utf-16")

@@ -101,6 +101,17 @@ def test_fresh_runs_are_the_same(tmp_path: Path) -> None:
     np.testing.assert_array_equal(first.data["power"], second.data["power"])
 
 
+def test_wrong_settings_and_names_are_told_by_line(tmp_path: Path) -> None:
+    text = STUDY + "\nsimulation: {stop_time: 1, algoritm: jacobi, output_interval: -1}\n"
+    text = text.replace("vary:\n", "vary:\n  cart.model: [a.yaml]\n")
+    with pytest.raises(InputError) as caught:
+        made(written_study(tmp_path, text))
+    found = {p.source[p.column - 1 :].split(":")[0]: p for p in caught.value.problems}
+    assert set(found) == {"algoritm", "output_interval", "cart.model"}
+    assert found["algoritm"].remedy == "did you mean 'algorithm'?"
+    assert "'model'" not in found["cart.model"].remedy
+
+
 def test_a_failed_run_leaves_its_reason_and_no_number(tmp_path: Path) -> None:
     text = STUDY.replace(
         "cart.k: {from: 30, to: 50, step: 10}", "cart.joint.hinge.u: [0, 1.0e+200]"

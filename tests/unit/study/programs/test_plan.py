@@ -95,3 +95,56 @@ def test_problems_come_together(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         made(written_study(tmp_path, text))
     assert [problem.line for problem in caught.value.problems] == [4, 6]
+
+
+def test_units_of_columns_and_texts_are_converted(tmp_path: Path) -> None:
+    """Names of columns say deg and N/cm; the result has numbers in the variable's units."""
+    text = STUDY[: STUDY.index("sample:")] + STUDY[STUDY.index("wanted:") :]
+    text += (
+        "vary: {joint.hinge.u: [0.1, 30 deg/s]}\n"
+        'table: {file: t.csv, columns: {joint.hinge.q: "q [deg]", k: "k [N/cm]"}}\n'
+    )
+    path = written_study(tmp_path, text)
+    (tmp_path / "t.csv").write_text("q [deg],k [N/cm]\n10,0.3\n20,0.5\n", "utf-8")
+    data = made(path).data
+    np.testing.assert_allclose(data["q"], np.radians([10.0, 20.0]), rtol=1e-15)
+    np.testing.assert_allclose(data["k"], [30.0, 50.0], rtol=1e-15)
+    np.testing.assert_allclose(data["u"], [0.1, np.pi / 6.0], rtol=1e-15)
+    (tmp_path / "t.csv").write_text("q,k\n0.17453292519943295,30\n0.3490658503988659,50\n")
+    path.write_text(text.replace(" [deg]", "").replace(" [N/cm]", "").replace("30 deg/s", "0.5236"))
+    np.testing.assert_allclose(made(path).data["swing"][0], data["swing"][0], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "message"),
+    [
+        ("k", "k [kg]", "k: the column 'k \\[kg\\]': it is in N/m"),
+        ("k", "k [see notes]", "column 'k \\[see notes\\]': unit"),
+        ("bodies.bob.mass", "m [g]", "'m \\[g\\]' names a unit, but the key bodies.bob.mass"),
+    ],
+)
+def test_units_of_columns_that_do_not_fit(
+    tmp_path: Path, name: str, column: str, message: str
+) -> None:
+    text = STUDY[: STUDY.index("sample:")] + STUDY[STUDY.index("wanted:") :]
+    path = written_study(
+        tmp_path, f'{text}table: {{file: t.csv, columns: {{{name}: "{column}"}}}}\n'
+    )
+    (tmp_path / "t.csv").write_text(f"{column},n\n10,0.3\n", "utf-8")
+    with pytest.raises(InputError, match=message) as caught:
+        made(path)
+    (problem,) = caught.value.problems
+    assert problem.line == len(text.splitlines()) + 1
+
+
+def test_wrong_start_values_are_told_together_by_line(tmp_path: Path) -> None:
+    text = (
+        STUDY + "vary: {joint.rail.u: [.nan], joint.hinge.u: [fast]}\nstart: {joint.rail.q: 3 kg}\n"
+    )
+    path = written_study(tmp_path, text)
+    lines = len(STUDY.splitlines())
+    with pytest.raises(InputError) as caught:
+        made(path)
+    found = [(p.line - lines, p.message.partition(":")[0]) for p in caught.value.problems]
+    outside = "joint.rail.u = nan is outside its range from -inf to inf"
+    assert sorted(found) == [(1, "joint.hinge.u"), (1, outside), (2, "joint.rail.q")]

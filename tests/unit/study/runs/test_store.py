@@ -55,3 +55,18 @@ def test_a_folder_that_takes_no_file_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(RunError, match="cannot be written"), Store(tmp_path / "file" / "s.sqlite"):
         pass
+
+
+def test_a_full_disk_is_told_and_leaves_what_was_kept(tmp_path: Path) -> None:
+    with Store(tmp_path / "s.sqlite") as store:
+        store.keep({"k": RECORD})
+        (pages,) = store._base.execute("PRAGMA page_count").fetchone()
+        store._base.execute(f"PRAGMA max_page_count = {pages + 20}")
+        large = {
+            f"k{i}": Record(time=np.zeros(2000), series={"x": np.zeros(2000)}) for i in range(20)
+        }
+        with pytest.raises(RunError, match=r"cannot be written: .*full") as caught:
+            store.keep(large)
+    assert caught.value.remedy == "free disk space, or write elsewhere"
+    with Store(tmp_path / "s.sqlite") as store:
+        assert list(store.found(["k", *large])) == ["k"]

@@ -75,3 +75,12 @@ def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("k/u,0,1e300\n30,1,2\n40,3,0\n", "utf-8")
     failed = summary(run_study(path, build_directory=tmp_path))
     assert "mean by probability: not known, 1 states" in failed
+
+
+def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY)
+    told = summary(run_study(path, build_directory=tmp_path / "build"))
+    assert "statistics leave out nothing: no start_up is stated, and no sea has a ramp" in told
+    path.write_text(f"{STUDY}start_up: 0.1\n", "utf-8")
+    told = summary(run_study(path, build_directory=tmp_path / "build"))
+    assert "statistics leave out all before t = 0.1 s (as stated)" in told

@@ -1,0 +1,58 @@
+"""Varied values as numbers in the units of what they are given to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.study.given.axes import Varied
+from m4e_fmi.study.given.sections import Scalar
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.targets import StartTarget, Target, Targets
+from m4e_fmi.units import number_in, parse_unit
+
+RENAME = "convert the column if need be, and leave the unit out of its name"
+
+
+def in_units(study: Study, targets: Targets) -> Study:
+    """The study whose start values are numbers in the units of their variables.
+
+    Texts with a unit, as ``"5 mm"``, and columns of tables whose names have one are converted.
+    InputError with all values of other dimension, and units of what takes plain numbers only.
+    """
+    problems: list[Problem] = []
+    axes = []
+    for axis in study.grid.axes:
+        columns = [[point[k] for point in axis.points] for k in range(len(axis.varied))]
+        for k, varied in enumerate(axis.varied):
+            of = [targets[name] for name in varied.targets]
+            try:
+                columns[k] = _converted(varied, of, columns[k])
+            except ValueError as error:
+                message = f"{varied.targets[0]}: {error}"
+                remedy = RENAME if varied.column else ""
+                problems.append(study.document.problem(varied.location, message, remedy))
+        axes.append(replace(axis, points=tuple(zip(*columns, strict=True))))
+    if problems:
+        raise InputError(problems)
+    return replace(study, grid=replace(study.grid, axes=tuple(axes)))
+
+
+def _converted(varied: Varied, targets: Sequence[Target], values: Sequence[Scalar]) -> list[Scalar]:
+    """The values of a varied quantity; ValueError where they do not fit."""
+    units = {t.unit if isinstance(t, StartTarget) and t.is_real else None for t in targets}
+    unit = units.pop() if len(units) == 1 else None
+    if varied.unit:
+        given = parse_unit(varied.unit)
+        if unit is None and given.factor != 1.0:
+            message = f"the column {varied.column!r} names a unit, but {targets[0]} takes numbers"
+            raise ValueError(f"{message} as its documentation says")
+        if unit:  # a variable without a unit takes any
+            try:
+                return [number_in(unit, f"{value!r} {varied.unit}") for value in values]
+            except ValueError as error:
+                raise ValueError(f"the column {varied.column!r}: {error}") from None
+    if unit is None:
+        return [*values]
+    return [number_in(unit, value) if isinstance(value, str) else value for value in values]
