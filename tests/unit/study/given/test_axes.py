@@ -91,6 +91,12 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
     assert "t.csv cover 62.5 % of time" in part.covered
 
 
+def test_decimal_commas_of_a_scatter_diagram_are_told(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("Hs;6,0;8,0\n1,0;900;1500\n", "utf-8")
+    with pytest.raises(InputError, match="decimal points, not commas"):
+        grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
