@@ -278,6 +278,8 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         page.value("report.spectra.draw()")
         settled(page)
         assert page.value("document.documentElement.scrollWidth") == 420
+        # the system is shown in a size that can be read, and moves within its frame
+        assert page.value("document.querySelector('.picture').clientWidth") > 700
         page.value("report.flows.draw()")
         settled(page)
         places = page.value(
