@@ -56,12 +56,13 @@ class _Rule:
     from_start: bool = False
 
 
+# `inputs.power` of a model lifts and lowers its weight, which hides what a take-off takes
 _RULES = (
     _Rule("wave elevation", r"wave\.elevation$", "m", "m", 1.0),
     _Rule("motion from start", r"body\.\w+\.[xyz]$", "m", "m", 1.0, from_start=True),
     _Rule("rotation", r"body\.\w+\.(phi|theta|psi)$", "rad", "deg", 180 / math.pi),
     _Rule("line tension", r"fairlead_tension$", "N", "N", 1.0),
-    _Rule("power", r"power$", "W", "W", 1.0),
+    _Rule("power", r"(?<!\binputs\.)power$", "W", "W", 1.0),
 )
 
 

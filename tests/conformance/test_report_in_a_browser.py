@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import itertools
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -220,6 +221,17 @@ def test_power_flow_is_that_of_the_run(
     inner = [k for k in range(len(net)) if k not in ends]
     assert inner
     assert net[inner] == pytest.approx(0.0, abs=1e-9 * max(link["value"]))
+    # what the boxes hold more or less at the end is told in words where it is much
+    held = results["boxes.energy.total"].values
+    ends = [k for k in range(len(net)) if k not in link["target"]]
+    given = -net[ends].sum() * span
+    told = page.value(
+        "document.querySelector('.sankey').parentElement.querySelector('.told').textContent"
+    )
+    much = abs(held[-1] - held[0]) > 0.02 * given
+    assert ("energy of boxes is" in told) == much
+    if much:
+        assert f"{'lower' if held[-1] < held[0] else 'higher'} at the end" in told
     page.value("report.plots.range = [2, 5]")
     settled(page)
     rows = (results.time >= 2.0) & (results.time <= 5.0)
@@ -266,6 +278,18 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         page.value("report.spectra.draw()")
         settled(page)
         assert page.value("document.documentElement.scrollWidth") == 420
+        # the system is shown in a size that can be read, and moves within its frame
+        assert page.value("document.querySelector('.picture').clientWidth") > 700
+        page.value("report.flows.draw()")
+        settled(page)
+        places = page.value(
+            "Array.from(document.querySelectorAll('.sankey .node-label'), label => {"
+            "const box = label.getBoundingClientRect();"
+            "return [box.left, box.right, box.top, box.bottom]; })"
+        )
+        assert len(places) > 2
+        for (l1, r1, t1, b1), (l2, r2, t2, b2) in itertools.combinations(places, 2):
+            assert l1 >= r2 or l2 >= r1 or t1 >= b2 or t2 >= b1
         pdf = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
         assert pdf.startswith(b"%PDF")
         assert len(pdf) > 100_000  # curves, not empty frames

@@ -48,9 +48,16 @@ function flowsOf(root, store, plots, theme, data) {
       `Widths are mean powers from t = ${digits(from)} to ${digits(to)} s; each flow points where its mean does.`,
       `Components that only give or only take are its ends; between them, what a component gives more than it gets is released from store or made in it, what it gives less is stored or lost. In all ${watts(source)} are made or released, and ${watts(sink)} taken up, stored or lost.`,
       known.length < data.flows.length ? `${data.flows.length - known.length} connections are left out: forces or velocities were not recorded.` : "",
+      ...changes(sums, grown, source * span),
       whole ? data.balance : `Between rows by trapezoids. ${data.rows}`,
     ].filter(Boolean).join(" ");
     paint(nodes, [...links, ...more]);
+  }
+
+  // What is said of energies that components hold at the end and did not at the start, or the other way, if much [J].
+  function changes(sums, grown, given) {
+    return Array.from(grown).filter(([name, energy]) => sums.has(name) && Math.abs(energy) > 0.02 * given).map(([name, energy]) =>
+      `The kinetic and potential energy of ${name} is ${shownAs(Math.abs(energy), "J")} ${energy < 0 ? "lower" : "higher"} at the end of these times than at their start, as it is in another place or at another speed; of longer times this is a smaller share.`);
   }
 
   // Nodes of the diagram, and links to what components store or lose, or from what they release or make.
@@ -76,6 +83,12 @@ function flowsOf(root, store, plots, theme, data) {
     return { nodes, more, sums };
   }
 
+  // A label in three lines where the diagram is narrow, so that those of neighbours stay apart.
+  function lines(label) {
+    if (diagram.clientWidth >= 640) return plain(label);
+    return label.replace(/( in |: )/, "$1\n").replace(/ (?=[\d.]+ \S+$)/, "\n").split("\n").map(plain).join("<br>");
+  }
+
   function paint(nodes, links) {
     const { colours } = plots, number = new Map(nodes.map((node, k) => [node.name, k]));
     const drawnOnes = links.filter(link => link.shown !== false && link.power > 0);
@@ -89,7 +102,7 @@ function flowsOf(root, store, plots, theme, data) {
     Plotly.react(diagram, [{
       type: "sankey", arrangement: "snap", valueformat: ".4~s", valuesuffix: "W",
       node: {
-        label: nodes.map(node => plain(node.label)), color: nodes.map((_, k) => hue(k)), pad: 22, thickness: 16,
+        label: nodes.map(node => lines(node.label)), color: nodes.map((_, k) => hue(k)), pad: 22, thickness: 16,
         line: { width: 0 }, hovertemplate: "%{label}<extra></extra>",
       },
       link: {

@@ -165,7 +165,8 @@ def _drawing(graph: Graph) -> str:
         f"{one.source} to {one.target}: {one.label.replace(chr(10), ', ')}" for one in graph.arrows
     )
     text = escaped(f"Components and what flows between them. {arrows}")
-    return f'<img class="picture" alt="{text}" src="data:image/svg+xml;base64,{data}">'
+    image = f'<img class="picture" alt="{text}" src="data:image/svg+xml;base64,{data}">'
+    return f'<div class="wide" tabindex="0" role="region" aria-label="The system">{image}</div>'
 
 
 def _animation(results: Results, name: str) -> tuple[Part | None, str, float]:

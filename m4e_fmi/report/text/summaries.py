@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.panels import fitting, panels
-from m4e_fmi.results.results_file import Results
+from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def _extremes(results: Results, rows: str) -> list[str]:
     lines = [
         f"mean power {quantity(watts * _mean(results.time, one.values), 'W')} over {span:g} s "
         f"({name}){rows and f', {rows}'}"
-        for name, one in reals.items()
+        for name, one in _powers(reals).items()
         if (watts := _watts(one.unit))
     ]
     if shown:
@@ -144,6 +144,16 @@ def _extremes(results: Results, rows: str) -> list[str]:
         if panel.left_out
     ]
     return lines
+
+
+def _powers(series: Mapping[str, Series]) -> Mapping[str, Series]:
+    """Those in watts; without that of the inputs of a model beside others.
+
+    It lifts and lowers the weight, and the energies over the connections have it.
+    """
+    found = {name: one for name, one in series.items() if _watts(one.unit)}
+    others = {name: one for name, one in found.items() if not name.endswith("inputs.power")}
+    return others or found
 
 
 @cache

@@ -69,10 +69,14 @@ class Axis:
 
 @dataclass(frozen=True)
 class Grid:
-    """All dimensions, and the probability of each point of the first two of a scatter diagram."""
+    """All dimensions, and the probability of each point of the two of a scatter diagram.
+
+    `covered` tells how much of the time the diagram stands for, where its entries do not say so.
+    """
 
     axes: tuple[Axis, ...]
     probability: tuple[tuple[str, str], np.ndarray] | None = None
+    covered: str = ""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -122,7 +126,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
             axes.append(_sampled(section.sample, document))
         except InputError as error:
             problems += error.problems
-    probability = None
+    probability, covered = None, ""
     folder = document.path.parent
     if section.table:
         try:
@@ -138,7 +142,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
             problems += error.problems
     if section.scatter:
         try:
-            rows, columns, shares = scatter(folder, section.scatter, document)
+            rows, columns, shares, covered = scatter(folder, section.scatter, document)
         except InputError as error:
             problems += error.problems
         else:
@@ -162,7 +166,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
     if probability:
         short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
         probability = (short[probability[0][0]], short[probability[0][1]]), probability[1]
-    return Grid(tuple(named), probability)
+    return Grid(tuple(named), probability, covered)
 
 
 def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:

@@ -67,12 +67,14 @@ class TableSection(Section):
 class ScatterSection(Section):
     """A scatter diagram (CSV): the first row and the first column have the values of two names.
 
-    Entries are occurrences or probabilities; those without any are made too.
+    Entries are occurrences or probabilities; those without any are made too. `total` is what they
+    would add up to if they covered all the time, as 8766 of hours of a year; default is their sum.
     """
 
     file: str
     rows: str
     columns: str
+    total: float | None = Field(default=None, gt=0.0)
 
 
 class WantedSection(Section):

@@ -10,6 +10,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file
 from m4e_fmi.files.csv_columns import column_names, read_columns, unit_of_column
 from m4e_fmi.files.document import Document, Location
+from m4e_fmi.statistics.marine import SUM_ROUNDING
 from m4e_fmi.study.given.sections import ScatterSection, TableSection
 
 
@@ -52,10 +53,11 @@ def table(
 
 def scatter(
     folder: Path, given: ScatterSection, document: Document
-) -> tuple[tuple[float, ...], tuple[float, ...], np.ndarray]:
-    """Values of the rows (n,) and columns (m,), and probabilities (n, m) [1] with a sum of 1.
+) -> tuple[tuple[float, ...], tuple[float, ...], np.ndarray, str]:
+    """Values of the rows (n,) and columns (m,), probabilities (n, m) [1], what they cover in words.
 
-    InputError for a file that is not there, and entries that are no numbers or below 0.
+    The sum of the probabilities is 1, or that of the entries over `total`. InputError for a file
+    that is not there, entries that are no numbers or below 0, and more of them than `total`.
     """
     path = _file(folder, given.file, document, ("scatter", "file"))
     heads = column_names(path)
@@ -65,7 +67,10 @@ def scatter(
             columns.append(float(head))
         except ValueError:
             message = f"the first row has {head!r}, expected a value of {given.columns}"
-            problems.append(Problem(message, "write numbers behind the first entry", str(path), 1))
+            remedy = "write numbers behind the first entry"
+            if ";" in head:
+                remedy = "write numbers with decimal points, not commas"
+            problems.append(Problem(message, remedy, str(path), 1))
     if problems:
         raise InputError(problems)
     read = read_columns(path, list(range(len(heads))))
@@ -76,7 +81,23 @@ def scatter(
     ]
     if wrong:
         raise InputError(wrong)
-    return tuple(values[:, 0].tolist()), tuple(columns), _shares(values[:, 1:], path)
+    shares, counted = _shares(values[:, 1:], path), float(values[:, 1:].sum())
+    covered = ""
+    if given.total is not None:
+        if counted > given.total * (1.0 + SUM_ROUNDING):
+            message = f"the entries add up to {counted:.6g}, more than the total {given.total:g}"
+            remedy = "give what they add up to if they cover all the time, as 8766 of hours"
+            raise InputError([document.problem(("scatter", "total"), message, remedy)])
+        shares = shares * (counted / given.total)
+        covered = (
+            f"the sea states of {given.file} cover {100 * counted / given.total:.4g} % of time"
+        )
+    elif abs(counted - 1.0) > SUM_ROUNDING:
+        covered = (
+            f"the entries of {given.file} add up to {counted:.6g}, which counts as all the time; "
+            "if that is more, as a year with calms, give 'total' of the scatter diagram"
+        )
+    return tuple(values[:, 0].tolist()), tuple(columns), shares, covered
 
 
 def _shares(values: np.ndarray, path: Path) -> np.ndarray:

@@ -12,7 +12,8 @@ from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID
 from m4e_fmi.study.given.axes import Axis
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.summary import UNSCALED, Averaged, averaged
+from m4e_fmi.study.shown.over_states import Averaged, averaged
+from m4e_fmi.study.shown.summary import UNSCALED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,12 +38,12 @@ def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
     panels = figure.subplots(rows, columns, squeeze=False)
     for one, panel in zip(wanted, panels.flat, strict=False):
         data = outcome.data[one.name]
-        found = averaged(outcome.study.grid, data.values)
+        found = averaged(outcome.study.grid.axes, data.values)
         unit = data.attrs["units"]
         largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
         scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
         shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-        scaled = Averaged(found.axes, scale * found.mean, scale * found.half_width, found.missing)
+        scaled = found.scaled(scale)
         _draw(panel, scaled, f"{one.name}{shown}", outcome)
         panel.tick_params(labelsize=8, colors=GREY)
     for panel in list(panels.flat)[len(wanted) :]:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.report.digits import aligned, scale_of
-from m4e_fmi.statistics.confidence import confidence_interval
-from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
+from m4e_fmi.study.shown.over_states import Averaged, States, averaged, over_states
 
 MOST_TOLD = 10
 """Failures, warnings, and tables of one quantity that are shown."""
@@ -25,40 +24,6 @@ UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
 
-@dataclass(frozen=True)
-class Averaged:
-    """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
-
-    Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
-    mean is over the others.
-    """
-
-    axes: tuple[Axis, ...]
-    mean: np.ndarray
-    half_width: np.ndarray
-    missing: np.ndarray
-
-
-def averaged(grid: Grid, values: np.ndarray) -> Averaged:
-    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
-
-    The values have the shape of the grid.
-    """
-    repeats = [k for k, axis in enumerate(grid.axes) if axis.repeats]
-    axes = tuple(axis for axis in grid.axes if not axis.repeats)
-    count = math.prod(len(grid.axes[k]) for k in repeats)
-    rest = [k for k in range(len(grid.axes)) if k not in repeats]
-    rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in axes), count))
-    missing = np.isnan(rows).sum(axis=-1)
-    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
-    for place in np.ndindex(missing.shape):
-        good = rows[place][~np.isnan(rows[place])]
-        if len(good):
-            interval = confidence_interval(good)
-            mean[place], width[place] = interval.mean, interval.half_width
-    return Averaged(axes, mean, width, missing)
-
-
 def summary(outcome: StudyOutcome) -> str:
     """All that matters of a study that has ended."""
     study, count = outcome.study, len(outcome.records)
@@ -66,6 +31,7 @@ def summary(outcome: StudyOutcome) -> str:
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
     lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
     lines += [f"  {note}" for note in outcome.notes]
+    lines += [f"  {study.grid.covered}"] if study.grid.covered else []
     lines += [f"  statistics leave out {_start_up(outcome)}"] if study.wanted else []
     for wanted in study.wanted:
         lines += ["", *_of(outcome, wanted)]
@@ -95,39 +61,51 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """The tables of one quantity."""
     one = outcome.data[wanted.name]
     unit = one.attrs["units"]
-    found = averaged(outcome.study.grid, one.values)
+    found = averaged(outcome.study.grid.axes, one.values)
     finite = np.abs(found.mean[np.isfinite(found.mean)])
     scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
     shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
     seeds = any(axis.repeats for axis in outcome.study.grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
-    scaled = Averaged(found.axes, scale * found.mean, scale * found.half_width, found.missing)
-    yield from _table(scaled)
+    yield from _table(found.scaled(scale))
     if found.missing.any():
         count = int(found.missing.sum())
         yield f"  * without {count} runs that failed or have no value"
-    yield from _weighted(outcome, found, scale, shown)
+    yield from _over_states(outcome, wanted, scale, shown)
 
 
-def _weighted(outcome: StudyOutcome, found: Averaged, scale: float, shown: str) -> Iterator[str]:
-    """The mean over all sea states or cases, by their probability, of each other design."""
+def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
+    """One number of all sea states or cases for each other design, and the energy of a year."""
     if "probability" not in outcome.data:
         return
-    one = outcome.data["probability"]
-    names = [axis.name for axis in found.axes]
-    places = [names.index(str(name)) for name in one.dims]
-    if len(places) < len(names):
-        yield "  (means by probability of each design: the file has `probability`)"
+    one, grid = outcome.data["probability"], outcome.study.grid
+    states = States(tuple(map(str, one.dims)), one.values)
+    values = outcome.data[wanted.name].values
+    name, found = over_states(grid, values, states, wanted)
+    if np.isnan(found.mean).all():
+        rows = states.last(grid.axes, values)
+        lacking = int(np.isnan(rows).reshape(-1, rows.shape[-1]).any(axis=0).sum())
+        yield f"  {name}: not known, {lacking} states of the table have no value"
         return
-    shares = one.values.transpose(np.argsort(np.argsort(places))) if len(places) > 1 else one.values
-    counted = shares > 0.0
-    if np.isnan(found.mean[counted]).any():
-        lacking = int(np.isnan(found.mean[counted]).sum())
-        yield f"  mean by probability: not known, {lacking} states of the table have no value"
-        return
-    mean = float((shares[counted] * found.mean[counted]).sum()) * scale
-    yield f"  mean by probability: {aligned(mean)[0]}{shown.translate(_NO_BRACKETS)}"
+    yield from _told(name, shown, found.scaled(scale))
+    if (
+        grid.probability
+        and wanted.statistic == "mean"
+        and outcome.data[wanted.name].attrs["units"] == "W"
+    ):
+        covered = float(states.shares.sum())
+        energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
+        yield from _told("energy of a year of 8766 h", " [MWh]", energy)
+
+
+def _told(name: str, unit: str, found: Averaged) -> Iterator[str]:
+    """A line of one number, or a table of designs."""
+    if found.axes:
+        yield f"  {name}{unit}:"
+        yield from _table(found)
+    else:
+        yield f"  {name}: {_cell(found, ())}{unit.translate(_NO_BRACKETS)}"
 
 
 def _table(found: Averaged) -> Iterator[str]:

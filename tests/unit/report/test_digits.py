@@ -52,3 +52,12 @@ def test_other_units_stay_together() -> None:
     found = {name: series(name, "m", size) for name, size in (("a.s", 1.0), ("b.s", 1e-4))}
     (panel,) = by_unit(found)
     assert (panel.unit, panel.scale, list(panel.series)) == ("m", 1.0, ["a.s", "b.s"])
+
+
+def test_the_power_of_all_inputs_hides_no_take_off() -> None:
+    """It has no panel beside the others, and is all that there is without them."""
+    work, taken = series("float.inputs.power", "W", 5e6), series("pto.power", "W", 2e5)
+    moved = series("body.m.z", "m", 1.0)
+    (_, powers) = panels({one.name: one for one in (moved, work, taken)})
+    assert list(powers.series) == ["pto.power"]
+    assert list(by_unit({work.name: work})[0].series) == ["float.inputs.power"]

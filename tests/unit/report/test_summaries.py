@@ -17,3 +17,14 @@ def test_a_mean_weighs_rows_by_the_time_between_them() -> None:
     results = Results(Path("r.nc"), np.array([0.0, 1.0, 10.0]), {"a": {"pto.power": power}}, {})
     (line, *_) = summaries._extremes(results, "")
     assert line == "mean power 1.900 W over 10 s (a.pto.power)"
+
+
+def test_the_power_of_all_inputs_is_no_mean_power_beside_others() -> None:
+    series = {
+        name: Series(name, "W", name, np.array([value, value]))
+        for name, value in (("inputs.power", -3.0), ("pto.power", 5.0))
+    }
+    results = Results(Path("r.nc"), np.array([0.0, 1.0]), {"a": series}, {})
+    text = "\n".join(summaries._extremes(results, ""))
+    assert "mean power 5.000 W over 1 s (a.pto.power)" in text
+    assert text.count("mean power") == 1

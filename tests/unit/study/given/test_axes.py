@@ -84,6 +84,17 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
     names, shares = found.probability
     assert names == ("hs", "tp")
     np.testing.assert_allclose(shares, np.array([[1, 2, 0], [0, 3, 4]]) / 10)
+    assert "t.csv add up to 10, which counts as all the time" in found.covered
+    part = grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp, total: 16}\n")
+    assert part.probability is not None
+    np.testing.assert_allclose(part.probability[1], np.array([[1, 2, 0], [0, 3, 4]]) / 16)
+    assert "t.csv cover 62.5 % of time" in part.covered
+
+
+def test_decimal_commas_of_a_scatter_diagram_are_told(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("Hs;6,0;8,0\n1,0;900;1500\n", "utf-8")
+    with pytest.raises(InputError, match="decimal points, not commas"):
+        grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
 
 
 @pytest.mark.parametrize(
@@ -101,6 +112,7 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
         ("sample: {method: sobol, count: 4, of: {x: [1, 1]}}\n", "is not below"),
         ("vary: {failure: [1]}\n", "a dimension cannot be called 'failure'"),
         ("table: {file: none.csv, columns: {x: X}}\n", "no such file"),
+        ("scatter: {file: t.csv, rows: x, columns: y, total: 2}\n", "add up to 3, more than"),
     ],
 )
 def test_what_is_no_dimension_is_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from scipy.stats import t as student
 from support.small_study import written_study
 
 from m4e_fmi.study import run_study
-from m4e_fmi.study.given.axes import Axis, Grid, Varied
 from m4e_fmi.study.shown.figure import plot_study
-from m4e_fmi.study.shown.summary import averaged, summary, warning_lines
+from m4e_fmi.study.shown.summary import summary, warning_lines
 
 STUDY = """\
 name: carts
@@ -23,21 +20,6 @@ vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}
 wanted:
   swing: {variable: joint.hinge.q, statistic: maximum}
 """
-
-
-def axis(name: str, count: int, *, repeats: bool = False) -> Axis:
-    points = tuple((k,) for k in range(count))
-    return Axis(name, (Varied(name, (name,)),), points, repeats=repeats)
-
-
-def test_means_over_seeds_have_students_interval() -> None:
-    grid = Grid((axis("seed", 4, repeats=True), axis("x", 2)))
-    values = np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0], [4.0, np.nan]])
-    found = averaged(grid, values)
-    np.testing.assert_allclose(found.mean, [2.5, 5.0])
-    width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
-    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
-    assert found.missing.tolist() == [0, 1]
 
 
 def test_a_summary_has_a_matrix_and_failures(tmp_path: Path) -> None:
@@ -66,12 +48,14 @@ def test_pictures_are_drawn(tmp_path: Path, text: str) -> None:
 def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("k/u,0,1\n30,1,2\n40,3,0\n", "utf-8")
     text = STUDY.replace("vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}", "SCATTER")
+    text = text.replace("statistic: maximum", "statistic: mean")
     scatter = "scatter: {file: t.csv, rows: k, columns: joint.hinge.u}"
     path = written_study(tmp_path, text.replace("SCATTER", scatter))
     outcome = run_study(path, build_directory=tmp_path)
     values = outcome.data["swing"].values
     mean = (values[0, 0] + 2 * values[0, 1] + 3 * values[1, 0]) / 6
-    assert f"mean by probability: {mean:.4f} rad" in summary(outcome)
+    assert f"mean by probability: {mean:.5f} rad" in summary(outcome)
+    assert "the entries of t.csv add up to 6, which counts as all the time" in summary(outcome)
     (tmp_path / "t.csv").write_text("k/u,0,1e300\n30,1,2\n40,3,0\n", "utf-8")
     failed = summary(run_study(path, build_directory=tmp_path))
     assert "mean by probability: not known, 1 states" in failed

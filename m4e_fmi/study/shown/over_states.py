@@ -1,0 +1,126 @@
+"""One number of each design over all sea states or cases, with their probabilities."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.statistics.confidence import confidence_interval
+from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.study.given.study import Wanted
+
+LARGEST = {
+    "maximum",
+    "range",
+    "largest_magnitude",
+    "most_probable_maximum",
+    "expected_maximum",
+    "maximum_quantile",
+    "weibull_maximum",
+    "gumbel_maximum",
+}
+"""Statistics of which the largest of all states is meant, and no mean over them."""
+
+
+@dataclass(frozen=True)
+class Averaged:
+    """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
+
+    Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
+    mean is over the others.
+    """
+
+    axes: tuple[Axis, ...]
+    mean: np.ndarray
+    half_width: np.ndarray
+    missing: np.ndarray
+
+    def scaled(self, factor: float) -> Averaged:
+        """The same in a unit that is 1/`factor` of theirs."""
+        return Averaged(self.axes, factor * self.mean, factor * self.half_width, self.missing)
+
+
+def averaged(axes: tuple[Axis, ...], values: np.ndarray) -> Averaged:
+    """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
+
+    The values have the shape of the axes.
+    """
+    repeats = [k for k, axis in enumerate(axes) if axis.repeats]
+    designs = tuple(axis for axis in axes if not axis.repeats)
+    count = math.prod(len(axes[k]) for k in repeats)
+    rest = [k for k in range(len(axes)) if k not in repeats]
+    rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in designs), count))
+    missing = np.isnan(rows).sum(axis=-1)
+    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
+    for place in np.ndindex(missing.shape):
+        good = rows[place][~np.isnan(rows[place])]
+        if len(good):
+            interval = confidence_interval(good)
+            mean[place], width[place] = interval.mean, interval.half_width
+    return Averaged(designs, mean, width, missing)
+
+
+@dataclass(frozen=True)
+class States:
+    """The sea states or cases of a study: the dimensions `names`, and their `shares` (…) [1]."""
+
+    names: tuple[str, ...]
+    shares: np.ndarray
+
+    def last(self, axes: tuple[Axis, ...], values: np.ndarray) -> np.ndarray:
+        """`values` (n, …) [their unit] of `axes`, with the states that occur as the last axis."""
+        names = [axis.name for axis in axes]
+        places = [names.index(name) for name in self.names]
+        moved = np.moveaxis(values, places, range(-len(places), 0))
+        rows = moved.reshape((*moved.shape[: -len(places)], -1))
+        return rows[..., self.shares.ravel() > 0.0]
+
+    def rest(self, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
+        """Those of the axes that are none of states: designs and seeds."""
+        return tuple(axis for axis in axes if axis.name not in self.names)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Shares (n,) [1] of the states that occur, with a sum of 1."""
+        positive = self.shares[self.shares > 0.0]
+        return positive / positive.sum()
+
+
+def over_states(
+    grid: Grid, values: np.ndarray, states: States, wanted: Wanted
+) -> tuple[str, Averaged]:
+    """The name of what is told of all states, and its values over the designs.
+
+    `values` (n, …), in their unit, have the shape of the grid. Extremes: the largest, or smallest,
+    of the means over seeds. Loads that do the same damage: (Σ p xᵏ)^(1/k), with the exponent k of
+    the S-N curve. Roots of mean squares: k = 2. All else: the mean Σ p x. Of the latter three the
+    interval is that of the sums of each seed, as seeds are the same in all states.
+    """
+    if wanted.statistic in LARGEST:
+        return "largest of all states", _extreme(grid, values, states, 1.0)
+    if wanted.statistic == "minimum":
+        return "smallest of all states", _extreme(grid, values, states, -1.0)
+    name, exponent = "mean by probability", 1.0
+    if wanted.statistic == "damage_equivalent_load":
+        name, exponent = "damage equivalent by probability", dict(wanted.parameters)["exponent"]
+    elif wanted.statistic == "rms":
+        name, exponent = "rms by probability", 2.0
+    rows = states.last(grid.axes, values)
+    top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers of it may overflow
+    if exponent == 1.0:
+        sums = rows @ states.weights
+    else:
+        sums = top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
+    return name, averaged(states.rest(grid.axes), sums)
+
+
+def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:
+    found = averaged(grid.axes, values)
+    mean, width, missing = (
+        states.last(found.axes, one) for one in (found.mean, found.half_width, found.missing)
+    )
+    at = np.argmax(sign * mean, axis=-1)[..., None]  # the first nan, if there is one
+    mean, width, missing = (np.take_along_axis(x, at, -1)[..., 0] for x in (mean, width, missing))
+    return Averaged(states.rest(found.axes), mean, width, missing)
