@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import shortened, table_text
+from m4e_fmi.files.csv_columns import foreign_text, shortened
 from m4e_fmi.files.limits import LARGEST_RECORD
 from m4e_fmi.shown import one_line
 from m4e_fmi.units import parse_unit
@@ -115,7 +115,7 @@ def read_foreign_table(path: Path) -> ForeignTable:
     InputError with lines: no file or text, no rows of numbers, no names above them, entries that
     are no numbers, rows of another length.
     """
-    text = table_text(path, largest=LARGEST_RECORD)
+    text, encoding = foreign_text(path, largest=LARGEST_RECORD)
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     form = _form(path, rows)
@@ -133,7 +133,8 @@ def read_foreign_table(path: Path) -> ForeignTable:
         ForeignColumn(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
     )
-    return ForeignTable(path, columns, tuple(k for k, _ in rows[first:]), _notes(form, skipped))
+    notes = ((f"taken as {encoding}",) if encoding else ()) + _notes(form, skipped)
+    return ForeignTable(path, columns, tuple(k for k, _ in rows[first:]), notes)
 
 
 def heading(text: str) -> tuple[str, str | None]:

@@ -128,3 +128,25 @@ def test_parquet_of_another_tool(tmp_path: Path) -> None:
     path.write_bytes(b"PAR1 and nothing")
     with pytest.raises(InputError, match="cannot be read as Parquet"):
         read_compared(path)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "told"),
+    [("latin-1", "Windows-1252"), ("cp1252", "Windows-1252"), ("utf-16", "UTF-16")],
+)
+def test_encodings_of_other_tools(tmp_path: Path, encoding: str, told: str) -> None:
+    text = PLAIN.replace("heave", "Höhe").replace("deg", "°").replace(",", ";")
+    path = tmp_path / "other.csv"
+    path.write_bytes(text.encode(encoding))
+    found = read_foreign_table(path)
+    assert [(c.name, c.unit) for c in found.columns[1:]] == [("Höhe", "m"), ("pitch", "°")]
+    assert found.columns[1].values.tolist() == [1.5, -2e-3, 0.25]
+    assert found.notes[0] == f"taken as {told}"
+
+
+@pytest.mark.parametrize("content", [b"time,\x81\n0,1\n1,2\n", b"\xff\xfet", b"a\xff\x00,b\n1,2"])
+def test_a_table_in_no_such_encoding_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "other.csv"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"not valid|control characters"):
+        read_foreign_table(path)
