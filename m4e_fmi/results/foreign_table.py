@@ -26,6 +26,7 @@ COMMENTS = ("#", "%", "!", "//")
 """Beginnings of lines that are comments."""
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
 _UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
+_WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
@@ -140,15 +141,24 @@ def read_foreign_table(path: Path) -> ForeignTable:
 def heading(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading, as ``heave [m]`` or ``heave (m)``; None where it has no unit.
 
-    Parentheses belong to the name if they hold no unit.
+    Parentheses belong to the name if they hold no unit. A unit within a name, as in ``tension (kN)
+    at end A``, stays part of it.
     """
     found = _UNIT.search(text)
     if not found or not text[: found.start()].strip():
-        return text.strip(), None
+        return text.strip(), _unit_within(text)
     unit = _unit_text(found[1] if found[1] is not None else found[2])
     if found[1] is None and not _is_unit(unit):
-        return text.strip(), None
+        return text.strip(), _unit_within(text)
     return text[: found.start()].strip(), unit
+
+
+def _unit_within(text: str) -> str | None:
+    """The only unit in brackets between words; None without, or of several."""
+    units = [
+        unit for unit in _WITHIN.findall(text) if unit.strip() not in ("", "1") and _is_unit(unit)
+    ]
+    return units[0].strip() if len(units) == 1 else None
 
 
 def _unit_text(text: str) -> str:

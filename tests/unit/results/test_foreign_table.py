@@ -76,6 +76,10 @@ def test_integers_at_the_end_do_not_hide_decimal_commas(tmp_path: Path) -> None:
         ("[m]", "[m]", None),
         ("x [furlong]", "x", "furlong"),
         ("plain", "plain", None),
+        ("Tension (kN) at end A", "Tension (kN) at end A", "kN"),
+        ("Force [kN] in line (upper)", "Force [kN] in line (upper)", "kN"),
+        ("x(t) of node (2) at A", "x(t) of node (2) at A", None),
+        ("Force (N) or (kN) here", "Force (N) or (kN) here", None),
     ],
 )
 def test_headings(text: str, name: str, unit: str | None) -> None:
