@@ -27,6 +27,7 @@ COMMENTS = ("#", "%", "!", "//")
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
 _UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
 _WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
+_OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[./]\d{2,4}\b")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
@@ -192,8 +193,10 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     line, shown = rows[-1]
     message = f"the last row is not one of numbers in columns: {one_line(shown)[:_LONGEST_SHOWN]!r}"
     remedy = (
-        "separate columns by ; or tabs where decimals have a comma, and leave out marks between "
-        "thousands"
+        "write dates and times of day as seconds since the first row"
+        if _OF_CLOCK.search(shown)
+        else "separate columns by ; or tabs where decimals have a comma, and leave out marks "
+        "between thousands"
     )
     raise InputError([Problem(message, remedy, str(path), line, 1)])
 

@@ -107,6 +107,8 @@ def test_gaps_and_rows_at_one_time(tmp_path: Path) -> None:
         ("time [m],x\n0,1\n1,2\n", "'time' is in m, expected a time"),
         ("time,x,x\n0,1,1\n1,2,2\n", "two columns are called 'x'"),
         ("only words\nand more\n", "the last row is not one of numbers"),
+        ("time,x\n2026-01-02 10:00:01,1\n2026-01-02 10:00:02,2\n", "as seconds since the first"),
+        ("Zeit;x\n02.01.26 10:00;1,5\n02.01.26 10:01;2,5\n", "as seconds since the first row"),
         ("# nothing\n", "has no rows"),
         ("", "has no rows"),
         ("time,x\n0.5,1_000\n1,2\n", "2:1: names of columns or numbers expected, got both"),
