@@ -27,13 +27,21 @@ def add(commands: argparse._SubParsersAction) -> None:
         default=[],
         metavar="COLUMN=VARIABLE",
         help="a name in the reference, and that of the same variable in FILE, as "
-        "heave=buoy.body.float.z; may be given again. Others belong together by their names",
+        "heave=buoy.body.float.z; may be given again. Others belong together by their names. With "
+        "factor and offset in the variable's unit: 'heave * -1 + 0.5=buoy.body.float.z'",
     )
     command.add_argument(
         "--map-file", type=Path, metavar="YAML", help="such pairs, as lines `column: variable`"
     )
     command.add_argument(
         "--variables", nargs="+", metavar="NAME", help="of FILE; default all that both have"
+    )
+    command.add_argument(
+        "--time-shift",
+        type=finite,
+        default=0.0,
+        metavar="S",
+        help="is added to the times of REFERENCE; default 0",
     )
     for flag, text in (("--start-time", "start"), ("--stop-time", "end")):
         command.add_argument(
@@ -84,6 +92,7 @@ def _compare_cells(options: argparse.Namespace) -> int:
     of_records = {
         "--map": options.map != [],
         "--map-file": options.map_file is not None,
+        "--time-shift": options.time_shift != 0.0,
         "--start-time": options.start_time is not None,
         "--stop-time": options.stop_time is not None,
         "--floor": options.floor != 0.0,
@@ -127,6 +136,7 @@ def _compare_records(options: argparse.Namespace) -> int:
         options.reference,
         variables=options.variables,
         mapping=_mapping(options.map, options.map_file),
+        time_shift=options.time_shift,
         start_time=options.start_time,
         stop_time=options.stop_time,
         tolerance=options.tolerance,

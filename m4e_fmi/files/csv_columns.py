@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import math
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.file_kinds import check_named
-from m4e_fmi.files.files_read import TooLongError, read_text
+from m4e_fmi.files.files_read import TooLongError, opened, read_text
 from m4e_fmi.files.limits import LARGEST_TABLE
 from m4e_fmi.units import parse_unit
 
@@ -24,6 +25,8 @@ _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
 _IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
 """Of names of tables."""
+UTF_8, UTF_16, WINDOWS = "utf-8-sig", "utf-16", "Windows-1252"
+"""Encodings of tables; those of UTF begin with a mark, or may."""
 COMMAS = "separate columns by commas, and write decimal points"
 _LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
@@ -167,8 +170,39 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
     return shown
 
 
-def table_text(path: Path, *, largest: int = LARGEST_TABLE) -> str:
+def table_text(path: Path, *, largest: int = LARGEST_TABLE, encoding: str = UTF_8) -> str:
     """Text of a table of up to `largest` bytes; InputError unless it is one by name and content."""
+    _check_table(path)
+    try:
+        return _checked_text(path, encoding, largest)
+    except UnicodeDecodeError as error:
+        shown = {UTF_8: "UTF-8", UTF_16: "UTF-16"}.get(encoding, encoding)
+        message = f"cannot be read: byte {error.start + 1} is not valid {shown}"
+        raise InputError.single(message, "save it as UTF-8", str(path)) from None
+
+
+def foreign_text(path: Path, *, largest: int) -> tuple[str, str]:
+    """As `table_text`, of a table that another tool wrote; and its encoding if that is not UTF-8.
+
+    A file that begins with the mark of UTF-16 is in that. One that is not valid UTF-8 is taken as
+    Windows-1252, which has all printed characters of Latin-1.
+    """
+    _check_table(path)
+    try:
+        with opened(path) as file:
+            marked = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+    except OSError as error:
+        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
+    if marked:
+        return table_text(path, largest=largest, encoding=UTF_16), "UTF-16"
+    try:
+        return _checked_text(path, UTF_8, largest), ""
+    except UnicodeDecodeError:
+        return table_text(path, largest=largest, encoding=WINDOWS), WINDOWS
+
+
+def _check_table(path: Path) -> None:
+    """InputError unless a file of that name is there, and is a table by its name."""
     if is_other(path):
         raise InputError.single("is a pipe or a device", "copy it into a file", str(path))
     if not is_file(path):
@@ -178,13 +212,14 @@ def table_text(path: Path, *, largest: int = LARGEST_TABLE) -> str:
             names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     check_named(path, SUFFIXES, "table")
+
+
+def _checked_text(path: Path, encoding: str, largest: int) -> str:
+    """Text of a file in an encoding, without its mark; InputError, and UnicodeDecodeError."""
     try:
-        text = read_text(path, encoding="utf-8-sig", largest=largest)
+        text = read_text(path, encoding=encoding, largest=largest)
     except TooLongError as error:
         raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
-    except UnicodeDecodeError as error:
-        message = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
-        raise InputError.single(message, "save it as UTF-8", str(path)) from None
     except OSError as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
     if _NO_TEXT.search(text):

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import shortened, table_text
+from m4e_fmi.files.csv_columns import foreign_text, shortened
 from m4e_fmi.files.limits import LARGEST_RECORD
 from m4e_fmi.shown import one_line
 from m4e_fmi.units import parse_unit
@@ -26,6 +26,8 @@ COMMENTS = ("#", "%", "!", "//")
 """Beginnings of lines that are comments."""
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
 _UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
+_WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
+_OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[./]\d{2,4}\b")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
@@ -115,7 +117,7 @@ def read_foreign_table(path: Path) -> ForeignTable:
     InputError with lines: no file or text, no rows of numbers, no names above them, entries that
     are no numbers, rows of another length.
     """
-    text = table_text(path, largest=LARGEST_RECORD)
+    text, encoding = foreign_text(path, largest=LARGEST_RECORD)
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     form = _form(path, rows)
@@ -133,21 +135,31 @@ def read_foreign_table(path: Path) -> ForeignTable:
         ForeignColumn(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
     )
-    return ForeignTable(path, columns, tuple(k for k, _ in rows[first:]), _notes(form, skipped))
+    notes = ((f"taken as {encoding}",) if encoding else ()) + _notes(form, skipped)
+    return ForeignTable(path, columns, tuple(k for k, _ in rows[first:]), notes)
 
 
 def heading(text: str) -> tuple[str, str | None]:
     """Name and unit of a heading, as ``heave [m]`` or ``heave (m)``; None where it has no unit.
 
-    Parentheses belong to the name if they hold no unit.
+    Parentheses belong to the name if they hold no unit. A unit within a name, as in ``tension (kN)
+    at end A``, stays part of it.
     """
     found = _UNIT.search(text)
     if not found or not text[: found.start()].strip():
-        return text.strip(), None
+        return text.strip(), _unit_within(text)
     unit = _unit_text(found[1] if found[1] is not None else found[2])
     if found[1] is None and not _is_unit(unit):
-        return text.strip(), None
+        return text.strip(), _unit_within(text)
     return text[: found.start()].strip(), unit
+
+
+def _unit_within(text: str) -> str | None:
+    """The only unit in brackets between words; None without, or of several."""
+    units = [
+        unit for unit in _WITHIN.findall(text) if unit.strip() not in ("", "1") and _is_unit(unit)
+    ]
+    return units[0].strip() if len(units) == 1 else None
 
 
 def _unit_text(text: str) -> str:
@@ -181,8 +193,10 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     line, shown = rows[-1]
     message = f"the last row is not one of numbers in columns: {one_line(shown)[:_LONGEST_SHOWN]!r}"
     remedy = (
-        "separate columns by ; or tabs where decimals have a comma, and leave out marks between "
-        "thousands"
+        "write dates and times of day as seconds since the first row"
+        if _OF_CLOCK.search(shown)
+        else "separate columns by ; or tabs where decimals have a comma, and leave out marks "
+        "between thousands"
     )
     raise InputError([Problem(message, remedy, str(path), line, 1)])
 

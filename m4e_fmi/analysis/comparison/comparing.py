@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,7 @@ def compare(
     *,
     variables: Sequence[str] | None = None,
     mapping: Mapping[str, str] | None = None,
+    time_shift: float = 0.0,
     start_time: float | None = None,
     stop_time: float | None = None,
     tolerance: float | None = None,
@@ -38,7 +40,10 @@ def compare(
     """Differences of the variables of `one` file from those of a `reference`, at common times.
 
     Files are netCDF (ours), CSV or Parquet of any tool, results in memory are accepted. `mapping`
-    leads from names in the reference to names of `one`; others belong together by their names.
+    leads from names in the reference to names of `one`; others belong together by their names. A
+    name in the reference may be followed by a factor and an offset, ``heave * -1 + 0.5``, of the
+    value in our unit, and by ``, units ignored``. `time_shift` [s] is added to the times of the
+    reference.
     `variables` are the names of `one` to compare, by default all; `start_time` and `stop_time` [s]
     narrow the interval. Differences are divided by the `relative_to` of the reference: its range,
     amplitude (√2 standard deviations) or value (largest magnitude); `tolerance` [1] is the largest
@@ -46,8 +51,8 @@ def compare(
     Diaz-Flores Caminero, "Multibody for Everybody", in the unit of each variable. InputError for
     files, names, units and numbers that are wrong, and without a common time.
     """
-    _check(tolerance, relative_to, floor, start_time, stop_time)
-    a, b = read_compared(one), read_compared(reference)
+    _check(tolerance, relative_to, floor, start_time, stop_time, time_shift)
+    a, b = read_compared(one), _shifted(read_compared(reference), time_shift)
     pairs = matched(a, b, mapping=mapping or {}, variables=variables)
     between = _interval(a, b, start_time, stop_time)
     found = {
@@ -73,8 +78,11 @@ def _check(
     floor: float,
     start: float | None,
     stop: float | None,
+    shift: float,
 ) -> None:
     wrong = []
+    if not math.isfinite(shift):
+        wrong.append(Problem(f"time_shift is {shift:g} s, expected a finite number"))
     if relative_to not in SCALES:
         message = f"relative_to is {relative_to!r}"
         wrong.append(Problem(message, suggestion(relative_to, SCALES)))
@@ -87,6 +95,14 @@ def _check(
         raise InputError(wrong)
 
 
+def _shifted(file: ComparedFile, shift: float) -> ComparedFile:
+    """The file with `shift` [s] added to its times, which a note tells."""
+    if shift == 0.0:
+        return file
+    notes = (*file.notes, f"{shift:g} s added to its times")
+    return replace(file, time=file.time + shift, notes=notes)
+
+
 def _interval(
     a: ComparedFile, b: ComparedFile, start: float | None, stop: float | None
 ) -> tuple[float, float]:
@@ -95,7 +111,13 @@ def _interval(
     high = min(a.time[-1], b.time[-1], math.inf if stop is None else stop)
     if not low < high:
         spans = "; ".join(f"{f.path.name} has {f.time[0]:g} to {f.time[-1]:g} s" for f in (a, b))
-        raise InputError.single(f"the files have no time in common: {spans}")
+        if max(a.time[0], b.time[0]) < min(a.time[-1], b.time[-1]):
+            asked = f"{'' if start is None else f' from {start:g} s'}"
+            asked += f"{'' if stop is None else f' until {stop:g} s'}"
+            message = f"the files have no time in common{asked}: {spans}"
+            raise InputError.single(message, "give a start_time or stop_time within both")
+        remedy = "if these count from another origin, shift the reference: --time-shift S"
+        raise InputError.single(f"the files have no time in common: {spans}", remedy)
     return float(low), float(high)
 
 
@@ -110,7 +132,7 @@ def _difference(
     variable, reference = pair.variable, pair.reference
     held = variable.held or reference.held
     both = aligned(
-        a.time, variable.values, b.time, pair.factor * reference.values,
+        a.time, variable.values, b.time, pair.factor * reference.values + pair.offset,
         between=between, held=held,
     )  # fmt: skip
     rows = len(both.time)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -11,17 +13,44 @@ from m4e_fmi.results.foreign_table import heading
 from m4e_fmi.units import parse_unit
 
 _MOST_SHOWN = 4
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_CHANGED = re.compile(
+    r"\s*(?P<name>\S.*?)"
+    rf"(?:\s+\*\s+(?P<factor>{_NUMBER}))?"
+    rf"(?:\s+(?P<sign>[+-])\s+(?P<offset>{_NUMBER}))?"
+    r"(?P<ignored>\s*,\s*units ignored)?\s*$"
+)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A variable and its reference; the latter's values times `factor` are in `unit`."""
+    """A variable and its reference; the latter's values times `factor` plus `offset` in `unit`."""
 
     variable: Quantity
     reference: Quantity
     unit: str
     factor: float
+    offset: float
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A name in the reference, and what its values are changed by, as for connections."""
+
+    name: str
+    factor: float = 1.0
+    offset: float = 0.0
+    units_ignored: bool = False
+
+    @property
+    def told(self) -> str:
+        """The change of the values, for a note; empty if there is none."""
+        text = "" if self.factor == 1.0 else f" * {self.factor:.9g}"
+        if self.offset:
+            text += f" {'-' if self.offset < 0.0 else '+'} {abs(self.offset):.9g}"
+        text += ", units ignored" if self.units_ignored else ""
+        return text and f"{self.name!r}{text}"
 
 
 def matched(
@@ -33,32 +62,41 @@ def matched(
 ) -> list[Pair]:
     """Pairs of variables: those that `mapping` names, then those of the same name.
 
-    `mapping` leads from names in the reference, with or without unit, to ours. A name in the
-    reference without a component stands for the only variable of ours that is called so.
-    `variables` are those of ours that are wanted, None for all. InputError with all names that are
-    unknown or without a counterpart, and all units that do not fit.
+    `mapping` leads from names in the reference, with or without unit, to ours; a name may be
+    followed by a factor and an offset in our unit, as ``heave * -1 + 0.5``, and by
+    ``, units ignored``. A name in the reference without a component stands for the only variable
+    of ours that is called so. `variables` are those of ours that are wanted, None for all.
+    InputError with all names that are unknown or without a counterpart, and all units that do not
+    fit.
     """
-    mapping = {_plain(name, reference): other for name, other in mapping.items()}
+    columns = {text: _column(text, reference) for text in mapping}
+    taken = {column.name for column in columns.values()}
     problems = unknown_names(
-        mapping, reference.quantities, f"{reference.path.name} has no variable", "variables"
-    )
+        dict.fromkeys(column.name for column in columns.values()), reference.quantities,
+        f"{reference.path.name} has no variable", "variables",
+    )  # fmt: skip
     ours = [*mapping.values(), *(variables or ())]
     problems += unknown_names(
         dict.fromkeys(ours), one.quantities, f"{one.path.name} has no variable", "variables"
     )
     twice = {name for name in mapping.values() if list(mapping.values()).count(name) > 1}
     problems += [Problem(f"{name!r} is mapped twice", "map it once") for name in sorted(twice)]
+    problems += [
+        Problem(f"{text!r}: factor {one.factor:g}, offset {one.offset:g}", "expected no factor 0")
+        for text, one in columns.items()
+        if one.factor == 0.0 or not math.isfinite(one.factor) or not math.isfinite(one.offset)
+    ]
     if problems:
         raise InputError(dict.fromkeys(problems))
-    found = {name: other for other, name in mapping.items()}
-    notes = dict[str, str]()
+    found = {name: columns[text] for text, name in mapping.items()}
+    notes = {name: column.told for name, column in found.items() if column.told}
     for name in reference.quantities:
-        if name in mapping:
+        if name in taken:
             continue
         if name in one.quantities:
-            found.setdefault(name, name)
+            found.setdefault(name, _Column(name))
         elif (alone := _alone(name, one)) and alone not in found:
-            found[alone] = name
+            found[alone] = _Column(name)
             notes[alone] = f"{name!r} of the reference is taken as {alone}, the only one so called"
     wanted = [name for name in one.quantities if variables is None or name in variables]
     problems = [_without(name, reference) for name in variables or () if name not in found]
@@ -68,11 +106,24 @@ def matched(
         raise InputError(problems)
     return _in_units(
         [
-            (one.quantities[n], reference.quantities[found[n]], notes.get(n))
+            (one.quantities[n], reference.quantities[found[n].name], found[n], notes.get(n))
             for n in wanted
             if n in found
         ]
     )
+
+
+def _column(text: str, reference: ComparedFile) -> _Column:
+    """The variable of the reference that a text names, with or without unit, and its change."""
+    known, whole = reference.quantities, _plain(text, reference)
+    match = _CHANGED.match(text)
+    if whole in known or not match:
+        return _Column(whole)
+    offset = float(match["offset"] or 0.0)
+    return _Column(
+        _plain(match["name"], reference), float(match["factor"] or 1.0),
+        -offset if match["sign"] == "-" else offset, match["ignored"] is not None,
+    )  # fmt: skip
 
 
 def _plain(name: str, reference: ComparedFile) -> str:
@@ -104,18 +155,27 @@ def _nothing(one: ComparedFile, reference: ComparedFile) -> Problem:
     return Problem(message, "say which belong together: --map REFERENCE=COMPONENT.VARIABLE")
 
 
-def _in_units(pairs: list[tuple[Quantity, Quantity, str | None]]) -> list[Pair]:
+def _in_units(pairs: list[tuple[Quantity, Quantity, _Column, str | None]]) -> list[Pair]:
     found, problems = [], []
-    for variable, reference, note in pairs:
+    for variable, reference, column, note in pairs:
         notes = [note] if note else []
         try:
-            unit, factor, told = _unit(variable, reference)
+            unit, factor, told = (
+                (variable.unit or "", 1.0, "")
+                if column.units_ignored
+                else _unit(variable, reference)
+            )
         except ValueError as error:
-            remedy = "write the unit behind the name, as in 'name [unit]'"
+            remedy = (
+                "write the unit behind the name, as in 'name [unit]'; or convert by a factor: "
+                f"--map '{reference.name} * 1.0, units ignored={variable.name}'"
+            )
             problems.append(Problem(f"{variable.name} and {reference.name}: {error}", remedy))
             continue
         notes += [told] if told else []
-        found.append(Pair(variable, reference, unit, factor, tuple(notes)))
+        found.append(
+            Pair(variable, reference, unit, factor * column.factor, column.offset, tuple(notes))
+        )
     if problems:
         raise InputError(problems)
     return found

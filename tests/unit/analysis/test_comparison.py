@@ -233,3 +233,38 @@ def test_comparisons_are_shown_in_a_few_lines() -> None:
 def test_sizes_of_one_row() -> None:
     found = scales(np.array([1.0]), np.array([-2.0]))
     assert (found.range, found.amplitude, found.value) == (0.0, 0.0, 2.0)
+
+
+def test_signs_factors_and_origins_are_mapped() -> None:
+    """A reference that counts downwards, in another unit, from another time."""
+    one = results(TIME, z=np.sin(TIME), force=100.0 * np.cos(TIME))
+    other = Results(
+        Path("other.nc"),
+        TIME + 1000.0,
+        {
+            "tool": {
+                "down": Series("down", "mm", "", -1000.0 * np.sin(TIME) + 250.0),
+                "kips": Series("kips", "s", "", 0.5 * np.cos(TIME)),
+                "kips * 2": Series("kips * 2", "m", "", np.cos(TIME)),
+            }
+        },
+        {},
+    )
+    mapping = {
+        "tool.down * -1 + 0.25": "buoy.z",
+        "tool.kips * 200, units ignored": "buoy.force",
+    }
+    found = m4e_fmi.compare(one, other, mapping=mapping, time_shift=-1000.0)
+    for name in ("buoy.z", "buoy.force"):
+        assert found[name].rms < 1e-9
+        assert len(found[name].time) == len(TIME)
+    assert "other.nc: -1000 s added to its times" in found.notes
+    assert "buoy.z: 'tool.down' * -1 + 0.25" in found.notes
+    whole = m4e_fmi.compare(one, other, mapping={"tool.kips * 2": "buoy.force"}, time_shift=-1000.0)
+    assert whole["buoy.force"].reference_name == "tool.kips * 2"
+    with pytest.raises(InputError, match=r"no time in common.*\n.*--time-shift"):
+        m4e_fmi.compare(one, other, mapping=mapping)
+    with pytest.raises(InputError, match=r"no time in common from 900 s"):
+        m4e_fmi.compare(one, one, start_time=900.0)
+    with pytest.raises(InputError, match=r"expected no factor 0"):
+        m4e_fmi.compare(one, other, mapping={"tool.down * 0": "buoy.z"}, time_shift=-1000.0)

@@ -67,6 +67,16 @@ def test_maps_of_names(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out) == given
 
 
+def test_signs_and_times_of_another_tool(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [f"{t + 50:.9g},{-100 * np.sin(t):.9g}" for t in TIME]
+    (files / "tool.csv").write_text("\n".join(["Time (s),down (cm)", *rows]))
+    (files / "names.yaml").write_text("down * -1: buoy.z\n")
+    for given in (["--map", "down * -1=buoy.z"], ["--map-file", "names.yaml"]):
+        options = ["--time-shift", "-50", "--tolerance", "1e-6", "--no-plot", *given]
+        assert main(["compare", "ours.csv", "tool.csv", *options]) == 0
+        assert "all 1 variables are within" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -76,6 +76,10 @@ def test_integers_at_the_end_do_not_hide_decimal_commas(tmp_path: Path) -> None:
         ("[m]", "[m]", None),
         ("x [furlong]", "x", "furlong"),
         ("plain", "plain", None),
+        ("Tension (kN) at end A", "Tension (kN) at end A", "kN"),
+        ("Force [kN] in line (upper)", "Force [kN] in line (upper)", "kN"),
+        ("x(t) of node (2) at A", "x(t) of node (2) at A", None),
+        ("Force (N) or (kN) here", "Force (N) or (kN) here", None),
     ],
 )
 def test_headings(text: str, name: str, unit: str | None) -> None:
@@ -103,6 +107,8 @@ def test_gaps_and_rows_at_one_time(tmp_path: Path) -> None:
         ("time [m],x\n0,1\n1,2\n", "'time' is in m, expected a time"),
         ("time,x,x\n0,1,1\n1,2,2\n", "two columns are called 'x'"),
         ("only words\nand more\n", "the last row is not one of numbers"),
+        ("time,x\n2026-01-02 10:00:01,1\n2026-01-02 10:00:02,2\n", "as seconds since the first"),
+        ("Zeit;x\n02.01.26 10:00;1,5\n02.01.26 10:01;2,5\n", "as seconds since the first row"),
         ("# nothing\n", "has no rows"),
         ("", "has no rows"),
         ("time,x\n0.5,1_000\n1,2\n", "2:1: names of columns or numbers expected, got both"),
@@ -128,3 +134,25 @@ def test_parquet_of_another_tool(tmp_path: Path) -> None:
     path.write_bytes(b"PAR1 and nothing")
     with pytest.raises(InputError, match="cannot be read as Parquet"):
         read_compared(path)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "told"),
+    [("latin-1", "Windows-1252"), ("cp1252", "Windows-1252"), ("utf-16", "UTF-16")],
+)
+def test_encodings_of_other_tools(tmp_path: Path, encoding: str, told: str) -> None:
+    text = PLAIN.replace("heave", "Höhe").replace("deg", "°").replace(",", ";")
+    path = tmp_path / "other.csv"
+    path.write_bytes(text.encode(encoding))
+    found = read_foreign_table(path)
+    assert [(c.name, c.unit) for c in found.columns[1:]] == [("Höhe", "m"), ("pitch", "°")]
+    assert found.columns[1].values.tolist() == [1.5, -2e-3, 0.25]
+    assert found.notes[0] == f"taken as {told}"
+
+
+@pytest.mark.parametrize("content", [b"time,\x81\n0,1\n1,2\n", b"\xff\xfet", b"a\xff\x00,b\n1,2"])
+def test_a_table_in_no_such_encoding_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "other.csv"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"not valid|control characters"):
+        read_foreign_table(path)
