@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import typing
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
@@ -37,6 +38,9 @@ _PLAIN_WORDS = {
     "tuple_type": "a list",
     "list_type": "a list",
 }
+_SHAPES = ("dict_type", "model_type", "model_attributes_type", "tuple_type", "list_type")
+"""Errors of a value as a whole that should be a list or a section."""
+_OF_UNIONS = re.compile(r"(tuple|list|dict|union)\[")
 _LIMITS = {
     "greater_than": "above",
     "greater_than_equal": "not below",
@@ -62,7 +66,7 @@ def complaints(
     `at` is where the section stands in its file. A value that fits none of several plain types
     gets one complaint.
     """
-    cases = [_case(section, data, at, item) for item in error.errors()]
+    cases = _of_meant_types([_case(section, data, at, item) for item in error.errors()])
     plain: dict[Location, list[_Case]] = {}
     for case in cases:
         if case.type in _PLAIN_WORDS:
@@ -78,6 +82,32 @@ def complaints(
         where = ".".join(map(str, location))
         message = f"{where}: expected {expected}{_got(first.given)}"
         yield Complaint((*location, "@value"), message)
+
+
+def _of_meant_types(cases: list[_Case]) -> list[_Case]:
+    """The cases without those of types that were not meant, where a value may be of several.
+
+    A list is none for which a section is expected, and the other way round, if another of the types
+    has found something wrong within it.
+    """
+    inner = [case for case in cases if case.type not in _SHAPES]
+
+    def is_meant(case: _Case) -> bool:
+        if case.type not in _SHAPES or not isinstance(case.given, list | dict) or not case.keys:
+            return True
+        *above, tag = case.keys
+        depth = len(above)
+        return not any(
+            other.keys[:depth] == tuple(above) and other.keys[depth:] and other.keys[depth] != tag
+            for other in inner
+        )
+
+    return [case for case in cases if is_meant(case)]
+
+
+def _plain_keys(keys: Location) -> Location:
+    """Keys without pydantic's own of unions, as ``tuple[float, float]``."""
+    return tuple(k for k in keys if k == "[key]" or not _OF_UNIONS.match(str(k))) or keys
 
 
 def found_at(data: Any, keys: Location) -> tuple[Location, Any]:
@@ -144,7 +174,8 @@ def _too_long(case: _Case) -> Complaint:
     most = case.context["max_length"]
     count = f"expected {most}, got {_length(case.given)}"
     remedy = f"write {most} entries; numbers have a decimal point, as 1.5"
-    return Complaint(case.location, f"{case.keys[-1]}: too many entries, {count}", remedy)
+    name = _plain_keys(case.keys)[-1]
+    return Complaint(case.location, f"{name}: too many entries, {count}", remedy)
 
 
 def _rejected(case: _Case) -> Complaint:
@@ -180,7 +211,8 @@ def _wrong_value(case: _Case) -> Complaint:
     text = case.text.removeprefix("Value error, ").removeprefix("Input should be ")
     text = _PLAIN_WORDS.get(case.type, text)
     expected = "expected " if text != case.text else ""
-    message = f"{'.'.join(map(str, case.keys))}: {expected}{text}{_got(case.given)}"
+    where = ".".join(map(str, _plain_keys(case.keys)))
+    message = f"{where}: {expected}{text}{_got(case.given)}"
     return Complaint((*case.location, "@value"), message, _instead(case))
 
 

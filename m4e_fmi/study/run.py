@@ -136,7 +136,10 @@ def _records(
             if progress:
                 progress(done, len(keys))
     except (KeyboardInterrupt, Terminated) as error:
-        error.add_note(f"{done} of {len(keys)} runs are kept: the same command makes the others")
+        told = (
+            f"after {done} of {len(keys)} runs, which are kept: the same command makes the others"
+        )
+        error.add_note(told)
         raise
     return [by_key[key] for key in keys], kept
 

@@ -112,7 +112,7 @@ class UserClass:
         found: dict[str, Value] = {}
         for name in (name for name in wanted if name in returned):
             variable, value = wanted[name], returned[name]
-            values = list(value) if hasattr(value, "__iter__") else [value]
+            values = [value] if _is_single(value) else list(value)
             if len(values) != len(variable.elements):
                 count = len(variable.elements)
                 problems.append(f"{name!r} has {len(values)} values, {count} are declared")
@@ -120,6 +120,12 @@ class UserClass:
         if problems:
             raise UserCodeError(f"{here}: {'; '.join(problems)}")
         return found
+
+
+def _is_single(value: Any) -> bool:
+    """True of what is no sequence of values; texts and arrays without a dimension are none."""
+    without = isinstance(value, str | bytes) or getattr(value, "shape", None) == ()
+    return without or not hasattr(value, "__iter__")
 
 
 class Values:

@@ -12,6 +12,8 @@ from m4e_fmi.statistics import STATISTICS
 from m4e_fmi.study.given.axes import RESERVED, Grid, grid_of
 from m4e_fmi.study.given.sections import Scalar, StudySection
 
+STOP_TIME = "simulation.stop_time"
+
 
 @dataclass(frozen=True)
 class Wanted:
@@ -59,6 +61,15 @@ class Study:
     def is_program(self) -> bool:
         """True if it runs as one program: a model, or a composed system."""
         return self.is_model or self.composed
+
+    def start_up_problems(self, duration: float) -> list[Problem]:
+        """A problem if a stated start-up leaves no row of runs of a `duration` [s]."""
+        varied = {name for axis in self.grid.axes for v in axis.varied for name in v.targets}
+        if self.start_up is None or self.start_up < duration or STOP_TIME in varied:
+            return []
+        message = f"start_up {self.start_up:g} s leaves nothing of runs of {duration:g} s"
+        remedy = "write a shorter one, or longer runs by simulation: {stop_time: …}"
+        return [self.document.problem(("start_up", "@value"), message, remedy)]
 
 
 def load_study(path: str | Path) -> Study:

@@ -238,6 +238,9 @@ def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
             continue
         message = f"{key}: expected a number above 0, got {value!r}"
         problems.append(study.document.problem((*at, key), message))
+    duration = found.get("stop_time")
+    if isinstance(duration, int | float) and duration > 0:
+        problems += study.start_up_problems(duration)
     return found
 
 

@@ -76,6 +76,8 @@ def named(study: Study, system: System) -> Named:
         system = system.changed(start=study.start, origin="study")
     except InputError as error:
         problems += error.problems
+    settings = system.simulation
+    problems += study.start_up_problems(settings.stop_time - settings.start_time)
     descriptions = expected_descriptions(system)
     places = [(t, v.location) for axis in study.grid.axes for v in axis.varied for t in v.targets]
     targets: dict[str, Target] = {}

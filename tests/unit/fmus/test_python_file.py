@@ -284,6 +284,7 @@ def test_mistakes_are_found_before_the_run(
         ("p = self.pressure(v)", "p = float('nan') if t > 1 else 1.0", "calculate returns nan"),
         ('"pressure": p, ', "", "calculate: it does not return 'pressure'"),
         ('"pressure": p, ', '"pressure": [p, p], ', "'pressure' has 2 values, 1 are declared"),
+        ('"pressure": p, ', '"pressure": "ten", ', "calculate returns 'ten' for pressure"),
         ('"pressure": p, ', '"pressure": p, "heat": p, ', "'heat' is not declared"),
         ("v.rod.vz /", "v.rod.vy /", "AttributeError: no variable rod.vy is declared; .*: vz"),
     ],
@@ -302,6 +303,23 @@ def test_a_recorded_program_that_has_no_value_tells_the_line(tmp_path: Path) -> 
     path = system(tmp_path, HYDRAULICS.replace("p = self.pressure(v)", "p = math.log(1 - t)"))
     with pytest.raises(RunError, match=r"pressure is -inf at t = 1 s \(hydraulics\.py:35\)"):
         results(path)
+
+
+def test_an_array_without_a_dimension_is_a_number(tmp_path: Path) -> None:
+    """As NumPy's functions give them."""
+    (tmp_path / "one.py").write_text(
+        "import numpy as np\n\n\nclass One:\n"
+        '    outputs = {"u": "m"}\n\n'
+        "    def step(self, t, h, v):\n"
+        '        return {"u": np.array(3.0)}\n',
+        encoding="utf-8",
+    )
+    (tmp_path / "system.yaml").write_text(
+        "name: one\ncomponents: {one: {kind: python, file: one.py}}\n"
+        "simulation: {stop_time: 1, step_size: 0.5}\n",
+        encoding="utf-8",
+    )
+    assert results(tmp_path / "system.yaml")["one.u"].tolist() == [0.0, 3.0, 3.0]
 
 
 def test_sampled_code_is_made_once_for_each_of_its_points(tmp_path: Path) -> None:

@@ -124,3 +124,29 @@ def test_what_is_no_dimension_is_refused(tmp_path: Path, text: str, said: str) -
 def test_short_names_are_as_short_as_they_are_unique() -> None:
     found = short_names(["hydro.waves.seed", "gauge.waves.seed", "pto.damping"])
     assert list(found.values()) == ["hydro_waves_seed", "gauge_waves_seed", "damping"]
+
+
+def test_a_mistake_in_one_of_two_forms_is_told_once(tmp_path: Path) -> None:
+    """In the words of the file, without the form that is not meant."""
+    text = """\
+sample:
+  method: latin_hypercube
+  count: 4
+  of:
+    a: [3, three]
+    b: [1, 2, 3]
+    c: {distribution: lognormal, mean: 7}
+    d: 5
+vary:
+  e: {form: 0, to: 1, count: 3}
+"""
+    with pytest.raises(InputError) as caught:
+        grid(tmp_path, text)
+    first = len(HEAD.splitlines())
+    assert [(p.line - first, p.message) for p in caught.value.problems] == [
+        (5, "sample.of.a.1: expected a number, got 'three'"),
+        (6, "b: too many entries, expected 2, got 3"),
+        (7, "unknown distribution 'lognormal'"),
+        (8, "sample.of.d: expected a list or 'key: value' lines, got 5"),
+        (10, "unknown key 'form'"),
+    ]

@@ -148,3 +148,17 @@ def test_wrong_start_values_are_told_together_by_line(tmp_path: Path) -> None:
     found = [(p.line - lines, p.message.partition(":")[0]) for p in caught.value.problems]
     outside = "joint.rail.u = nan is outside its range from -inf to inf"
     assert sorted(found) == [(1, "joint.hinge.u"), (1, outside), (2, "joint.rail.q")]
+
+
+def test_a_start_up_of_the_whole_run_is_refused_by_its_line(tmp_path: Path) -> None:
+    path = written_study(tmp_path, f"{STUDY}start_up: 2\n")
+    with pytest.raises(InputError, match="start_up 2 s leaves nothing of runs of 2 s") as caught:
+        made(path)
+    assert caught.value.problems[0].line == len(STUDY.splitlines()) + 1
+    text = STUDY.replace("model: cart.model.yaml", "system: system.yaml").replace(
+        "k: [30, 50], joint", "cart.k: [30, 50], cart.joint"
+    )
+    text = text.replace("variable: ", "variable: cart.")
+    path.write_text(f"{text}start_up: 3\n", "utf-8")
+    with pytest.raises(InputError, match="start_up 3 s leaves nothing of runs of 2 s"):
+        made(path)
