@@ -12,7 +12,7 @@ from m4e_fmi.report.digits import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.over_states import Averaged, States, averaged, over_states
+from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
 
 MOST_TOLD = 10
 """Failures, warnings, and tables of one quantity that are shown."""
@@ -75,11 +75,10 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
 
 def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
     """One number of all sea states or cases for each other design, and the energy of a year."""
-    if "probability" not in outcome.data:
+    states = states_of(outcome.data)
+    if states is None:
         return
-    one, grid = outcome.data["probability"], outcome.study.grid
-    states = States(tuple(map(str, one.dims)), one.values)
-    values = outcome.data[wanted.name].values
+    grid, values = outcome.study.grid, outcome.data[wanted.name].values
     name, found = over_states(grid, values, states, wanted)
     if np.isnan(found.mean).all():
         rows = states.last(grid.axes, values)
