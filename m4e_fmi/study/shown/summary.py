@@ -63,7 +63,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     finite = np.abs(found.mean[np.isfinite(found.mean)])
     scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
     shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-    seeds = any(axis.repeats for axis in outcome.study.grid.axes)
+    seeds = any(axis.repeats and len(axis) > 1 for axis in outcome.study.grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
     yield from _table(found.scaled(scale))
