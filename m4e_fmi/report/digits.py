@@ -28,6 +28,12 @@ def quantity(value: float, unit: str) -> str:
     return f"{text} {prefix}{unit}"
 
 
+def percent(share: float) -> str:
+    """A share of 1 [1] with its sign, as "-0.0148 %"; what is rounded to 0 has none."""
+    rounded = round(100.0 * share, 4) + 0.0  # no -0.0
+    return f"{rounded:+.4f} %" if rounded else "0.0000 %"
+
+
 def aligned(*values: float) -> list[str]:
     """Values with equally many decimals, so that the largest has four significant digits."""
     largest = max(map(abs, values))

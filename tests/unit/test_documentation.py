@@ -15,6 +15,7 @@ from doc_tools.run_page import PageError, run_page
 from doc_tools.script_page import script_text, write_script_page
 from PIL import Image
 
+from m4e_fmi.cli import main
 from m4e_fmi.model import load_model
 from m4e_fmi.report import draw_model
 
@@ -64,6 +65,31 @@ def test_it_is_built_without_a_warning(tmp_path: Path, pytestconfig: pytest.Conf
     assert (html / "spiderfloat.html").is_file()
     for name in ("double_pendulum_model.png", "tip.png"):
         check_picture(DOCS / "generated/pages/tutorial/build" / name, pytestconfig)
+
+
+def test_the_tutorial_leads_to_a_power_matrix(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What it says to change is in the example; its study has twelve runs, and its float a mass."""
+    page = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    shape, mass, study = (
+        text
+        for text in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+        if text.startswith((" ", "name: my_matrix"))
+    )
+    example, place = DOCS.parent / "examples" / "moored_buoy", tmp_path / "my_buoy"
+    shutil.copytree(example, place, ignore=shutil.ignore_patterns("build"))
+    monkeypatch.chdir(place)
+    text = Path("system.yaml").read_text("utf-8")
+    assert "        shape: {cylinder: {radius: 4, draft: 3}}\n" in text
+    text = re.sub(r"        shape: .*\n", shape, text)
+    text = text.replace("connections:\n", f"connections:\n{mass}")
+    Path("system.yaml").write_text(text, "utf-8")
+    Path("study.yaml").write_text(study, "utf-8")
+    assert main(["study", "study.yaml", "--dry-run"]) == 0
+    assert "my_matrix: 12 runs" in capsys.readouterr().out
+    assert main(["info", "system.yaml"]) == 0
+    assert "neutral_mass - 11368.5 -> buoy.m" in capsys.readouterr().out
 
 
 def test_the_code_has_all_names_of_the_glossary() -> None:

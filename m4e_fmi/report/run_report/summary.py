@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import fitting, moving, panels
 from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
@@ -93,7 +93,7 @@ def _energies(results: Results, record: Record, end: RecordEnd) -> str:
     rows = []
     for flow, one in zip(record.flows, end.energies, strict=True):
         idle = one.exchanged <= one.noise
-        lost = "–" if idle else f"{100 * (one.received - one.given) / one.exchanged:+.4f} %"
+        lost = "–" if idle else percent((one.received - one.given) / one.exchanged)
         mean = quantity(one.given / span if span else 0.0, "W")
         rows.append(
             (flow.connection, flow.source, flow.target,

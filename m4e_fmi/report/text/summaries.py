@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import fitting, panels
 from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.units import BASE_UNITS, parse_unit
@@ -61,7 +61,7 @@ def _bonds(energy: Sequence[BondEnergy], span: float) -> list[str]:
         columns = (
             quantity(bond.given, "J"),
             quantity(bond.received, "J"),
-            "–" if bond.is_idle else f"{100 * bond.relative:+.4f} %",
+            "–" if bond.is_idle else percent(bond.relative),
             quantity(bond.given / span if span else 0.0, "W"),
         )
         told = " ".join(f"{text:>13}" for text in columns)

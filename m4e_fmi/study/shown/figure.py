@@ -11,8 +11,9 @@ from m4e_fmi.report.digits import scale_of
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import BODY_COLOURS, COLOURS, GREY, GRID
 from m4e_fmi.study.given.axes import Axis
+from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.over_states import Averaged, averaged
+from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
 from m4e_fmi.study.shown.summary import UNSCALED
 
 if TYPE_CHECKING:
@@ -38,18 +39,32 @@ def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
     panels = figure.subplots(rows, columns, squeeze=False)
     for one, panel in zip(wanted, panels.flat, strict=False):
         data = outcome.data[one.name]
-        found = averaged(outcome.study.grid.axes, data.values)
+        name, found = _shown(outcome, one)
         unit = data.attrs["units"]
         largest = float(np.abs(found.mean[np.isfinite(found.mean)]).max(initial=0.0))
         scale, prefix = scale_of(largest) if unit not in UNSCALED else (1.0, "")
         shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
         scaled = found.scaled(scale)
-        _draw(panel, scaled, f"{one.name}{shown}", outcome)
+        _draw(panel, scaled, f"{one.name}{shown}{name}", outcome)
         panel.tick_params(labelsize=8, colors=GREY)
     for panel in list(panels.flat)[len(wanted) :]:
         panel.set_visible(False)
     figure.suptitle(outcome.study.name, fontsize=11)
     return save(figure, picture)
+
+
+def _shown(outcome: StudyOutcome, wanted: Wanted) -> tuple[str, Averaged]:
+    """Values over designs, and what they are in words: over all sea states or cases, if there are.
+
+    Of one design they are those of the states, without words.
+    """
+    grid, values = outcome.study.grid, outcome.data[wanted.name].values
+    found = averaged(grid.axes, values)
+    states = states_of(outcome.data)
+    if states is None or not states.rest(found.axes):
+        return "", found
+    name, found = over_states(grid, values, states, wanted)
+    return f", {name}", found
 
 
 def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.axes import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 LARGEST = {
     "maximum",
@@ -86,6 +90,14 @@ class States:
         """Shares (n,) [1] of the states that occur, with a sum of 1."""
         positive = self.shares[self.shares > 0.0]
         return positive / positive.sum()
+
+
+def states_of(data: Dataset) -> States | None:
+    """The sea states or cases of a result; None if it has no probabilities."""
+    if "probability" not in data:
+        return None
+    one = data["probability"]
+    return States(tuple(map(str, one.dims)), one.values)
 
 
 def over_states(

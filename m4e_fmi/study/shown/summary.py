@@ -12,7 +12,7 @@ from m4e_fmi.report.digits import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
-from m4e_fmi.study.shown.over_states import Averaged, States, averaged, over_states
+from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
 
 MOST_TOLD = 10
 """Failures, warnings, and tables of one quantity that are shown."""
@@ -65,7 +65,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     finite = np.abs(found.mean[np.isfinite(found.mean)])
     scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
     shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-    seeds = any(axis.repeats for axis in outcome.study.grid.axes)
+    seeds = any(axis.repeats and len(axis) > 1 for axis in outcome.study.grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
     yield from _table(found.scaled(scale))
@@ -77,11 +77,10 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
 
 def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
     """One number of all sea states or cases for each other design, and the energy of a year."""
-    if "probability" not in outcome.data:
+    states = states_of(outcome.data)
+    if states is None:
         return
-    one, grid = outcome.data["probability"], outcome.study.grid
-    states = States(tuple(map(str, one.dims)), one.values)
-    values = outcome.data[wanted.name].values
+    grid, values = outcome.study.grid, outcome.data[wanted.name].values
     name, found = over_states(grid, values, states, wanted)
     if np.isnan(found.mean).all():
         rows = states.last(grid.axes, values)

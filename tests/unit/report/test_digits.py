@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.report.digits import aligned, quantity
+from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import by_unit, panels
 from m4e_fmi.results.series import Series
 
@@ -61,3 +61,7 @@ def test_the_power_of_all_inputs_hides_no_take_off() -> None:
     (_, powers) = panels({one.name: one for one in (moved, work, taken)})
     assert list(powers.series) == ["pto.power"]
     assert list(by_unit({work.name: work})[0].series) == ["float.inputs.power"]
+
+
+def test_a_share_that_is_rounded_to_nothing_has_no_sign() -> None:
+    assert [percent(x) for x in (-2e-9, 0.0, 4e-8, -1.48e-4)] == [*["0.0000 %"] * 3, "-0.0148 %"]

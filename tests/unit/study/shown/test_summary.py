@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.small_study import written_study
 
 from m4e_fmi.study import run_study
-from m4e_fmi.study.shown.figure import plot_study
+from m4e_fmi.study.shown.figure import _shown, plot_study
 from m4e_fmi.study.shown.summary import summary, warning_lines
 
 STUDY = """\
@@ -68,3 +69,17 @@ def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
     path.write_text(f"{STUDY}start_up: 0.1\n", "utf-8")
     told = summary(run_study(path, build_directory=tmp_path / "build"))
     assert "statistics leave out all before t = 0.1 s (as stated)" in told
+
+
+def test_the_picture_of_designs_is_that_over_all_states(tmp_path: Path) -> None:
+    """Its title says so, and its summary has a row for each design."""
+    (tmp_path / "t.csv").write_text("k/u,0,1\n30,1,2\n40,3,0\n", "utf-8")
+    scatter = "scatter: {file: t.csv, rows: k, columns: joint.hinge.u}"
+    text = STUDY.replace("k: [30, 40, 50], ", "") + scatter + "\n"
+    outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
+    largest = np.nanmax(outcome.data["swing"].values[:, [0, 0, 1], [0, 1, 0]], axis=1)
+    assert "largest of all states [rad]:\n    q" in summary(outcome)
+    name, found = _shown(outcome, outcome.study.wanted[0])
+    assert name == ", largest of all states"
+    np.testing.assert_allclose(found.mean, largest)
+    assert plot_study(outcome, tmp_path / "p.png").is_file()
