@@ -19,6 +19,9 @@ from m4e_fmi.units import parse_unit
 SAME = 1e-9
 """Part of the largest magnitude within which two values of a dimension are the same."""
 
+WALL_TIME = "wall_time"
+"""Of each run of a study."""
+
 
 @dataclass(frozen=True)
 class CellDifference:
@@ -114,8 +117,9 @@ def compare_cells(
 
     Both files are netCDF-4. Cells are the same where all their dimensions have the same values;
     dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
-    `compare`; an amplitude is √2 standard deviations of the cells. InputError for files and names
-    that are wrong, units that do not fit, and without common cells.
+    `compare`; an amplitude is √2 standard deviations of the cells. By default variables without a
+    number in either file, and the wall time of runs, are left out, which notes tell. InputError for
+    files and names that are wrong, units that do not fit, and without common cells.
     """
     paths = as_path(one), as_path(reference)
     wrong = [
@@ -134,6 +138,10 @@ def compare_cells(
         raise InputError(problems)
     wanted = [name for name in common if variables is None or name in variables]
     notes, found = dict[str, None](), dict[str, CellDifference]()
+    left = {name: why for name in wanted if (why := _left_out(a, b, name))}
+    if variables is None and len(left) < len(wanted):
+        notes |= {f"{name}: {why}": None for name, why in left.items()}
+        wanted = [name for name in wanted if name not in left]
     for name in wanted:
         try:
             found[name] = _difference(a, b, name, relative_to, notes)
@@ -147,6 +155,14 @@ def compare_cells(
         only_here=tuple(n for n in a.grids if n not in b.grids),
         only_there=tuple(n for n in b.grids if n not in a.grids),
     )  # fmt: skip
+
+
+def _left_out(a: GriddedFile, b: GriddedFile, name: str) -> str:
+    """The reason why a variable is compared only if it is named; empty if there is none."""
+    if name == WALL_TIME:
+        return "depends on the machine, not compared"
+    numbers = any(np.isfinite(file.grids[name].values).any() for file in (a, b))
+    return "" if numbers else "no numbers in either file"
 
 
 def _difference(
