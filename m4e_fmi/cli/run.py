@@ -6,6 +6,7 @@ import argparse
 import math
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,7 +37,7 @@ from m4e_fmi.cli.shared.options import (
     tell_equations,
 )
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -222,7 +223,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim.master.recording import scene_of
     from m4e_fmi.cosim.master.run import begun_at
     from m4e_fmi.report import animate_run, plot_run, report_of_run, run_numbers, run_summary
-    from m4e_fmi.results.results_file import as_given
+    from m4e_fmi.results.results_file import as_given, stream_of
 
     file, picture = output.absolute(), output.with_suffix(".png").absolute()
     animation = animation_file(options, system.name, (".html",))
@@ -239,6 +240,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     times = system.simulation
     animated = animation is not None or (report is not None and scene_of(prepared) is not None)
     told: list[str] = []
+    since = _changed(output)
 
     def heed(line: str) -> None:
         told.append(line)
@@ -265,6 +267,11 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         print_files(filter(None, [error.outcome.path]))
         sys.stdout.flush()
         raise
+    except RunError:
+        if report and _changed(output) != since:  # rows of this run, not of an earlier one
+            with suppress(InputError):  # a single row
+                print_files([report_of_run(stream_of(output), report, command=options.given)])
+        raise
     assert outcome.path is not None
     show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
     compared = [str(reference(outcome, program))] if program is not None else []
@@ -279,6 +286,14 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
         printed = "\n".join([run_summary(outcome), *compared])
         command = options.given
         print_files([report_of_run(outcome.path, report, printed=printed, command=command)])
+
+
+def _changed(output: Path) -> int:
+    """The time [ns] at which the file that a run writes its rows to has changed last, 0 if none."""
+    from m4e_fmi.results.results_file import stream_of
+
+    stream = stream_of(output)
+    return stream.stat().st_mtime_ns if stream.is_file() else 0
 
 
 def _plan(system: System, output: Path) -> Plan:

@@ -16,10 +16,11 @@ from m4e_fmi.results.gridded_file import Grid, GriddedFile, is_gridded, read_gri
 from m4e_fmi.shown import listing
 from m4e_fmi.units import parse_unit
 
-TIME_TAKEN = "wall_time"
-"""Variable of studies that no two runs have in common: it is compared only where it is named."""
 SAME = 1e-9
 """Part of the largest magnitude within which two values of a dimension are the same."""
+
+WALL_TIME = "wall_time"
+"""Variable of studies that no two runs have in common: it is compared only where it is named."""
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,9 @@ def compare_cells(
 
     Both files are netCDF-4. Cells are the same where all their dimensions have the same values;
     dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
-    `compare`; the wall time of runs is compared only by name. An amplitude is √2 standard
-    deviations of the cells. InputError for files and names that are wrong, units that do not fit,
-    and without common cells.
+    `compare`; an amplitude is √2 standard deviations of the cells. By default variables without a
+    number in either file, and the wall time of runs, are left out, which notes tell. InputError for
+    files and names that are wrong, units that do not fit, and without common cells.
     """
     paths = as_path(one), as_path(reference)
     wrong = [
@@ -136,7 +137,11 @@ def compare_cells(
     if problems:
         raise InputError(problems)
     notes, found = dict[str, None](), dict[str, CellDifference]()
-    wanted = _wanted(a, b, common, notes) if variables is None else [*dict.fromkeys(variables)]
+    wanted = [*common] if variables is None else [*dict.fromkeys(variables)]
+    left = {name: why for name in wanted if (why := _left_out(a, b, name))}
+    if variables is None:
+        notes |= {f"{name}: {why}": None for name, why in left.items()}
+        wanted = [name for name in wanted if name not in left]
     if not wanted:
         raise InputError.single(f"{a.path.name} and {b.path.name} have no numbers in common")
     for name in wanted:
@@ -154,17 +159,12 @@ def compare_cells(
     )  # fmt: skip
 
 
-def _wanted(
-    a: GriddedFile, b: GriddedFile, common: Sequence[str], notes: dict[str, None]
-) -> list[str]:
-    """The variables to compare if none are named; adds those that have no numbers to `notes`."""
-    wanted = list[str]()
-    for name in common:
-        if not any(np.isfinite(file.grids[name].values).any() for file in (a, b)):
-            notes[f"{name}: neither file has a number"] = None
-        elif name != TIME_TAKEN:
-            wanted.append(name)
-    return wanted
+def _left_out(a: GriddedFile, b: GriddedFile, name: str) -> str:
+    """The reason why a variable is compared only if it is named; empty if there is none."""
+    if name == WALL_TIME:
+        return "depends on the machine, not compared"
+    numbers = any(np.isfinite(file.grids[name].values).any() for file in (a, b))
+    return "" if numbers else "no numbers in either file"
 
 
 def _difference(

@@ -68,7 +68,7 @@ def compare(
         tolerance=tolerance,
         only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
         only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
-        notes=(*notes, *_told(found)),
+        notes=(*notes, *_left_over(a, b, start_time, stop_time), *_told(found)),
     )
 
 
@@ -119,6 +119,22 @@ def _interval(
         remedy = "if these count from another origin, shift the reference: --time-shift S"
         raise InputError.single(f"the files have no time in common: {spans}", remedy)
     return float(low), float(high)
+
+
+def _left_over(
+    a: ComparedFile, b: ComparedFile, start: float | None, stop: float | None
+) -> list[str]:
+    """A note if one file begins or ends more than two steps apart from the other.
+
+    Only within `start` and `stop` [s].
+    """
+    bounds = (-math.inf if start is None else start), (math.inf if stop is None else stop)
+    first, last = (np.clip([f.time[k] for f in (a, b)], *bounds) for k in (0, -1))
+    step = max(float(np.median(np.diff(f.time))) for f in (a, b))
+    if max(np.ptp(first), np.ptp(last)) <= 2.0 * step:
+        return []
+    spans = ", ".join(f"{f.path.name} {f.time[0]:g} to {f.time[-1]:g} s" for f in (a, b))
+    return [f"only {max(first):g} to {min(last):g} s are in both files: {spans}"]
 
 
 def _difference(

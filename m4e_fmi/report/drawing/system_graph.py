@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SPACE = (4.0, 2.2)  # inches between neighbours
 BOX = (1.5, 0.62)  # inches
+LEAST_ROW = 16.0  # inches that a row of parts takes before another one begins under it
+WIDE = 1.6  # width over height of all such rows
 BEND = 0.16
 BEND_BESIDE = 0.42  # of an arrow beside another from and to the same components
 BEND_OWN = -1.46  # in addition, of an arrow from a component to itself
@@ -89,24 +91,44 @@ def graph_figure(graph: Graph) -> Figure:
 def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, np.ndarray]:
     """Centres of components (2,) [inches]: neighbours near one another, none on top of another.
 
-    `pairs` are the neighbours.
+    `pairs` are the neighbours. Parts that nothing connects stand side by side, in several rows
+    where one would be long.
     """
     import networkx as nx
 
     graph: nx.Graph[str] = nx.Graph()
     graph.add_nodes_from(names)
     graph.add_edges_from(pairs)
-    found: dict[str, np.ndarray] = {}
-    left = 0.0
+    parts = list[dict[str, np.ndarray]]()
     for part in sorted(nx.connected_components(graph), key=len, reverse=True):
         members = graph.subgraph([name for name in names if name in part])
         raw = nx.kamada_kawai_layout(members)
         points = np.array([raw[name] for name in members])
         points = _turned(points - points.mean(axis=0))
         points *= _spread(points)
-        points[:, 0] += left - points[:, 0].min()
-        left = points[:, 0].max() + SPACE[0]
-        found |= dict(zip(members, points, strict=True))
+        parts.append(dict(zip(members, points, strict=True)))
+    found: dict[str, np.ndarray] = {}
+    for part, corner in zip(parts, _corners([_extent(part) for part in parts]), strict=True):
+        low = np.min(list(part.values()), axis=0)
+        found |= {name: place - low + corner for name, place in part.items()}
+    return found
+
+
+def _extent(part: dict[str, np.ndarray]) -> np.ndarray:
+    """Width and height (2,) [inches] of the centres of a part's components."""
+    return np.ptp(np.array(list(part.values())), axis=0)
+
+
+def _corners(extents: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Lower left corners (2,) [inches] of parts of these widths and heights, row under row."""
+    sizes = np.array([extent + SPACE for extent in extents])
+    widest = max(LEAST_ROW, *sizes[:, 0], float(np.sqrt(WIDE * sizes.prod(axis=1).sum())))
+    found, left, top, height = [], 0.0, 0.0, 0.0
+    for width, tall in sizes:
+        if left > 0.0 and left + width > widest:
+            left, top, height = 0.0, top - height, 0.0
+        found.append(np.array([left, top - tall]))
+        left, height = left + width, max(height, tall)
     return found
 
 

@@ -31,6 +31,8 @@ MOST_SAMPLES = 60_000_000
 """Numbers in a report: of Float32, 300 MB as text, which a browser still opens."""
 MOST_DRAWN = 60
 """Components of a system that is drawn: finding their places takes seconds for more."""
+MOST_SHRUNK = 16.0
+"""Width [inches] of a graph that is shrunk to the page; wider ones are scrolled."""
 MOST_PANELS = 5
 """Plots that a report opens with."""
 
@@ -157,7 +159,8 @@ def _drawing(graph: Graph) -> str:
 
     file = io.BytesIO()
     with rc_context({"svg.fonttype": "path", "svg.hashsalt": "m4e_fmi", "text.parse_math": False}):
-        graph_figure(graph).savefig(
+        figure = graph_figure(graph)
+        figure.savefig(
             file, format="svg", bbox_inches="tight", pad_inches=0.15, metadata={"Date": None}
         )
     data = base64.b64encode(file.getvalue()).decode("ascii")
@@ -165,8 +168,12 @@ def _drawing(graph: Graph) -> str:
         f"{one.source} to {one.target}: {one.label.replace(chr(10), ', ')}" for one in graph.arrows
     )
     text = escaped(f"Components and what flows between them. {arrows}")
-    image = f'<img class="picture" alt="{text}" src="data:image/svg+xml;base64,{data}">'
-    return f'<div class="wide" tabindex="0" role="region" aria-label="The system">{image}</div>'
+    is_large = figure.get_figwidth() > MOST_SHRUNK
+    box, picture = ("wide low", "picture large") if is_large else ("wide", "picture")
+    return (
+        f'<div class="{box}" tabindex="0" role="region" aria-label="Components, to be scrolled">'
+        f'<img class="{picture}" alt="{text}" src="data:image/svg+xml;base64,{data}"></div>'
+    )
 
 
 def _animation(results: Results, name: str) -> tuple[Part | None, str, float]:

@@ -12,6 +12,7 @@ from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import Results
+from m4e_fmi.results.row_header import NOT_ENDED
 
 AT_STOP = "at the stop time"
 
@@ -20,7 +21,11 @@ def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> s
     """Facts, warnings, errors, energies and extremes; `printed` is what the run has printed."""
     told = results.attributes
     parts = [paragraph(told.get("comment", ""))] if told.get("comment") else []
-    if (ended := told.get("ended", AT_STOP)) != AT_STOP:
+    if (ended := told.get("ended", AT_STOP)) == NOT_ENDED:
+        parts.append(
+            paragraph(f"The run has not ended {NOT_ENDED.removeprefix('not ')}.", "problem")
+        )
+    elif ended != AT_STOP:
         parts.append(paragraph(f"The run ended early: {ended}.", "problem"))
     if printed:
         parts.append(paragraph(printed.splitlines()[0]))
@@ -61,7 +66,7 @@ def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
 
 def _steps(size: str, end: RecordEnd) -> str:
     if end.steps is None:
-        return size and f"of {size}"
+        return size and f"{size} each"
     again = f", {end.rejected:,} made again" if end.rejected else ""
     return f"{end.steps:,} of {size}{again}"
 

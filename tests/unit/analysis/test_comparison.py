@@ -268,3 +268,15 @@ def test_signs_factors_and_origins_are_mapped() -> None:
         m4e_fmi.compare(one, one, start_time=900.0)
     with pytest.raises(InputError, match=r"expected no factor 0"):
         m4e_fmi.compare(one, other, mapping={"tool.down * 0": "buoy.z"}, time_shift=-1000.0)
+
+
+def test_a_file_that_ends_early_is_noted() -> None:
+    """A run that failed may be within all tolerances until then."""
+    whole, part = results(TIME, z=np.sin(TIME)), results(TIME[:601], z=np.sin(TIME[:601]))
+    for one, other in ((whole, part), (part, whole)):
+        found = m4e_fmi.compare(one, other, tolerance=0.0)
+        assert found.is_within
+        assert found.notes[0].startswith("only 0 to 30 s are in both files: ours.nc 0 to ")
+        assert m4e_fmi.compare(one, other, stop_time=30.0).notes == ()
+        assert m4e_fmi.compare(one, other, start_time=10.0).notes != ()
+    assert m4e_fmi.compare(whole, results(TIME[:-2], z=np.sin(TIME[:-2]))).notes == ()

@@ -65,6 +65,30 @@ def test_cells_belong_together_by_the_values_of_their_dimensions(tmp_path: Path)
     assert "power: largest" in repr(found)
 
 
+def test_what_has_no_numbers_in_either_file_is_noted(tmp_path: Path) -> None:
+    """Coupling errors of a study of one model are all missing."""
+    one = study(tmp_path / "a.nc", coupling_error=np.nan)
+    found = compare_cells(one, one, tolerance=0.0)
+    assert found.is_within
+    assert list(found.differences) == ["power"]
+    assert found.notes == ("coupling_error: no numbers in either file",)
+    other = study(tmp_path / "b.nc", coupling_error=1.0)
+    for file, reference in ((one, other), (other, one)):
+        with pytest.raises(InputError, match="coupling_error: no cell has a number in both"):
+            compare_cells(file, reference)
+    with pytest.raises(InputError, match="coupling_error: no cell has a number in both"):
+        compare_cells(one, one, variables=["coupling_error"])
+
+
+def test_the_wall_time_of_runs_is_compared_on_request(tmp_path: Path) -> None:
+    one = study(tmp_path / "a.nc", wall_time=1.0)
+    other = study(tmp_path / "b.nc", wall_time=2.0)
+    found = compare_cells(one, other, tolerance=0.0)
+    assert found.is_within
+    assert found.notes == ("wall_time: depends on the machine, not compared",)
+    assert compare_cells(one, other, variables=["wall_time"])["wall_time"].largest == 1.0
+
+
 def test_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     one = study(tmp_path / "a.nc")
     for other, message in (
@@ -79,19 +103,8 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         compare_cells(one, one, variables=["pwer"])
 
 
-def test_what_no_two_studies_share_is_not_compared(tmp_path: Path) -> None:
-    """Programs have no coupling error, runs take their time: neither is a difference."""
-    none = float("nan")
-    one = study(tmp_path / "a.nc", wall_time=1.0, coupling_error=none)
-    other = study(tmp_path / "b.nc", wall_time=2.0, coupling_error=none)
-    found = compare_cells(one, other, tolerance=0.01)
-    assert found.is_within
-    assert list(found.differences) == ["power"]
-    assert found.notes == ("coupling_error: neither file has a number",)
-    assert compare_cells(one, other, variables=["wall_time"])["wall_time"].largest == 1.0
-    with pytest.raises(InputError, match="coupling_error: no cell has a number in both"):
-        compare_cells(one, other, variables=["coupling_error"])
-    empty = study(tmp_path / "c.nc", np.full((3, 4), none))
+def test_files_without_a_number_have_nothing_to_compare(tmp_path: Path) -> None:
+    empty = study(tmp_path / "c.nc", np.full((3, 4), np.nan))
     with pytest.raises(InputError, match="no numbers in common"):
         compare_cells(empty, empty)
 

@@ -175,6 +175,39 @@ def test_draw_and_animate(here, capsys):
     assert "use .html or .gif" in refused(capsys, *short, "moves.mp4")
 
 
+def test_a_run_that_fails_has_its_report(here, capsys):
+    """Of its own rows: none if it made no step, whatever an earlier run has left there."""
+    code = """
+class Fuse:
+    parameters = {"last": (0.2, "s")}
+    outputs = {"y": "1"}
+
+    def step(self, t, h, v):
+        if t > v.last:
+            raise ValueError("blown <b>")
+        return {"y": t}
+"""
+    (here / "fuse.py").write_text(code)
+    system = """name: fuses
+components: {fuse: {kind: python, file: fuse.py}}
+connections: []
+simulation: {stop_time: 1, step_size: 0.1, algorithm: jacobi}
+"""
+    (here / "system.yaml").write_text(system)
+    command = ["run", "system.yaml", "--report", "r.html", "--output-file", "s.nc"]
+    assert main(command) == 1
+    said = capsys.readouterr()
+    assert "wrote r.html" in said.out
+    assert "blown" in said.err
+    page = (here / "r.html").read_text("utf-8")
+    assert "The run ended early: failed: fuse" in page
+    assert html.escape("blown <b>") in page
+    assert f"m4e-fmi {' '.join(command)}" in page
+    (here / "r.html").unlink()
+    assert main([*command, "--start-value", "fuse.last", "-1"]) == 1
+    assert not (here / "r.html").exists()
+
+
 def test_reports(here, capsys):
     """Of a simulation beside its results, of a run where it is asked for."""
     short = ["simulate", str(PENDULUM), "--stop-time", "0.5", "--no-plot"]

@@ -18,7 +18,7 @@ from support.reports import results_of
 from m4e_fmi.cosim import Series
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import report_of_run
-from m4e_fmi.report.graph import Component, Graph
+from m4e_fmi.report.graph import Arrow, Component, Graph
 from m4e_fmi.report.run_report.record import (
     Flow,
     FlowEnergy,
@@ -30,6 +30,7 @@ from m4e_fmi.report.run_report.record import (
     carried_record,
 )
 from m4e_fmi.results.recorded import TEXT, Recorded
+from m4e_fmi.results.row_header import NOT_ENDED
 
 TIME = np.linspace(0.0, 10.0, 101)
 HOSTILE = "</script><img src=x onerror=alert(1)>&%{y}\"'$x^$"
@@ -96,6 +97,19 @@ def test_the_summary_says_what_the_results_tell(tmp_path: Path) -> None:
         assert text in page.text
     (variable,) = data_of(page)["samples"]["variables"]
     assert variable["stated"] == "2.0e-03 of range, 0.005 N"
+
+
+def test_a_killed_run_and_a_wide_graph(tmp_path: Path) -> None:
+    """The run has not ended; a graph of many parts is scrolled, not shrunk until it is a line."""
+    names = [f"{kind}{k}" for k in range(30) for kind in "ab"]
+    arrows = tuple(Arrow(f"a{k}", f"b{k}", "") for k in range(30))
+    graph = Graph("many", "jacobi", tuple(Component(name, "") for name in names), arrows)
+    attributes = {"ended": NOT_ENDED, "step_size": "0.1 s", **carried_record(Record(graph=graph))}
+    path = tmp_path / "r.html"
+    page = report(path, attributes, a__x=np.sin(TIME))
+    assert "The run has not ended yet: the run goes on, or its process was killed." in page.text
+    assert "0.1 s each" in page.text
+    assert '<img class="picture large"' in path.read_text("utf-8")
 
 
 def test_powers_over_connections_are_forces_times_velocities(tmp_path: Path) -> None:
