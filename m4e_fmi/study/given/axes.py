@@ -148,6 +148,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
         for axis in named
         if axis.name in RESERVED or axis.name in section.wanted
     ]  # fmt: skip
+    problems += _same_names(named, document)
     if problems:
         raise InputError(problems)
     if probability:
@@ -301,6 +302,18 @@ def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
         document.problem(location, f"{target} is varied twice", "leave one out")
         for target, location in places
         if counts[target] > 1
+    ]
+
+
+def _same_names(axes: Sequence[Axis], document: Document) -> list[Problem]:
+    """Coordinates of the result that would have one name."""
+    names = [(a.name, a.varied[0].location) for a in axes]
+    names += [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
+    counts = Counter(name for name, _ in names)
+    return [
+        document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
+        for name, at in names
+        if counts[name] > 1
     ]
 
 

@@ -118,7 +118,7 @@ def _weighted(outcome: StudyOutcome, found: Averaged, scale: float, shown: str) 
     if len(places) < len(names):
         yield "  (means by probability of each design: the file has `probability`)"
         return
-    shares = one.values.transpose(np.argsort(np.argsort(places))) if len(places) > 1 else one.values
+    shares = one.values.transpose(np.argsort(places))
     counted = shares > 0.0
     if np.isnan(found.mean[counted]).any():
         lacking = int(np.isnan(found.mean[counted]).sum())

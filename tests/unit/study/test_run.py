@@ -77,6 +77,13 @@ def test_data_are_labelled(tmp_path: Path) -> None:
         np.testing.assert_array_equal(data["power"], outcome.data["power"])
 
 
+def test_values_as_text_have_no_unit_beside_their_own(tmp_path: Path) -> None:
+    text = STUDY.replace("{from: 30, to: 50, step: 10}", "['30 N/m', '0.04 kN/m']")
+    data = made(written_study(tmp_path, text)).data
+    assert data["k"].values.tolist() == ["30 N/m", "0.04 kN/m"]
+    assert "units" not in data["k"].attrs
+
+
 def test_start_values_build_no_fmu(tmp_path: Path) -> None:
     told: list[str] = []
     made(written_study(tmp_path, STUDY), tell=told.append)

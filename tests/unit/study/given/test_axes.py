@@ -112,3 +112,10 @@ def test_what_is_no_dimension_is_refused(tmp_path: Path, text: str, said: str) -
 def test_short_names_are_as_short_as_they_are_unique() -> None:
     found = short_names(["hydro.waves.seed", "gauge.waves.seed", "pto.damping"])
     assert list(found.values()) == ["hydro_waves_seed", "gauge_waves_seed", "damping"]
+
+
+def test_two_dimensions_of_one_name_are_refused(tmp_path: Path) -> None:
+    """xarray refuses them too, but only when all runs are made."""
+    text = "vary: {a.x: {values: [1, 2], as: n}, b.y: {values: [1, 2, 3], as: n}}\n"
+    with pytest.raises(InputError, match="two dimensions or columns are called 'n'"):
+        grid(tmp_path, text)
