@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from m4e_fmi.code_hash import code_hash
+from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
@@ -19,7 +20,7 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
@@ -110,6 +111,7 @@ class Plan:
         self._fmus: dict[tuple[str, int], ReadyFmu] = {}
         self._prepared: dict[str, tuple[Prepared, Blob]] = {}
         self._files: dict[Path, Blob] = {}
+        self._imported: dict[Path, str] = {}
 
     @cached_property
     def _base(self) -> dict[str, ReadyFmu]:
@@ -200,6 +202,7 @@ class Plan:
         same = {
             **identity(own, recorded, certify=study.coupling_error),
             "code": code_hash(),
+            "imports": {n: self._imports(d.path) for n, d in prepared.descriptions.items()},
             "stop_time": repr(stop),
             "order": repr(prepared.structure),
             "wanted": repr((study.wanted, study.series, first)),
@@ -260,10 +263,30 @@ class Plan:
             part.write_bytes(data)
         return Blob(content, path.name, path.absolute())
 
+    def _imports(self, fmu: Path) -> str:
+        """Hash of what the Python code in an FMU imports from outside of it."""
+        if fmu not in self._imported:
+            self._imported[fmu] = imports_of(fmu)
+        return self._imported[fmu]
+
     def _file(self, path: Path, description: Description) -> Blob:
         if path not in self._files:
             self._files[path] = Blob(description.content, path.name, path.absolute())
         return self._files[path]
+
+
+def imports_of(fmu: Path) -> str:
+    """Hash of what the Python files in an FMU import, but for each other; "" if it has none.
+
+    RunError if it cannot be read.
+    """
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            files = [Path(name) for name in archive.namelist() if name.endswith(".py")]
+            sources = [archive.read(file.as_posix()) for file in files]
+    except (OSError, zipfile.BadZipFile) as error:
+        raise RunError(f"{fmu}: cannot be read: {error}", "build it again") from error
+    return imports_hash(sources, {word for file in files for word in (*file.parts, file.stem)})
 
 
 def of_keys(one: Variants, number: int) -> str:
