@@ -55,3 +55,22 @@ def test_a_folder_that_takes_no_file_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with pytest.raises(RunError, match="cannot be written"), Store(tmp_path / "file" / "s.sqlite"):
         pass
+
+
+def test_a_full_disk_is_told_and_what_is_kept_stays(tmp_path: Path) -> None:
+    """Nobody is told to remove the file; SQLite has ended the transaction itself by then."""
+    large = Record(time=np.zeros(5000), series={"x": np.zeros(5000)})
+    with Store(tmp_path / "s.sqlite") as store:
+        store.keep({"k": RECORD})
+        store._base.execute("PRAGMA max_page_count = 4")
+        with pytest.raises(RunError, match="cannot be written: database or disk is full") as caught:
+            store.keep({str(k): large for k in range(50)})
+        assert "remove" not in str(caught.value)
+        assert store.found(["k"])["k"].head() == RECORD.head()
+
+
+def test_a_file_that_is_only_read_is_told(tmp_path: Path) -> None:
+    with Store(tmp_path / "s.sqlite") as store:
+        store._base.execute("PRAGMA query_only = 1")
+        with pytest.raises(RunError, match=r"cannot be written: .*readonly"):
+            store.keep({"k": RECORD})
