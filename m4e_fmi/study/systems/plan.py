@@ -24,6 +24,7 @@ from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
+from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.runs.start_up import RAMP, start_up
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.task import Blob, Task
@@ -239,10 +240,14 @@ class Plan:
         return first
 
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:
-        """A prepared system with these FMUs and settings, of whatever start values; its blob."""
+        """A prepared system with these FMUs and settings, and its blob.
+
+        It is that of whatever start values, but for those that give arrays their size.
+        """
         fmus = {name: self._fmus[name, number] for name, number in numbers.items()}
         key = repr((
             {name: str(fmu.path) for name, fmu in fmus.items()},
+            [self._sizes(component) for component in system.components],
             [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
             replace(system.simulation, stop_time=LATEST),
         ))  # fmt: skip
@@ -252,6 +257,16 @@ class Plan:
                 self.warnings[line] = self.warnings.get(line, 0) + 1
             self._prepared[key] = made, self._blob(made)
         return self._prepared[key]
+
+    def _sizes(self, component: Component) -> dict[str, StartValue]:
+        """The start values of structural parameters (FMI 3.0)."""
+        known = self.versions.named.descriptions.get(component.name)
+        variables = known.variables if known else {}
+        return {
+            name: value
+            for name, value in component.start.items()
+            if name in variables and variables[name].causality == STRUCTURAL
+        }
 
     def _blob(self, prepared: Prepared) -> Blob:
         """The prepared system in a file, without what lies elsewhere."""
