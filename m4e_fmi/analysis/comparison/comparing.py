@@ -55,6 +55,8 @@ def compare(
     }
     taken = {pair.reference.name for pair in pairs}
     notes = [f"{file.path.name}: {note}" for file in (a, b) for note in file.notes]
+    if b.time[-1] > between[1] and between[1] == a.time[-1]:
+        notes.append(f"{b.path.name} goes on to {b.time[-1]:g} s, {a.path.name} ends before")
     return Comparison(
         path=a.path,
         reference=b.path,
@@ -129,7 +131,7 @@ def _difference(
     return Difference(
         name=variable.name, reference_name=reference.name, unit=pair.unit,
         time=both.time, values=both.values, reference=both.reference,
-        left_out=both.left_out, interpolated=both.interpolated,
+        left_out=both.left_out, lacking=both.lacking, interpolated=both.interpolated,
         interpolation_error=both.error, rms=rms, largest=largest, largest_at=at,
         sizes=sizes, scale=getattr(sizes, relative_to), nrmse=nrmse, phase=found,
         notes=pair.notes,
@@ -145,6 +147,8 @@ def _told(found: Mapping[str, Difference]) -> list[str]:
             texts.append(f"interpolated to the times of the coarser file, {one.interpolated}")
         if one.left_out:
             texts.append(f"{one.left_out} rows left out, as one of the files has a gap there")
+        if one.lacking:
+            texts.append(f"no finite value in {one.lacking} rows in which the reference has one")
         if one.rms_beside_offset < MOSTLY_OFFSET * one.rms and one.rms_share > ROUNDING:
             texts.append(
                 f"differs by {one.offset:.6g} {one.unit} in the mean, and by "

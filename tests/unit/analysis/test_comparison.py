@@ -233,3 +233,28 @@ def test_comparisons_are_shown_in_a_few_lines() -> None:
 def test_sizes_of_one_row() -> None:
     found = scales(np.array([1.0]), np.array([-2.0]))
     assert (found.range, found.amplitude, found.value) == (0.0, 0.0, 2.0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_values_that_are_lacking_are_within_no_tolerance(bad: float) -> None:
+    """A run that grew without bound does not pass as a test; a gap in the reference is none."""
+    right = np.sin(TIME)
+    broken = np.where(TIME < 20.0, right, bad)
+    found = m4e_fmi.compare(results(TIME, z=broken), results(TIME, z=right), tolerance=0.01)
+    assert found["buoy.z"].lacking == int(np.sum(TIME >= 20.0))
+    assert found.beyond == ("buoy.z",)
+    assert any("no finite value in" in note for note in found.notes)
+    back = m4e_fmi.compare(results(TIME, z=right), results(TIME, z=broken), tolerance=0.01)
+    assert back["buoy.z"].lacking == 0
+    assert back.is_within
+    coarse = TIME[::7]  # of the reference: ours are interpolated
+    found = m4e_fmi.compare(results(TIME, z=broken), results(coarse, z=right[::7]), tolerance=0.01)
+    assert found["buoy.z"].lacking == int(np.sum(coarse >= 20.0))
+
+
+def test_a_reference_that_goes_on_is_told() -> None:
+    first = TIME <= 20.0
+    one, whole = results(TIME[first], z=np.sin(TIME[first])), results(TIME, z=np.sin(TIME))
+    assert any("goes on to 60 s" in note for note in m4e_fmi.compare(one, whole).notes)
+    assert m4e_fmi.compare(whole, one).notes == ()
+    assert m4e_fmi.compare(one, whole, stop_time=10.0).notes == ()
