@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from m4e_fmi.cosim.composition.compose import system_program
 from m4e_fmi.cosim.input_checks.inputs import expected_descriptions
 from m4e_fmi.cosim.load import load_system
-from m4e_fmi.cosim.system.component_step import time_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_system
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -21,10 +20,10 @@ from m4e_fmi.model.yaml import model_of
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
-from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
 from m4e_fmi.study.systems.targets import (
     SIMULATION,
     KeyTarget,
@@ -39,20 +38,6 @@ from m4e_fmi.study.systems.targets import (
 from m4e_fmi.study.systems.variants import bare_code
 from m4e_fmi.units import number_in
 
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of the simulation of a program, as of `simulate`; times in s."""
-
-    stop_time: float
-    output_interval: float = 0.01
-    tolerance: float = 1e-8
-    method: str = "dop853"
-    step_size: float | None = None
-
-
-SETTINGS = tuple(one.name for one in fields(Settings))
-TIMES = ("stop_time", "output_interval", "step_size")
 MOST_CHECKED = 50
 """Values of a parameter with which a model is checked."""
 
@@ -114,7 +99,7 @@ class NamedProgram:
     def settings(self) -> dict[str, np.ndarray]:
         """Values (n_runs,) of the varied settings; times in s."""
         return {
-            target.key: np.array([_setting(target.key, v) for v in self.columns[name]], object)
+            target.key: np.array([setting(target.key, v) for v in self.columns[name]], object)
             for name, target in self.targets.items()
             if isinstance(target, SettingTarget)
         }
@@ -155,11 +140,6 @@ def _number(target: StartTarget, value: Scalar) -> float:
     return number_in(target.unit, value)
 
 
-def _setting(key: str, value: Scalar) -> Scalar:
-    """A setting; a time as a text in seconds."""
-    return float(time_of(value)) if key in TIMES and isinstance(value, str) else value
-
-
 Keys = Mapping[KeyTarget, object]
 Made = tuple[Program, Model | None]
 Source = Callable[[Keys], Made]
@@ -169,7 +149,7 @@ Source = Callable[[Keys], Made]
 def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     """The study with its names resolved and its programs made; InputError with all problems."""
     problems: list[Problem] = []
-    fixed = _fixed(study, problems)
+    fixed = fixed_settings(study, problems)
     source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
@@ -195,39 +175,6 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     version_of, default_of = zip(*numbers, strict=True)
     found = NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
     _check(found)
-    return found
-
-
-def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
-    """The settings of all runs; adds to `problems`."""
-    at = ("simulation",)
-    varied = {t for axis in study.grid.axes for v in axis.varied for t in v.targets}
-    found = dict[str, object]()
-    for key, value in study.simulation.items():
-        if key not in SETTINGS:
-            message = f"unknown setting {key!r} of the simulation of a program"
-            remedy = suggestion(key, SETTINGS, "settings")
-            problems.append(study.document.problem((*at, key), message, remedy))
-            continue
-        try:
-            found[key] = _setting(key, value)
-        except ValueError:
-            message = f"{key} {value!r} is not a valid duration"
-            problems.append(study.document.problem((*at, key), message))
-    if "stop_time" not in found and f"{SIMULATION}.stop_time" not in varied:
-        remedy = "write simulation: {stop_time: 10}"
-        problems.append(study.document.problem(at, "the study has no stop_time", remedy))
-        return found
-    method = found.get("method", Settings.method)
-    if method not in METHODS:
-        message = f"there is no method {method!r}"
-        remedy = suggestion(str(method), METHODS, "methods")
-        problems.append(study.document.problem((*at, "method"), message, remedy))
-    for key, value in found.items():
-        if key == "method" or (isinstance(value, int | float) and value > 0):
-            continue
-        message = f"{key}: expected a number above 0, got {value!r}"
-        problems.append(study.document.problem((*at, key), message))
     return found
 
 
@@ -364,7 +311,15 @@ def _check(found: NamedProgram) -> None:
     """InputError with all values that variables or the model do not take, each by itself."""
     study, version = found.study, found.versions[0]
     variables = {v.name: v for v in version.variables}
-    problems: list[Problem] = []
+    places = _names(study)
+    problems = [
+        problem
+        for name, target in found.targets.items()
+        if isinstance(target, SettingTarget)
+        for problem in varied_problems(
+            study, target.key, found.columns[name].tolist(), places[name]
+        )
+    ]
     for axis in study.grid.axes:
         for k, varied in enumerate(axis.varied):
             for target in filter(None, map(found.targets.get, varied.targets)):

@@ -25,7 +25,7 @@ from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
-from m4e_fmi.study.runs.start_up import RAMP, start_up
+from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Variants, variants
@@ -233,10 +233,7 @@ class Plan:
                     starts[f"{component.name}.{name}"] = float(value_of(variable, given))
         times = prepared.system.simulation
         first = start_up(study.start_up, times.start_time, starts)
-        if not first < times.stop_time:
-            message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
-            remedy = f"state a start_up below {times.stop_time:g} s, or a later stop_time"
-            raise InputError([study.document.problem(("start_up",), message, remedy)])
+        check_start_up(study, first, times.stop_time)
         return first
 
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:

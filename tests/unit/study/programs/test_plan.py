@@ -95,3 +95,23 @@ def test_problems_come_together(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         made(written_study(tmp_path, text))
     assert [problem.line for problem in caught.value.problems] == [4, 6]
+
+
+def test_values_that_no_simulation_has_are_told_with_their_lines(tmp_path: Path) -> None:
+    """Before the first run: the others would be made before they are met."""
+    text = "name: s\nmodel: cart.model.yaml\nsimulation: {stop_time: 0.5}\nvary:\n  k: [3]\n"
+    wrong = (
+        "  simulation.tolerance: [1.0e-6, -1]\n  simulation.method: [dop853, euler]\n"
+        "  simulation.step_size: [0.1, soon]\n"
+    )
+    wanted = "wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}\n"
+    with pytest.raises(InputError) as caught:
+        made(written_study(tmp_path, text + wrong + wanted))
+    assert [problem.line for problem in caught.value.problems] == [6, 7, 8]
+
+
+def test_a_start_up_that_leaves_no_row_is_told_with_its_line(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY + "start_up: 2\n")
+    with pytest.raises(InputError, match="no row counts: the start-up of 2 s") as caught:
+        made(path)
+    assert caught.value.problems[0].line == len(STUDY.splitlines()) + 1
