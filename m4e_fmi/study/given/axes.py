@@ -138,7 +138,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
                 one = Varied(name, (name,), ("scatter", key))
                 axes.append(Axis(name, (one,), tuple((value,) for value in values)))
             probability = (section.scatter.rows, section.scatter.columns), shares
-    problems += _twice(axes, document)
+    problems += [*_twice(axes, document), *_crossed(axes, document)]
     if problems:
         raise InputError(problems)
     named = _with_short_names(axes)
@@ -302,6 +302,19 @@ def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
         document.problem(location, f"{target} is varied twice", "leave one out")
         for target, location in places
         if counts[target] > 1
+    ]
+
+
+def _crossed(axes: Sequence[Axis], document: Document) -> list[Problem]:
+    """Further dimensions of seeds: runs that share one of two seeds are not independent."""
+    remedy = (
+        "let them be one dimension, as {seeds: 5, names: [a.seed, b.seed]}, or list the values of "
+        "one of them, which is no repeat then"
+    )
+    message = "a second dimension of seeds: means over both have no confidence interval"
+    return [
+        document.problem(axis.varied[0].location, message, remedy)
+        for axis in [axis for axis in axes if axis.repeats][1:]
     ]
 
 
