@@ -122,7 +122,7 @@ def test_two_dimensions_of_one_name_are_refused(tmp_path: Path) -> None:
 
 
 def test_two_dimensions_of_seeds_are_refused(tmp_path: Path) -> None:
-    """Of n times n runs, n are independent of each other: Student's interval would be too narrow."""
+    """Of n times n runs, n are independent: Student's interval would be too narrow."""
     with pytest.raises(InputError, match="a second dimension of seeds"):
         grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: {seeds: 3}}\n")
     assert grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: [1, 2, 3]}\n").count == 9
