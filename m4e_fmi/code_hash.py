@@ -9,7 +9,7 @@ import re
 import sys
 import time
 import uuid
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires, version
@@ -33,14 +33,34 @@ def code_hash(package: str = "") -> str:
     parts = {"python": platform.python_version()}
     parts |= {f"of {name}": package_hash(name) for name in OWN}
     parts |= {f"version of {name}": _version(name) for name in _required("m4e_fmi")}
-    local = [package] if package and package not in OWN else []
-    for name in local:  # grows meanwhile
-        parts[f"of {name}"] = package_hash(name)
-        for other in _imports(name):
-            if not _is_local(_spec(other)):
-                parts[f"version of {other}"] = _version_of_module(other)
-            elif other not in local:
-                local.append(other)
+    if package and package not in OWN:
+        parts |= {f"of {package}": package_hash(package)} | _of_modules(_imports(package))
+    return _hash_of(parts)
+
+
+def imports_hash(sources: Iterable[bytes], own: Collection[str] = ()) -> str:
+    """Hash of what Python files with these `sources` import, as `code_hash`; "" of nothing.
+
+    Not that of Python itself, this package, and the modules `own`, which travel with the files.
+    """
+    names = {name for source in sources for name in _imported(source)}
+    return _hash_of(_of_modules(names - {*own})) if names - {*own} else ""
+
+
+def _of_modules(names: Iterable[str]) -> dict[str, str]:
+    """Content of local modules and of those that they import, versions of installed ones."""
+    parts: dict[str, str] = {}
+    waiting = list(dict.fromkeys(names))
+    for name in waiting:  # grows meanwhile
+        if _is_local(_spec(name)):
+            parts[f"of {name}"] = package_hash(name)
+            waiting += [other for other in _imports(name) if other not in waiting]
+        else:
+            parts[f"version of {name}"] = _version_of_module(name)
+    return parts
+
+
+def _hash_of(parts: Mapping[str, str]) -> str:
     text = "\n".join(f"{key}: {parts[key]}" for key in sorted(parts))
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -83,20 +103,23 @@ def _counts(path: Path) -> bool:
 
 def _imports(name: str) -> set[str]:
     """Top-level names that the Python files of a package import, but for Python's and ours."""
+    files = (file for _, file in _files(name) if file.suffix == ".py")
+    return {other for file in files for other in _imported(file.read_bytes())} - {name}
+
+
+def _imported(source: bytes) -> set[str]:
+    """Top-level names that Python code imports, but for Python's and ours."""
+    try:
+        tree = ast.parse(source)
+    except (SyntaxError, ValueError):  # it is not imported, then
+        return set()
     found: set[str] = set()
-    for _, file in _files(name):
-        if file.suffix != ".py":
-            continue
-        try:
-            tree = ast.parse(file.read_bytes())
-        except (SyntaxError, ValueError):  # it is not imported, then
-            continue
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Import):
-                found |= {alias.name.partition(".")[0] for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                found.add(node.module.partition(".")[0])
-    return found - sys.stdlib_module_names - {*OWN, name}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.partition(".")[0])
+    return found - sys.stdlib_module_names - {*OWN}
 
 
 def _spec(name: str) -> ModuleSpec | None:

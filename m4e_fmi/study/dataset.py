@@ -85,15 +85,24 @@ def dataset(
     found["start_up"] = _variable(names, first, "s", "rows from this time on count in statistics")
     failures = np.array([r.failure for r in records], dtype=object).reshape(shape)
     found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
-    if grid.probability:
-        (rows, columns), shares = grid.probability
-        found["probability"] = _variable((rows, columns), shares, "1", "probability of a sea state")
-    for axis in grid.axes:
-        if axis.weights is not None:
-            weights = np.array(axis.weights)
-            found["probability"] = _variable((axis.name,), weights, "1", "probability of a case")
+    if weighted := _probability(grid):
+        found["probability"] = _variable(*weighted, "1", "probability of a sea state or case")
     _add_series(found, study, records, labels)
     return found
+
+
+def _probability(grid: Grid) -> tuple[list[str], np.ndarray] | None:
+    """Dimensions that have probabilities, and their product [1]; None if none has.
+
+    Sea states of a scatter diagram and cases of a table are independent of each other.
+    """
+    names, shares = list[str](), np.ones(())
+    if grid.probability:
+        names, shares = [*grid.probability[0]], grid.probability[1]
+    for axis in grid.axes:
+        if axis.weights is not None:
+            names, shares = [*names, axis.name], np.multiply.outer(shares, np.array(axis.weights))
+    return (names, shares) if names else None
 
 
 def _variable(
@@ -116,7 +125,8 @@ def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
             }
             name = axis.name if len(axis.varied) == 1 else varied.name
             values = np.array([point[k] for point in axis.points])
-            found[name] = ((axis.name,), values, {**({"units": unit} if unit else {}), **told})
+            units = {"units": unit} if unit and values.dtype.kind in "iuf" else {}
+            found[name] = ((axis.name,), values, {**units, **told})
     return found
 
 

@@ -31,7 +31,8 @@ CUBIC, LINEAR = 1.0 / 16.0, 1.0 / 4.0
 class Aligned:
     """`values` and `reference` (k,) [their unit] at `time` (k,) [s].
 
-    `left_out` counts times within the common interval at which a record has a gap.
+    `left_out` counts times within the common interval at which a record has a gap, `lacking` those
+    of them at which the reference has none.
     `interpolated` is how: empty if both have the same rows. `error` estimates the root mean square
     of what the interpolation adds, in the unit.
     """
@@ -40,6 +41,7 @@ class Aligned:
     values: Floats
     reference: Floats
     left_out: int
+    lacking: int
     interpolated: str
     error: float
 
@@ -69,9 +71,10 @@ def aligned(
     known = coarse[within[int(second)]]
     found, how, error = _at(fine_time, fine, at, held=held)
     kept = np.isfinite(known) & np.isfinite(found)
+    lacking = int(np.isfinite(known if second else found).sum() - kept.sum())
     at, known, found = at[kept], known[kept], found[kept]
     first, reference = (found, known) if second else (known, found)
-    return Aligned(at, first, reference, int(np.sum(~kept)), how, error)
+    return Aligned(at, first, reference, int(np.sum(~kept)), lacking, how, error)
 
 
 def _at(time: Floats, values: Floats, at: Floats, *, held: bool) -> tuple[Floats, str, float]:

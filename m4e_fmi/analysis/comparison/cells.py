@@ -28,8 +28,9 @@ class CellDifference:
     """A variable beside its reference in the cells of both, in `unit`, over `dimensions`.
 
     `values` and `reference` (…,) have the shape of the common cells; `left_out` counts those in
-    which one of them is nan. `largest_at` is the cell of the `largest` difference by the values of
-    its dimensions. `scale` is the divisor of shares.
+    which one of them is nan, `lacking` those of them in which the reference is not. `largest_at` is
+    the cell of the `largest` difference by the values of its dimensions. `scale` is the divisor of
+    shares.
     """
 
     name: str
@@ -38,6 +39,7 @@ class CellDifference:
     values: np.ndarray = field(repr=False)
     reference: np.ndarray = field(repr=False)
     left_out: int
+    lacking: int
     rms: float
     largest: float
     largest_at: Mapping[str, str | float]
@@ -80,11 +82,13 @@ class CellComparison:
 
     @property
     def beyond(self) -> tuple[str, ...]:
-        """Variables whose largest difference is beyond the tolerance; none without one."""
+        """Variables that are beyond the tolerance, or lack values; none without a tolerance."""
         if self.tolerance is None:
             return ()
         limit = self.tolerance
-        return tuple(n for n, d in self.differences.items() if not d.largest_share <= limit)
+        return tuple(
+            n for n, d in self.differences.items() if d.lacking or not d.largest_share <= limit
+        )
 
     @property
     def is_within(self) -> bool:
@@ -197,7 +201,8 @@ def _difference(
     }[relative_to]
     return CellDifference(
         name=name, unit=one.unit, dimensions=one.dimensions, values=values, reference=reference,
-        left_out=int(np.sum(~known)), rms=float(np.sqrt(np.mean(difference**2))),
+        left_out=int(np.sum(~known)), lacking=int(np.isfinite(reference).sum() - known.sum()),
+        rms=float(np.sqrt(np.mean(difference**2))),
         largest=float(difference.max()), largest_at=at, scale=scale,
     )  # fmt: skip
 

@@ -167,7 +167,7 @@ def _difference(
     return Difference(
         name=variable.name, reference_name=reference.name, unit=pair.unit,
         time=both.time, values=both.values, reference=both.reference,
-        left_out=both.left_out, interpolated=both.interpolated,
+        left_out=both.left_out, lacking=both.lacking, interpolated=both.interpolated,
         interpolation_error=both.error, rms=rms, largest=largest, largest_at=at,
         sizes=sizes, scale=getattr(sizes, relative_to), nrmse=nrmse, phase=found,
         notes=pair.notes,
@@ -183,6 +183,8 @@ def _told(found: Mapping[str, Difference]) -> list[str]:
             texts.append(f"interpolated to the times of the coarser file, {one.interpolated}")
         if one.left_out:
             texts.append(f"{one.left_out} rows left out, as one of the files has a gap there")
+        if one.lacking:
+            texts.append(f"no finite value in {one.lacking} rows in which the reference has one")
         if one.rms_beside_offset < MOSTLY_OFFSET * one.rms and one.rms_share > ROUNDING:
             texts.append(
                 f"differs by {one.offset:.6g} {one.unit} in the mean, and by "

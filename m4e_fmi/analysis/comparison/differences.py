@@ -19,7 +19,9 @@ class Difference:
     """A variable beside its reference; values are in `unit`.
 
     `values` and `reference` (k,) are those at `time` (k,) [s], `difference` the first minus the
-    second. `left_out` counts times within the common interval at which one of them has a gap.
+    second. `left_out` counts times within the common interval at which one of them has a gap,
+    `lacking` those of them at which the reference has a value: the variable has none, or no finite
+    one.
     `scale` is what differences are divided by; `nrmse` is Eq. (10) of the paper. `interpolated`
     says how one of them was brought to the times of the other, and `interpolation_error` estimates
     the root mean square of what that adds.
@@ -32,6 +34,7 @@ class Difference:
     values: Floats = field(repr=False)
     reference: Floats = field(repr=False)
     left_out: int
+    lacking: int
     interpolated: str
     interpolation_error: float
     rms: float
@@ -77,8 +80,11 @@ class Difference:
         return first_beyond(self.time, normalised(self.difference, self.scale), tolerance)
 
     def is_within(self, tolerance: float) -> bool:
-        """True if no difference over `scale` is beyond a `tolerance`; False without rows."""
-        return self.largest_share <= tolerance
+        """True if no difference over `scale` is beyond a `tolerance`, and no value is lacking.
+
+        False without rows.
+        """
+        return self.largest_share <= tolerance and not self.lacking
 
     def __repr__(self) -> str:
         return (
@@ -114,7 +120,7 @@ class Comparison:
 
     @property
     def beyond(self) -> tuple[str, ...]:
-        """Variables whose largest difference is beyond the tolerance; none without one."""
+        """Variables that are not within the tolerance; none without one."""
         if self.tolerance is None:
             return ()
         limit = self.tolerance

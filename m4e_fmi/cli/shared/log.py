@@ -282,9 +282,12 @@ def _say_beside(text: str) -> None:
 
 
 def _is_kept(record: logging.LogRecord) -> bool:
-    """False for most of the lines that count, where they cannot overwrite each other."""
+    """False for most of the lines that count, where they cannot overwrite each other.
+
+    Warnings are kept, however they end.
+    """
     number = getattr(record, "number", None)
-    return not number or number[0] % _FEW == 0
+    return not number or number[0] % _FEW == 0 or record.levelno >= logging.WARNING
 
 
 class _Events(logging.Handler):

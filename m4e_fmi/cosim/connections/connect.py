@@ -198,7 +198,8 @@ def _one_source_each(
 ) -> list[Link]:
     """The first link from each source into each target, which has one source, or takes a sum.
 
-    Adds to `problems` where a target that takes no sum has another source.
+    Adds to `problems` where a target that takes no sum has another source, and where a source has
+    two factors.
     """
     first: dict[tuple[Port, Port], Link] = {}
     sources: dict[Port, Link] = {}
@@ -215,6 +216,10 @@ def _one_source_each(
             problems.append(system.problem(("connections", link.connection), message, remedy))
             continue
         known = first.setdefault(link.ends, link)
+        if (known.factor, known.offset) != (link.factor, link.offset):
+            message = f"{link} is connected twice, by factors {known.factor:g} and {link.factor:g}"
+            remedy = f"drop one (the other is {system.connections[known.connection]!r})"
+            problems.append(system.problem(("connections", link.connection), message, remedy))
         if known is not link and link.delayed:  # beside a connector that carries it, too
             first[link.ends] = link
     return list(first.values())

@@ -51,9 +51,9 @@ class CouplingError:
     """The largest error over the range of one connection, and the output that has it.
 
     `halved` is what half the step would give. Both are shares [1] of `span`, the range in `unit`.
-    The output is `switched` if it has a LARGE error, but changes by more within one step, beside a
-    component that is sampled or has values that are no Reals: it is off where it switches a step
-    earlier or later, which says nothing of the other outputs.
+    The output is `switched` if it has a LARGE error, but changes by more within one step, and is
+    one of `switching` components: it is off where it switches a step earlier or later, which says
+    nothing of the other outputs.
     """
 
     connection: str
@@ -209,6 +209,17 @@ def is_sampled(network: Network) -> bool:
     return any(rate.is_sampled for rate in network.rates.values())
 
 
+def switching(network: Network) -> frozenset[str]:
+    """Components that are sampled, exchange values that are no Reals, or take Reals from such ones.
+
+    Others that change by much within one step may have become unstable.
+    """
+    sampled = {name for name, rate in network.rates.items() if rate.is_sampled}
+    makers = sampled | {p.component for p in network.discrete.outputs} | network.discrete.takers
+    taken = {k.target.component for k in network.links if k.source.component in makers}
+    return frozenset(makers | taken)
+
+
 def certificate(
     network: Network,
     connections: Sequence[str],
@@ -225,6 +236,7 @@ def certificate(
     `leaps` (n,), in their units, too, are the largest changes within one step of a run in which
     outputs may be switched at points of their own.
     """
+    beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
     spans = scales(network, ranges)
     leaps = 0.0 * errors if leaps is None else leaps
@@ -235,8 +247,9 @@ def certificate(
         known = largest.get(number)
         if known is None or error > known.error:
             unit = network.unit(port)
+            switched = LARGE < error <= leap and port.component in beside
             largest[number] = CouplingError(
-                connections[number], port, error, half, span, unit, LARGE < error <= leap
+                connections[number], port, error, half, span, unit, switched
             )
     ordered = sorted(largest.values(), key=lambda found: -found.error)
     return CouplingErrorReport(tuple(ordered), coverage)

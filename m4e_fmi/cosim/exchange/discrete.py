@@ -108,6 +108,12 @@ class Discrete:
             found.append(GetTyped(self._instances[component], access, cells, due, in_rows=True))
         return [one for one in found if isinstance(one, GetTyped)]
 
+    @property
+    def takers(self) -> frozenset[str]:
+        """The components that take any of the outputs."""
+        outputs = frozenset(self.outputs)
+        return frozenset(k.target.component for k in self._links.values() if k.source in outputs)
+
     def known(self, port: Port) -> int | None:
         """Where in `cells` the present value of an output is; None if only its FMU can tell it."""
         if self._instances[port.component].description.has_events:

@@ -77,6 +77,7 @@ def cell_json(found: CellComparison) -> dict[str, object]:
                 "dimensions": list(one.dimensions),
                 "cells": one.values.size - one.left_out,
                 "left_out": one.left_out,
+                "lacking": one.lacking,
                 "rms": number(one.rms),
                 "largest": number(one.largest),
                 "largest_at": dict(one.largest_at),

@@ -136,6 +136,7 @@ def _values(one: Difference, found: Comparison) -> dict[str, object]:
         "unit": one.unit,
         "rows": len(one.time),
         "left_out": one.left_out,
+        "lacking": one.lacking,
         "interpolated": one.interpolated or None,
         **{key: value if math.isfinite(value) else None for key, value in numbers.items()},
         "no_phase_because": one.phase.reason or None,

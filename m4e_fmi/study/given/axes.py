@@ -151,7 +151,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
                 one = Varied(name, (name,), ("scatter", key))
                 axes.append(Axis(name, (one,), tuple((value,) for value in values)))
             probability = (section.scatter.rows, section.scatter.columns), shares
-    problems += _twice(axes, document)
+    problems += [*_twice(axes, document), *_crossed(axes, document)]
     if problems:
         raise InputError(problems)
     named = _with_short_names(axes)
@@ -161,6 +161,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
         for axis in named
         if axis.name in RESERVED or axis.name in section.wanted
     ]  # fmt: skip
+    problems += _same_names(named, document)
     if problems:
         raise InputError(problems)
     if probability:
@@ -314,6 +315,31 @@ def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:
         document.problem(location, f"{target} is varied twice", "leave one out")
         for target, location in places
         if counts[target] > 1
+    ]
+
+
+def _crossed(axes: Sequence[Axis], document: Document) -> list[Problem]:
+    """Further dimensions of seeds: runs that share one of two seeds are not independent."""
+    remedy = (
+        "let them be one dimension, as {seeds: 5, names: [a.seed, b.seed]}, or list the values of "
+        "one of them, which is no repeat then"
+    )
+    message = "a second dimension of seeds: means over both have no confidence interval"
+    return [
+        document.problem(axis.varied[0].location, message, remedy)
+        for axis in [axis for axis in axes if axis.repeats][1:]
+    ]
+
+
+def _same_names(axes: Sequence[Axis], document: Document) -> list[Problem]:
+    """Coordinates of the result that would have one name."""
+    names = [(a.name, a.varied[0].location) for a in axes]
+    names += [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
+    counts = Counter(name for name, _ in names)
+    return [
+        document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
+        for name, at in names
+        if counts[name] > 1
     ]
 
 

@@ -67,10 +67,7 @@ def scatter(
             columns.append(float(head))
         except ValueError:
             message = f"the first row has {head!r}, expected a value of {given.columns}"
-            remedy = "write numbers behind the first entry"
-            if ";" in head:
-                remedy = "write numbers with decimal points, not commas"
-            problems.append(Problem(message, remedy, str(path), 1))
+            problems.append(Problem(message, "write numbers behind the first entry", str(path), 1))
     if problems:
         raise InputError(problems)
     read = read_columns(path, list(range(len(heads))))

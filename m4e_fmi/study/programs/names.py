@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -11,7 +11,6 @@ import numpy as np
 from m4e_fmi.cosim.composition.compose import system_program
 from m4e_fmi.cosim.input_checks.inputs import expected_descriptions
 from m4e_fmi.cosim.load import load_system
-from m4e_fmi.cosim.system.component_step import time_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_system
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -21,10 +20,10 @@ from m4e_fmi.model.yaml import model_of
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
-from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
 from m4e_fmi.study.programs.values import model_problems, start_problems
 from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import (
@@ -40,21 +39,6 @@ from m4e_fmi.study.systems.targets import (
 )
 from m4e_fmi.study.systems.variants import bare_code
 from m4e_fmi.units import number_in
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of the simulation of a program, as of `simulate`; times in s."""
-
-    stop_time: float
-    output_interval: float = 0.01
-    tolerance: float = 1e-8
-    method: str = "dop853"
-    step_size: float | None = None
-
-
-SETTINGS = tuple(one.name for one in fields(Settings))
-TIMES = ("stop_time", "output_interval", "step_size")
 
 
 @dataclass(frozen=True)
@@ -114,7 +98,7 @@ class NamedProgram:
     def settings(self) -> dict[str, np.ndarray]:
         """Values (n_runs,) of the varied settings; times in s."""
         return {
-            target.key: np.array([_setting(target.key, v) for v in self.columns[name]], object)
+            target.key: np.array([setting(target.key, v) for v in self.columns[name]], object)
             for name, target in self.targets.items()
             if isinstance(target, SettingTarget)
         }
@@ -155,11 +139,6 @@ def _number(target: StartTarget, value: Scalar) -> float:
     return number_in(target.unit, value)
 
 
-def _setting(key: str, value: Scalar) -> Scalar:
-    """A setting; a time as a text in seconds."""
-    return float(time_of(value)) if key in TIMES and isinstance(value, str) else value
-
-
 Keys = Mapping[KeyTarget, object]
 Made = tuple[Program, Model | None]
 Source = Callable[[Keys], Made]
@@ -169,7 +148,7 @@ Source = Callable[[Keys], Made]
 def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     """The study with its names resolved and its programs made; InputError with all problems."""
     problems: list[Problem] = []
-    fixed = _fixed(study, problems)
+    fixed = fixed_settings(study, problems)
     source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
@@ -177,6 +156,7 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
         study = in_units(study, targets)
     except InputError as error:
         problems += error.problems
+    problems += _setting_problems(study, targets)
     base = source({})
     problems += start_problems(study, targets, base[0])
     if problems:
@@ -206,42 +186,6 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     if model and (problems := model_problems(study, targets, model)):
         raise InputError(dict.fromkeys(problems))
     return NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
-
-
-def _fixed(study: Study, problems: list[Problem]) -> dict[str, object]:
-    """The settings of all runs; adds to `problems`."""
-    at = ("simulation",)
-    varied = {t for axis in study.grid.axes for v in axis.varied for t in v.targets}
-    found = dict[str, object]()
-    for key, value in study.simulation.items():
-        if key not in SETTINGS:
-            message = f"unknown setting {key!r} of the simulation of a program"
-            remedy = suggestion(key, SETTINGS, "settings")
-            problems.append(study.document.problem((*at, key), message, remedy))
-            continue
-        try:
-            found[key] = _setting(key, value)
-        except ValueError:
-            message = f"{key} {value!r} is not a valid duration"
-            problems.append(study.document.problem((*at, key), message))
-    if "stop_time" not in found and f"{SIMULATION}.stop_time" not in varied:
-        remedy = "write simulation: {stop_time: 10}"
-        problems.append(study.document.problem(at, "the study has no stop_time", remedy))
-        return found
-    method = found.get("method", Settings.method)
-    if method not in METHODS:
-        message = f"there is no method {method!r}"
-        remedy = suggestion(str(method), METHODS, "methods")
-        problems.append(study.document.problem((*at, "method"), message, remedy))
-    for key, value in found.items():
-        if key == "method" or (isinstance(value, int | float) and value > 0):
-            continue
-        message = f"{key}: expected a number above 0, got {value!r}"
-        problems.append(study.document.problem((*at, key), message))
-    duration = found.get("stop_time")
-    if isinstance(duration, int | float) and duration > 0:
-        problems += study.start_up_problems(duration)
-    return found
 
 
 def _of_model(
@@ -360,6 +304,16 @@ def _unknown_variables(study: Study, program: Program) -> list[Problem]:
         for at, name in places
         if name not in known
     ]
+
+
+def _setting_problems(study: Study, targets: Mapping[str, Target]) -> Iterator[Problem]:
+    """Values of varied settings that no simulation has."""
+    for axis in study.grid.axes:
+        for k, varied in enumerate(axis.varied):
+            values = [point[k] for point in axis.points]
+            for target in (targets[name] for name in varied.targets):
+                if isinstance(target, SettingTarget):
+                    yield from varied_problems(study, target.key, values, varied.location)
 
 
 def _with_start(study: Study, program: Program, model: Model | None) -> Program:

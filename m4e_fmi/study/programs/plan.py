@@ -26,9 +26,10 @@ from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
-from m4e_fmi.study.programs.names import NamedProgram, Settings, Version
+from m4e_fmi.study.programs.names import NamedProgram, Version
+from m4e_fmi.study.programs.settings import Settings
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.start_up import start_up
+from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.runs.statistics_of import computed
 
 CHUNK = 512
@@ -74,17 +75,23 @@ class ProgramPlan:
     @cached_property
     def start_up(self) -> list[float]:
         """The time [s] from which on rows count, of each run."""
-        study, found = self.named.study, np.zeros(self.named.study.grid.count)
+        found = np.zeros(self.named.study.grid.count)
         for group in self.groups:
-            if study.start_up is not None:
-                found[group.runs] = study.start_up
-                continue
-            values = self.named.start_values(group.version, group.runs)
-            names = [v.name for v in group.version.variables]
-            ramps = [k for k, name in enumerate(names) if name.endswith("ramp_time")]
-            for run, row in zip(group.runs, values, strict=True):
-                found[run] = start_up(None, 0.0, {names[k]: row[k] for k in ramps})
+            found[group.runs] = self._start_up_of(group)
+            check_start_up(
+                self.named.study, float(found[group.runs].max()), group.settings.stop_time
+            )
         return found.tolist()
+
+    def _start_up_of(self, group: Group) -> np.ndarray:
+        """The same of the runs of a group (n_runs,) [s]."""
+        stated = self.named.study.start_up
+        if stated is not None:
+            return np.full(len(group.runs), stated)
+        values = self.named.start_values(group.version, group.runs)
+        names = [v.name for v in group.version.variables]
+        ramps = [k for k, name in enumerate(names) if name.rpartition(".")[2] == RAMP]
+        return np.array([start_up(None, 0.0, {names[k]: row[k] for k in ramps}) for row in values])
 
     @cached_property
     def keys(self) -> list[str]:

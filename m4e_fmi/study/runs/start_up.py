@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from m4e_fmi.errors import InputError
+from m4e_fmi.study.given.study import Study
+
 RAMP = "ramp_time"
 """Last word of parameters that are the time in which a sea grows from nothing [s]."""
 SETTLING = 2.0
@@ -23,3 +26,11 @@ def start_up(stated: float | None, start_time: float, starts: Mapping[str, float
     if stated is not None:
         return start_time + stated
     return start_time + (1.0 + SETTLING) * ramp_of(starts.items())
+
+
+def check_start_up(study: Study, first: float, stop_time: float) -> None:
+    """InputError if no row of a run counts, from the time `first` [s] on up to the `stop_time`."""
+    if not first < stop_time:
+        message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
+        remedy = f"state a start_up below {stop_time:g} s, or a later stop_time"
+        raise InputError([study.document.problem(("start_up",), message, remedy)])

@@ -6,7 +6,6 @@ has on the disk what it says it has, however the process ends.
 
 from __future__ import annotations
 
-import errno
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
@@ -20,9 +19,20 @@ _PATIENCE = 60.0
 """Seconds that another study may take to write."""
 _MOST_ASKED = 500
 """Keys in one question."""
-_FULL = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
-_NO_FILE = (sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_READONLY)
-_LOCKED = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
+_NO_WRITING = (
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR,
+    sqlite3.SQLITE_CANTOPEN,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_PERM,
+)
+"""Codes of SQLite: the file is in order, but cannot be written."""
+_REMEDIES = {
+    sqlite3.SQLITE_BUSY: "wait for the other study",
+    sqlite3.SQLITE_LOCKED: "wait for the other study",
+    sqlite3.SQLITE_CORRUPT: "remove the file",
+    sqlite3.SQLITE_NOTADB: "remove the file",
+}
 _FORM = 1
 """Number of the form of the database."""
 
@@ -49,7 +59,8 @@ class Store:
                 "CREATE TABLE IF NOT EXISTS runs "
                 "(key TEXT PRIMARY KEY, head TEXT NOT NULL, block BLOB NOT NULL) WITHOUT ROWID"
             )
-            self._base.execute(f"PRAGMA user_version = {_FORM}")
+            if form != _FORM:
+                self._base.execute(f"PRAGMA user_version = {_FORM}")
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -81,7 +92,7 @@ class Store:
             try:
                 self._write(rows, "REPLACE" if again else "IGNORE")
             except BaseException:
-                if self._base.in_transaction:  # SQLite may have ended it, as on a full disk
+                if self._base.in_transaction:  # SQLite ends it itself where a disk is full
                     self._base.execute("ROLLBACK")
                 raise
             self._base.execute("COMMIT")
@@ -94,19 +105,10 @@ class Store:
         try:
             yield
         except sqlite3.DatabaseError as error:
-            code = getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) & 0xFF
-            if code in _FULL:
-                full = OSError(errno.ENOSPC, str(error))
-                raise cannot_write(self.path, full) from error
-            if code in _NO_FILE:
+            code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # without what it adds to them
+            if code in _NO_WRITING:
                 raise cannot_write(self.path, error) from error
-            remedy = "wait for the other study" if code in _LOCKED else "remove the file"
+            remedy = _REMEDIES.get(code, "choose another build folder")
             raise RunError(f"{self.path}: kept runs: {error}", remedy) from error
         except OSError as error:
             raise cannot_write(self.path, error) from error
-
-
-@contextmanager
-def no_store() -> Generator[None]:
-    """In place of a store where runs are not kept."""
-    yield None

@@ -85,27 +85,29 @@ def _by(
     make = perform if lost is None else _perform
     under_way: dict[Future[Record | Lacking], tuple[int, Task]] = {}
     waiting = iter(tasks)
-    taken: list[tuple[int, Task]] = []
+    taken: tuple[int, Task] | None = None  # neither under way nor done
     try:
         while True:
-            while len(under_way) < AHEAD * jobs and (one := next(waiting, None)) is not None:
-                under_way[executor.submit(make, one[1])] = one
+            while len(under_way) < AHEAD * jobs and (taken := next(waiting, None)) is not None:
+                under_way[executor.submit(make, taken[1])] = taken
+            taken = None
             if not under_way:
                 return
             done, _ = wait(under_way, return_when=FIRST_COMPLETED)
             for future in done:
-                taken[:] = [under_way.pop(future)]
-                ((number, task),) = taken
+                taken = number, task = under_way.pop(future)
                 found = future.result()
                 if isinstance(found, Lacking):
                     again = executor.submit(make, task, read(task, found))
-                    under_way[again] = (number, task)
+                    under_way[again] = taken
+                    taken = None
                 else:
+                    taken = None
                     yield number, found
     except BrokenExecutor:
         if lost is None:
             raise
-        lost += [*taken, *under_way.values()]
+        lost += [*([taken] if taken else []), *under_way.values()]
     finally:
         for future in under_way:
             future.cancel()

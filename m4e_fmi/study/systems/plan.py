@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 
-from m4e_fmi.code_hash import code_hash
+from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
@@ -19,11 +20,12 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
-from m4e_fmi.study.runs.start_up import RAMP, start_up
+from m4e_fmi.fmu.importer.reading import STRUCTURAL
+from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Variants, variants
@@ -110,6 +112,7 @@ class Plan:
         self._fmus: dict[tuple[str, int], ReadyFmu] = {}
         self._prepared: dict[str, tuple[Prepared, Blob]] = {}
         self._files: dict[Path, Blob] = {}
+        self._imported: dict[Path, str] = {}
 
     @cached_property
     def _base(self) -> dict[str, ReadyFmu]:
@@ -200,6 +203,7 @@ class Plan:
         same = {
             **identity(own, recorded, certify=study.coupling_error),
             "code": code_hash(),
+            "imports": {n: self._imports(d.path) for n, d in prepared.descriptions.items()},
             "stop_time": repr(stop),
             "order": repr(prepared.structure),
             "wanted": repr((study.wanted, study.series, first)),
@@ -229,17 +233,18 @@ class Plan:
                     starts[f"{component.name}.{name}"] = float(value_of(variable, given))
         times = prepared.system.simulation
         first = start_up(study.start_up, times.start_time, starts)
-        if not first < times.stop_time:
-            message = f"no row counts: the start-up of {first:g} s ends at the stop time or later"
-            remedy = f"state a start_up below {times.stop_time:g} s, or a later stop_time"
-            raise InputError([study.document.problem(("start_up",), message, remedy)])
+        check_start_up(study, first, times.stop_time)
         return first
 
     def _prepared_for(self, system: System, numbers: Mapping[str, int]) -> tuple[Prepared, Blob]:
-        """A prepared system with these FMUs and settings, of whatever start values; its blob."""
+        """A prepared system with these FMUs and settings, and its blob.
+
+        It is that of whatever start values, but for those that give arrays their size.
+        """
         fmus = {name: self._fmus[name, number] for name, number in numbers.items()}
         key = repr((
             {name: str(fmu.path) for name, fmu in fmus.items()},
+            [self._sizes(component) for component in system.components],
             [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
             replace(system.simulation, stop_time=LATEST),
         ))  # fmt: skip
@@ -249,6 +254,16 @@ class Plan:
                 self.warnings[line] = self.warnings.get(line, 0) + 1
             self._prepared[key] = made, self._blob(made)
         return self._prepared[key]
+
+    def _sizes(self, component: Component) -> dict[str, StartValue]:
+        """The start values of structural parameters (FMI 3.0)."""
+        known = self.versions.named.descriptions.get(component.name)
+        variables = known.variables if known else {}
+        return {
+            name: value
+            for name, value in component.start.items()
+            if name in variables and variables[name].causality == STRUCTURAL
+        }
 
     def _blob(self, prepared: Prepared) -> Blob:
         """The prepared system in a file, without what lies elsewhere."""
@@ -260,10 +275,30 @@ class Plan:
             part.write_bytes(data)
         return Blob(content, path.name, path.absolute())
 
+    def _imports(self, fmu: Path) -> str:
+        """Hash of what the Python code in an FMU imports from outside of it."""
+        if fmu not in self._imported:
+            self._imported[fmu] = imports_of(fmu)
+        return self._imported[fmu]
+
     def _file(self, path: Path, description: Description) -> Blob:
         if path not in self._files:
             self._files[path] = Blob(description.content, path.name, path.absolute())
         return self._files[path]
+
+
+def imports_of(fmu: Path) -> str:
+    """Hash of what the Python files in an FMU import, but for each other; "" if it has none.
+
+    RunError if it cannot be read.
+    """
+    try:
+        with zipfile.ZipFile(fmu) as archive:
+            files = [Path(name) for name in archive.namelist() if name.endswith(".py")]
+            sources = [archive.read(file.as_posix()) for file in files]
+    except (OSError, zipfile.BadZipFile) as error:
+        raise RunError(f"{fmu}: cannot be read: {error}", "build it again") from error
+    return imports_hash(sources, {word for file in files for word in (*file.parts, file.stem)})
 
 
 def of_keys(one: Variants, number: int) -> str:

@@ -135,16 +135,21 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
     found = load(results)
     values = {name: found[name].values.astype(float)[None] for name in names}
     numbers, reasons = computed(task.wanted, found.time, values, task.start_up)
-    certificate = outcome.certificate
-    worst = certificate.errors[:1] if isinstance(certificate, CouplingErrorReport) else ()
+    error, source = coupling_error_of(outcome.certificate)
     return Record(
         values={name: float(number[0]) for name, number in numbers.items()},
         time=found.time,
         series={name: values[name][0] for name in task.series},
-        coupling_error=float(worst[0].error) if worst else math.nan,
-        coupling_at=str(worst[0].source) if worst else "",
+        coupling_error=error,
+        coupling_at=source,
         undefined={name: reason[0] for name, reason in reasons.items() if reason[0]},
     )
+
+
+def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, str]:
+    """The coupling error [1] that a run tells by itself, and its output; nan if it is not known."""
+    worst = certificate.worst if isinstance(certificate, CouplingErrorReport) else None
+    return (float(worst.error), str(worst.source)) if worst else (math.nan, "")
 
 
 def _prepared(task: Task, place: _Place) -> Prepared:

@@ -15,8 +15,8 @@ from m4e_fmi.cosim.input_checks.drafts import Draft
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
-from m4e_fmi.errors import InputError
-from m4e_fmi.files.document import Document, Location
+from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.files.document import Location
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.binary_form import encode
 from m4e_fmi.study.given.sections import Scalar
@@ -25,8 +25,6 @@ from m4e_fmi.study.systems.targets import with_values
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
 Make = Callable[[Component], Draft]
-TRIED = 8
-"""Values of a key at which it is seen to be a start value."""
 
 
 @dataclass(frozen=True)
@@ -78,150 +76,98 @@ def variants(
 ) -> Variants:
     """The versions of the component `name` for each of the `combinations` of values of its `keys`.
 
-    `make` drafts a component. InputError with all values that its section refuses.
+    `make` drafts a component. The draft of every combination is compared with those before it:
+    nothing is concluded from other values. InputError with all values that its section refuses.
     """
-    wanted = list(dict.fromkeys(combinations))
-    return _Finder(system, name, tuple(keys), make).variants(wanted)
+    sections = _Sections(system, name, tuple(keys), make)
+    problems: dict[Problem, Problem] = {}
+    builds: list[Build] = []
+    by_code: dict[str, list[int]] = {}
+    of: dict[Combination, Variant] = {}
+    labels = [_Label(key) for key in keys]
+    for one in dict.fromkeys(combinations):
+        try:
+            made = sections.build(one)
+        except InputError as error:
+            for problem in error.problems:
+                problems.setdefault(problem, sections.with_values(problem, one))
+            continue
+        for label, value in zip(labels, one, strict=True):
+            label.narrow(made.program, value)
+        alike = by_code.setdefault(code_of(made), [])
+        started = ((n, _started(builds[n], made)) for n in alike)
+        number, start = next(((n, s) for n, s in started if s is not None), (len(builds), {}))
+        if number == len(builds):
+            builds.append(made)
+            alike.append(number)
+        of[one] = Variant(number, made.component, start)
+    if problems:
+        raise InputError(problems.values())
+    told = {k: found for k, label in enumerate(labels) if (found := label.found)}
+    return Variants(name, tuple(keys), tuple(builds), of, told)
 
 
-class _Finder:
+class _Sections:
+    """Sections of one component, with other values at some keys."""
+
     def __init__(self, system: System, name: str, keys: tuple[Location, ...], make: Make) -> None:
         assert system.document is not None
-        self._document: Document = system.document
+        self._system, self._document = system, system.document
         self._name, self._keys, self._make = name, keys, make
         self._section = self._document.data["components"][name]
-        self._made: dict[Combination, Build] = {}
-        self._codes: dict[Combination, str] = {}
 
-    def variants(self, wanted: Sequence[Combination]) -> Variants:
-        direct = self._direct(wanted)
-        builds: list[Build] = []
-        by_code: dict[str, list[int]] = {}
-        of: dict[Combination, Variant] = {}
-        for one in wanted:
-            plain = self._at_base(one, direct, wanted[0])
-            made, code = self._build(plain), self._codes[plain]
-            given = {direct[k]: float(one[k]) for k in direct}
-            variant = None
-            for number in by_code.get(code, []):
-                if (start := _started(builds[number], made, given)) is not None:
-                    variant = Variant(number, made.component, start)
-                    break
-            if variant is None:
-                if (start := _started(made, made, given)) is None:
-                    made, given = self._build(one), {}
-                    start = {}
-                builds.append(made)
-                by_code.setdefault(code, []).append(len(builds) - 1)
-                variant = Variant(len(builds) - 1, made.component, start)
-            of[one] = variant
-        return Variants(self._name, self._keys, tuple(builds), of, self._labels(wanted, direct))
-
-    def _labels(
-        self, wanted: Sequence[Combination], direct: Mapping[int, str]
-    ) -> dict[int, tuple[str, str]]:
-        """Unit and description of keys whose values the programs have as a parameter."""
-        program = self._build(wanted[0]).program
-        if program is None:
-            return {}
-        found = {}
-        for k, location in enumerate(self._keys):
-            last = str(location[-1])
-            for variable in program.parameters:
-                name = variable.name.rpartition(".")[2]
-                if direct.get(k, "") == variable.name or (
-                    k not in direct and name == last and variable.start == wanted[0][k]
-                ):
-                    text = variable.description.partition(",")[0]
-                    found[k] = variable.unit, text
-                    break
-        return found
-
-    def _at_base(
-        self, one: Combination, direct: Mapping[int, str], base: Combination
-    ) -> Combination:
-        """`one` with the values of `base` for the keys that are start values."""
-        return tuple(base[k] if k in direct else value for k, value in enumerate(one))
-
-    def _build(self, values: Combination) -> Build:
-        if values not in self._made:
-            component = self._component(values)
-            build = Build(component, self._make(component), values)
-            self._made[values] = build
-            self._codes[values] = code_of(build)
-        return self._made[values]
-
-    def _component(self, values: Combination) -> Component:
-        """The component with these values; InputError that names those that are refused."""
+    def build(self, values: Combination) -> Build:
+        """The component with these values, and its draft; InputError if they are refused."""
         try:
             section = with_values(self._section, dict(zip(self._keys, values, strict=True)))
-            components = {**self._document.data["components"], self._name: section}
-            document = self._document.with_data({**self._document.data, "components": components})
-            return read_component(document, self._name)
-        except InputError as error:
-            told = self._told(values)
-            raise InputError(
-                replace(p, message=f"{p.message} (with {told})") for p in error.problems
-            ) from None
         except ValueError as error:
             raise InputError.single(f"{self._name}: {error}") from None
+        components = {**self._document.data["components"], self._name: section}
+        document = self._document.with_data({**self._document.data, "components": components})
+        component = read_component(document, self._name)
+        try:
+            return Build(component, self._make(component), values)
+        except InputError as error:
+            raise InputError(self._system.located(self._name, p) for p in error.problems) from None
 
-    def _told(self, values: Combination) -> str:
-        return ", ".join(
+    def with_values(self, problem: Problem, values: Combination) -> Problem:
+        """The problem with the values that lead to it in its message."""
+        told = ", ".join(
             f"{'.'.join(map(str, key))} = {value}"
             for key, value in zip(self._keys, values, strict=True)
         )
+        return replace(problem, message=f"{problem.message} (with {told})")
 
-    def _direct(self, wanted: Sequence[Combination]) -> dict[int, str]:
-        """Keys that are nothing but the start value of one variable, by place, and its name.
 
-        Seen at several values of each key, all others as in the first combination, and again with
-        all others as in the last.
+class _Label:
+    """Unit and description of a key: those of the parameter that has its value in all programs."""
+
+    def __init__(self, key: Location) -> None:
+        self._last = str(key[-1])
+        self._values: set[Scalar] = set()
+        self._known: dict[str, Variable] | None = None
+
+    def narrow(self, program: Program | None, value: Scalar) -> None:
+        """Keep the parameters that have this `value` of the key, too."""
+        self._values.add(value)
+        parameters = program.parameters if program and not isinstance(value, bool | str) else ()
+        same = {v.name: v for v in parameters if v.start == value}
+        if self._known is not None:
+            same = {name: v for name, v in self._known.items() if name in same}
+        self._known = same
+
+    @property
+    def found(self) -> tuple[str, str] | None:
+        """Unit and description; None if no parameter, or more than one, may be meant.
+
+        A value that does not vary says nothing if the parameter has another name, or if it is 0.
         """
-        base, last = wanted[0], wanted[-1]
-        found: dict[int, str] = {}
-        for k in range(len(self._keys)):
-            values = list(dict.fromkeys(one[k] for one in wanted))
-            numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-            if len(values) < 2 or not numbers:
-                continue
-            tried = values[:: max(1, len(values) // TRIED)]
-            names = set[str | None]()
-            for at, value in (
-                *((base, v) for v in (*tried, values[-1])),
-                *((last, v) for v in values[:2]),
-            ):
-                names.add(self._wired(at, k, value))
-                if "" in names:
-                    break
-            names.discard(None)
-            if len(names) == 1 and (name := names.pop()):
-                found[k] = str(name)
-        if len(set(found.values())) < len(found):
-            return {}
-        return found
-
-    def _wired(self, base: Combination, k: int, value: Scalar) -> str | None:
-        """The one variable whose start value key `k` is; "" if it is something else.
-
-        None if `value` is that of the base.
-        """
-        if value == base[k]:
+        known = self._known or {}
+        named = [v for v in known.values() if v.name.rpartition(".")[2] == self._last]
+        alone = named or [*known.values()]
+        if len(alone) != 1 or (len(self._values) < 2 and (not named or self._values == {0})):
             return None
-        other = (*base[:k], value, *base[k + 1 :])
-        here, there = self._build(base), self._build(other)
-        if self._codes[base] != self._codes[other] or here.program is None:
-            return ""
-        changed = [
-            (old, new)
-            for old, new in zip(_variables(here), _variables(there), strict=True)
-            if old.start != new.start
-        ]
-        if len(changed) != 1 or not (
-            changed[0][0].start == base[k] and changed[0][1].start == value
-        ):
-            return ""
-        return changed[0][0].name
+        return alone[0].unit, alone[0].description.partition(",")[0]
 
 
 def _variables(build: Build) -> tuple[Variable, ...]:
@@ -230,21 +176,17 @@ def _variables(build: Build) -> tuple[Variable, ...]:
     return (*program.parameters, *program.states, *program.inputs)
 
 
-def _started(built: Build, wanted: Build, given: Mapping[str, float]) -> dict[str, float] | None:
-    """Start values with which `built` is what `wanted` would be; None if its FMU refuses them.
-
-    `given` are further ones.
-    """
+def _started(built: Build, wanted: Build) -> dict[str, float] | None:
+    """Start values with which `built` is what `wanted` would be; None if its FMU refuses them."""
     if built.program is None:
-        return {} if built is wanted and not given else None
+        return None
     found: dict[str, float] = {}
     for old, new in zip(_variables(built), _variables(wanted), strict=True):
-        start = given.get(new.name, new.start)
-        if start == old.start:
+        if new.start == old.start:
             continue
-        if not old.minimum <= start <= old.maximum:
+        if not old.minimum <= new.start <= old.maximum:
             return None
-        found[old.name] = start
+        found[old.name] = new.start
     return found
 
 

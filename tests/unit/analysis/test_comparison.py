@@ -280,3 +280,20 @@ def test_a_file_that_ends_early_is_noted() -> None:
         assert m4e_fmi.compare(one, other, stop_time=30.0).notes == ()
         assert m4e_fmi.compare(one, other, start_time=10.0).notes != ()
     assert m4e_fmi.compare(whole, results(TIME[:-2], z=np.sin(TIME[:-2]))).notes == ()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_values_that_are_lacking_are_within_no_tolerance(bad: float) -> None:
+    """A run that grew without bound does not pass as a test; a gap in the reference is none."""
+    right = np.sin(TIME)
+    broken = np.where(TIME < 20.0, right, bad)
+    found = m4e_fmi.compare(results(TIME, z=broken), results(TIME, z=right), tolerance=0.01)
+    assert found["buoy.z"].lacking == int(np.sum(TIME >= 20.0))
+    assert found.beyond == ("buoy.z",)
+    assert any("no finite value in" in note for note in found.notes)
+    back = m4e_fmi.compare(results(TIME, z=right), results(TIME, z=broken), tolerance=0.01)
+    assert back["buoy.z"].lacking == 0
+    assert back.is_within
+    coarse = TIME[::7]  # of the reference: ours are interpolated
+    found = m4e_fmi.compare(results(TIME, z=broken), results(coarse, z=right[::7]), tolerance=0.01)
+    assert found["buoy.z"].lacking == int(np.sum(coarse >= 20.0))

@@ -129,3 +129,13 @@ def test_the_command(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+def test_cells_of_failed_runs_are_within_no_tolerance(tmp_path: Path) -> None:
+    broken = POWER.copy()
+    broken[0, 1] = np.nan
+    one, reference = study(tmp_path / "a.nc", broken), study(tmp_path / "b.nc")
+    found = compare_cells(one, reference, tolerance=0.5)
+    assert found["power"].lacking == 1
+    assert found.beyond == ("power",)
+    assert compare_cells(reference, one, tolerance=0.5).is_within

@@ -77,6 +77,13 @@ def test_data_are_labelled(tmp_path: Path) -> None:
         np.testing.assert_array_equal(data["power"], outcome.data["power"])
 
 
+def test_values_with_units_are_numbers_in_the_unit_of_the_variable(tmp_path: Path) -> None:
+    text = STUDY.replace("{from: 30, to: 50, step: 10}", "['30 N/m', '0.04 kN/m']")
+    data = made(written_study(tmp_path, text)).data
+    np.testing.assert_allclose(data["k"], [30.0, 40.0])
+    assert data["k"].attrs["units"] == "N/m"
+
+
 def test_start_values_build_no_fmu(tmp_path: Path) -> None:
     told: list[str] = []
     made(written_study(tmp_path, STUDY), tell=told.append)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.connections.links import Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, Spans, certificate
 
 if TYPE_CHECKING:
@@ -25,6 +25,9 @@ def network_of(*ports: Port, values: list[float]) -> Network:
         index=ports.index,
         nominal=lambda _: 1.0,
         values=np.array(values),
+        rates={"latch": SimpleNamespace(is_sampled=True)},
+        links=[Link(LATCH[0], Port("body", "damping"), 0)],
+        discrete=SimpleNamespace(outputs=[], takers=frozenset()),
     )
     return cast("Network", found)
 
@@ -117,3 +120,22 @@ def test_errors_that_no_shift_of_a_step_explains_are_unusable(
     errors: list[float], leaps: list[float] | None
 ) -> None:
     assert "unusable" in switched(errors=errors, leaps=leaps).warning()
+
+
+def test_what_is_unstable_far_from_the_latch_is_unusable() -> None:
+    """It changes by much in every step, and nothing tells it when to switch."""
+    far = Port("brake", "force_z")
+    report = certificate(
+        network_of(*LATCH, far, values=[0.0, 0.0, 0.0]),
+        [str(port) for port in (*LATCH, far)],
+        errors=np.array([0.4, 0.02, 0.43]),
+        halved=np.array([0.2, 0.01, 0.4]),
+        ranges=np.ones(3),
+        leaps=np.array([1.0, 0.05, 1.0]),
+    )
+    assert {str(e.source): e.switched for e in report.errors} == {
+        "brake.force_z": False,
+        "latch.damping": True,
+        "body.v": False,
+    }
+    assert "brake.force_z: the results are unusable" in report.warning()

@@ -91,10 +91,10 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
     assert "t.csv cover 62.5 % of time" in part.covered
 
 
-def test_decimal_commas_of_a_scatter_diagram_are_told(tmp_path: Path) -> None:
-    (tmp_path / "t.csv").write_text("Hs;6,0;8,0\n1,0;900;1500\n", "utf-8")
-    with pytest.raises(InputError, match="decimal points, not commas"):
-        grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
+def test_decimal_commas_of_a_scatter_diagram_are_read(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text("Hs;6,5;8,0\n1,5;900;1500\n", "utf-8")
+    found = grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
+    assert [axis.points for axis in found.axes] == [((1.5,),), ((6.5,), (8.0,))]
 
 
 @pytest.mark.parametrize(
@@ -150,3 +150,17 @@ vary:
         (8, "sample.of.d: expected a list or 'key: value' lines, got 5"),
         (10, "unknown key 'form'"),
     ]
+
+
+def test_two_dimensions_of_one_name_are_refused(tmp_path: Path) -> None:
+    """xarray refuses them too, but only when all runs are made."""
+    text = "vary: {a.x: {values: [1, 2], as: n}, b.y: {values: [1, 2, 3], as: n}}\n"
+    with pytest.raises(InputError, match="two dimensions or columns are called 'n'"):
+        grid(tmp_path, text)
+
+
+def test_two_dimensions_of_seeds_are_refused(tmp_path: Path) -> None:
+    """Of n times n runs, n are independent: Student's interval would be too narrow."""
+    with pytest.raises(InputError, match="a second dimension of seeds"):
+        grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: {seeds: 3}}\n")
+    assert grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: [1, 2, 3]}\n").count == 9

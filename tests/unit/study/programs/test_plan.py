@@ -162,3 +162,16 @@ def test_a_start_up_of_the_whole_run_is_refused_by_its_line(tmp_path: Path) -> N
     path.write_text(f"{text}start_up: 3\n", "utf-8")
     with pytest.raises(InputError, match="start_up 3 s leaves nothing of runs of 2 s"):
         made(path)
+
+
+def test_values_that_no_simulation_has_are_told_with_their_lines(tmp_path: Path) -> None:
+    """Before the first run: the others would be made before they are met."""
+    text = "name: s\nmodel: cart.model.yaml\nsimulation: {stop_time: 0.5}\nvary:\n  k: [3]\n"
+    wrong = (
+        "  simulation.tolerance: [1.0e-6, -1]\n  simulation.method: [dop853, euler]\n"
+        "  simulation.step_size: [0.1, soon]\n"
+    )
+    wanted = "wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}\n"
+    with pytest.raises(InputError) as caught:
+        made(written_study(tmp_path, text + wrong + wanted))
+    assert [problem.line for problem in caught.value.problems] == [6, 7, 8]

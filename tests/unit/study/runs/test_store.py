@@ -57,16 +57,20 @@ def test_a_folder_that_takes_no_file_is_told(tmp_path: Path) -> None:
         pass
 
 
-def test_a_full_disk_is_told_and_leaves_what_was_kept(tmp_path: Path) -> None:
+def test_a_full_disk_is_told_and_what_is_kept_stays(tmp_path: Path) -> None:
+    """Nobody is told to remove the file; SQLite has ended the transaction itself by then."""
+    large = Record(time=np.zeros(5000), series={"x": np.zeros(5000)})
     with Store(tmp_path / "s.sqlite") as store:
         store.keep({"k": RECORD})
-        (pages,) = store._base.execute("PRAGMA page_count").fetchone()
-        store._base.execute(f"PRAGMA max_page_count = {pages + 20}")
-        large = {
-            f"k{i}": Record(time=np.zeros(2000), series={"x": np.zeros(2000)}) for i in range(20)
-        }
-        with pytest.raises(RunError, match=r"cannot be written: .*full") as caught:
-            store.keep(large)
-    assert caught.value.remedy == "free disk space, or write elsewhere"
+        store._base.execute("PRAGMA max_page_count = 4")
+        with pytest.raises(RunError, match="cannot be written: database or disk is full") as caught:
+            store.keep({str(k): large for k in range(50)})
+        assert "remove" not in str(caught.value)
+        assert store.found(["k"])["k"].head() == RECORD.head()
+
+
+def test_a_file_that_is_only_read_is_told(tmp_path: Path) -> None:
     with Store(tmp_path / "s.sqlite") as store:
-        assert list(store.found(["k", *large])) == ["k"]
+        store._base.execute("PRAGMA query_only = 1")
+        with pytest.raises(RunError, match=r"cannot be written: .*readonly"):
+            store.keep({"k": RECORD})

@@ -83,3 +83,24 @@ def test_the_picture_of_designs_is_that_over_all_states(tmp_path: Path) -> None:
     assert name == ", largest of all states"
     np.testing.assert_allclose(found.mean, largest)
     assert plot_study(outcome, tmp_path / "p.png").is_file()
+
+
+def test_sea_states_and_cases_have_the_product_of_their_probabilities(tmp_path: Path) -> None:
+    text = (
+        STUDY.replace(
+            "vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}",
+            "table: {file: cases.csv, columns: {k: k}, weight: p}\n"
+            "scatter: {file: s.csv, rows: joint.hinge.q, columns: joint.hinge.u}",
+        )
+        .replace("name: carts", "name: weighted")
+        .replace("maximum", "mean")
+    )
+    (tmp_path / "cases.csv").write_text("k,p\n30,1\n40,3\n", "utf-8")
+    (tmp_path / "s.csv").write_text("q,0,0.5,1\n0.1,1,2,3\n0.2,4,0,6\n", "utf-8")
+    outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
+    probability = outcome.data["probability"]
+    assert float(probability.sum()) == pytest.approx(1.0)
+    assert float(probability.sel(q=0.2, u=1, case=40)) == pytest.approx(0.75 * 6 / 16)
+    mean = float((outcome.data["swing"] * probability).sum())
+    (line,) = (x for x in summary(outcome).splitlines() if "mean by probability" in x)
+    assert float(line.split()[3]) == pytest.approx(mean, rel=2e-3)  # it shows four digits

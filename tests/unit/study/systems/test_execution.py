@@ -1,75 +1,53 @@
-"""Processes of a study end when they are asked to, whatever they do."""
+"""Executors: no run is lost, and none is made twice, when one breaks."""
 
-import os
-import signal
-import sys
-import time
-from multiprocessing.process import BaseProcess
-from pathlib import Path
-from types import SimpleNamespace
+from __future__ import annotations
+
+from collections.abc import Generator
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
-from m4e_fmi.signals import ending_cleanly
+from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems import execution
+from m4e_fmi.study.systems.task import Blob, Task
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM")
-
-
-def asked_to_end_in_a_run(marker: Path) -> None:
-    """A run that SIGTERM ends, in a process of a study."""
-
-    def run(*_: object) -> None:
-        with ending_cleanly():
-            signal.raise_signal(signal.SIGTERM)
-
-    execution.perform = run  # pyright: ignore[reportAttributeAccessIssue]
-    execution._perform(SimpleNamespace())  # pyright: ignore[reportArgumentType]
-    marker.touch()
+DONE = Record(values={"x": 1.0})
 
 
-def deaf(marker: Path) -> None:
-    """A run that does not hear SIGTERM, as one inside the code of an FMU."""
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    marker.touch()
-    time.sleep(60.0)
+def task(key: str) -> Task:
+    return Task(key, Blob("0"), {}, {}, 1.0, (), (), 0.0, certify=False)
 
 
-def test_sigterm_is_no_result_of_a_run(tmp_path: Path) -> None:
-    """A process that lives on would wait for locks of processes that are dead."""
-    with execution._processes(1) as pool:
-        future = pool.submit(asked_to_end_in_a_run, tmp_path / "went_on")
-        with pytest.raises(execution.BrokenExecutor):
-            future.result(30.0)
-    assert not (tmp_path / "went_on").exists()
+class Breaking(Executor):
+    """An executor that makes `count` calls, and is broken from the next one on."""
+
+    def __init__(self, count: int) -> None:
+        self.left = count
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:  # noqa: ARG002
+        if not self.left:
+            raise BrokenProcessPool("a process died")
+        self.left -= 1
+        future: Future[Any] = Future()
+        future.set_result(DONE)
+        return future
 
 
-def test_a_process_that_does_not_hear_is_killed(tmp_path: Path) -> None:
-    marker = tmp_path / "runs"
-    found: list[BaseProcess] = []
+@pytest.mark.parametrize("count", range(6))
+def test_every_run_is_made_once_where_a_pool_breaks_between_two(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A process may die after the last answer was read: the next call is refused then."""
+    pools = iter([Breaking(count)])
 
-    def interrupted() -> None:
-        with execution._processes(1) as pool:
-            pool.submit(deaf, marker)
-            while not marker.exists():
-                time.sleep(0.02)
-            found.extend(pool._processes.values())
-            raise KeyboardInterrupt
+    @contextmanager
+    def processes(_: int) -> Generator[Executor]:
+        yield next(pools, Breaking(100))
 
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    (process,) = found
-    end = time.monotonic() + 10.0
-    while is_there(process.pid) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not is_there(process.pid)
-
-
-def is_there(process: int | None) -> bool:
-    """True of a process that runs. Its exit code may be told to another thread of the pool."""
-    assert process is not None
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
+    monkeypatch.setattr(execution, "_processes", processes)
+    tasks = [(k, task(str(k))) for k in range(5)]
+    found = [number for number, _ in execution.performed(tasks, jobs=1)]
+    assert sorted(found) == [0, 1, 2, 3, 4]

@@ -1,0 +1,75 @@
+"""Processes of a study end when they are asked to, whatever they do."""
+
+import os
+import signal
+import sys
+import time
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from m4e_fmi.signals import ending_cleanly
+from m4e_fmi.study.systems import execution
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGTERM")
+
+
+def asked_to_end_in_a_run(marker: Path) -> None:
+    """A run that SIGTERM ends, in a process of a study."""
+
+    def run(*_: object) -> None:
+        with ending_cleanly():
+            signal.raise_signal(signal.SIGTERM)
+
+    execution.perform = run  # pyright: ignore[reportAttributeAccessIssue]
+    execution._perform(SimpleNamespace())  # pyright: ignore[reportArgumentType]
+    marker.touch()
+
+
+def deaf(marker: Path) -> None:
+    """A run that does not hear SIGTERM, as one inside the code of an FMU."""
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    marker.touch()
+    time.sleep(60.0)
+
+
+def test_sigterm_is_no_result_of_a_run(tmp_path: Path) -> None:
+    """A process that lives on would wait for locks of processes that are dead."""
+    with execution._processes(1) as pool:
+        future = pool.submit(asked_to_end_in_a_run, tmp_path / "went_on")
+        with pytest.raises(execution.BrokenExecutor):
+            future.result(30.0)
+    assert not (tmp_path / "went_on").exists()
+
+
+def test_a_process_that_does_not_hear_is_killed(tmp_path: Path) -> None:
+    marker = tmp_path / "runs"
+    found: list[BaseProcess] = []
+
+    def interrupted() -> None:
+        with execution._processes(1) as pool:
+            pool.submit(deaf, marker)
+            while not marker.exists():
+                time.sleep(0.02)
+            found.extend(pool._processes.values())
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    (process,) = found
+    end = time.monotonic() + 10.0
+    while is_there(process.pid) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not is_there(process.pid)
+
+
+def is_there(process: int | None) -> bool:
+    """True of a process that runs. Its exit code may be told to another thread of the pool."""
+    assert process is not None
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
