@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.report.digits import aligned, scale_of
-from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.axes import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
+from m4e_fmi.study.shown.averages import means_of_designs
+from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 
-MOST_TOLD = 10
-"""Failures, warnings, and tables of one quantity that are shown."""
 MOST_ROWS = 40
 """Rows of a table."""
-_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 _NO_BRACKETS = str.maketrans("", "", "[]")
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
@@ -49,13 +46,7 @@ def averaged(grid: Grid, values: np.ndarray) -> Averaged:
     count = math.prod(len(grid.axes[k]) for k in repeats)
     rest = [k for k in range(len(grid.axes)) if k not in repeats]
     rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in axes), count))
-    missing = np.isnan(rows).sum(axis=-1)
-    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
-    for place in np.ndindex(missing.shape):
-        good = rows[place][~np.isnan(rows[place])]
-        if len(good):
-            interval = confidence_interval(good)
-            mean[place], width[place] = interval.mean, interval.half_width
+    mean, width, missing = means_of_designs(rows)
     return Averaged(axes, mean, width, missing)
 
 
@@ -213,16 +204,3 @@ def _failures(outcome: StudyOutcome) -> Iterator[str]:
 
 def _warnings(outcome: StudyOutcome) -> Iterator[str]:
     yield from warning_lines(outcome.warnings)
-
-
-def warning_lines(warnings: Mapping[str, int]) -> Iterator[str]:
-    """A line for each kind of warning, whatever its numbers, with the number of runs."""
-    kinds: dict[str, tuple[str, int]] = {}
-    for line, count in warnings.items():
-        kind = _NUMBER.sub("#", line)
-        first, before = kinds.get(kind, (line, 0))
-        kinds[kind] = first, before + count
-    for line, count in list(kinds.values())[:MOST_TOLD]:
-        yield f"warning: {line} ({count} run{'s' * (count != 1)})"
-    if len(kinds) > MOST_TOLD:
-        yield f"… {len(kinds) - MOST_TOLD} more kinds of warnings"
