@@ -98,7 +98,7 @@ def _told(
     counted = shares > 0.0
     count = f"{int(counted.sum())}"
     if lacking := int(np.isnan(mean[counted]).sum()):
-        return f"not known: {lacking} states have no value", NONE, NONE, count
+        return f"not known: no value of {lacking} state{'s' * (lacking != 1)}", NONE, NONE, count
     total = float((shares[counted] * mean[counted]).sum())
     shown = quantity(total, unit) if unit in PREFIXED else f"{aligned(total)[0]} {unit}".rstrip()
     if not is_power:

@@ -96,6 +96,8 @@ def _of_runs(result: StudyResult) -> Iterator[Curve]:
             yield Curve(column.name, VARIED, column.name, column.unit, column.text, spread,
                         items=items)  # fmt: skip
     for name, values in result.numbers.items():
+        if name == "coupling_error" and np.isnan(values).all():
+            continue  # of one program
         told = result.record.wanted.get(name)
         kind, text = (WANTED, told.text) if told else (RUN, TEXTS[name])
         yield Curve(name, kind, name, result.units[name], text, values.reshape(-1))

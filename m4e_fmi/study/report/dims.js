@@ -33,10 +33,11 @@ function studyOf(data) {
     },
     told: (list, points) => list.map((dim, k) => `${dim.name} ${dim.labels[points[k]]}${dim.unit ? " " + dim.unit : ""}`).join(", ") || "the run",
     runTold: run => study.told(dims, pointsOf(dims, run)),
-    // Means of a quantity over seeds, half the widths of their intervals, and numbers of seeds without a value.
-    async design(name) {
-      const of = kind => designs.variables.has(`${kind} ${name}`) ? designs.numbers(`${kind} ${name}`) : null;
-      const [mean, width, missing] = await Promise.all([of("mean") || runs.numbers(name), of("width"), of("missing")]);
+    // Means of a quantity over seeds, half the widths of their intervals, and numbers of seeds without a value: those of
+    // the quantity `of` from which it is computed.
+    async design(name, of = "") {
+      const found = (kind, one) => designs.variables.has(`${kind} ${one}`) ? designs.numbers(`${kind} ${one}`) : null;
+      const [mean, width, missing] = await Promise.all([found("mean", name) || runs.numbers(name), found("width", name), found("missing", of || name)]);
       return { mean, width, missing };
     },
     choose(at) {
@@ -71,7 +72,9 @@ function ticksOf(dim, most = 14) {
 function valueText(value, width, { unit, scale }) {
   const sign = unit ? " " + unit : "";
   if (!Number.isFinite(value)) return "no value";
-  return Number.isFinite(width) ? `${digits(scale * value)} ± ${Number((scale * width).toPrecision(2))}${sign}` : `${digits(scale * value)}${sign}`;
+  if (!(scale * width > 0)) return `${digits(scale * value)}${sign}`;
+  const decimals = Math.min(Math.max(1 - Math.floor(Math.log10(scale * width)), 0), 12);
+  return `${(scale * value).toFixed(decimals)} ± ${(scale * width).toFixed(decimals)}${sign}`;
 }
 
 function largestOf(values) {

@@ -2,7 +2,7 @@
 // dimensions. The chosen design of `study` is that of all of them.
 function mapsOf(root, study, theme, names) {
   const [form, across, up, turn, others, ticked, stack] = [".form", ".across", ".up", ".turn", ".others", ".quantities", ".panels"].map(name => root.querySelector(name));
-  const FIRST = 4, MOST_CURVES = 8, MOST_WRITTEN = 150, { axes } = study;
+  const FIRST = 4, MOST_CURVES = 8, MOST_WRITTEN = 150, CHOSEN = "#ff9f1c", { axes } = study;
   const long = axes.filter(dim => dim.count > 1), grids = long.filter(dim => dim.numbers || study.data.dims[dim.k].labels);
   const chosen = grids.length ? grids : long, panels = new Map();
 
@@ -64,7 +64,7 @@ function mapsOf(root, study, theme, names) {
   }
 
   async function draw(panel) {
-    panel.values ??= await study.design(panel.quantity.name);
+    panel.values ??= await study.design(panel.quantity.name, panel.quantity.of);
     const { kind, x, y } = view(), colours = theme.colours();
     panel.unit = shownUnit(panel.quantity.unit, largestOf(panel.values.mean));
     const { traces, layout, list } = kind === "histogram" ? histogram(panel, colours) : kind === "map" ? map(panel, x, y, colours) : curves(panel, x, y, colours);
@@ -107,10 +107,11 @@ function mapsOf(root, study, theme, names) {
 
   function told(panel) {
     const one = state(panel, study.at), { kind, x, y } = view();
+    panel.cell.hidden = kind === "histogram";
     panel.cell.textContent = axes.length ? `${study.told(axes, study.at)}: ${one.text}` : one.text;
     if (kind !== "map" || !panel.plot._fullLayout) return;
-    const [i, j] = [study.at[axes.indexOf(x)], study.at[axes.indexOf(y)]], { ink } = theme.colours();
-    Plotly.relayout(panel.plot, { shapes: [{ type: "rect", x0: i - 0.5, x1: i + 0.5, y0: j - 0.5, y1: j + 0.5, line: { color: ink, width: 2.5 } }] });
+    const [i, j] = [study.at[axes.indexOf(x)], study.at[axes.indexOf(y)]];
+    Plotly.relayout(panel.plot, { shapes: [{ type: "rect", x0: i - 0.5, x1: i + 0.5, y0: j - 0.5, y1: j + 0.5, line: { color: CHOSEN, width: 3 } }] });
   }
 
   function map(panel, x, y, colours) {

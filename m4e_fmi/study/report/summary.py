@@ -20,7 +20,7 @@ def summary(result: StudyResult, printed: str) -> str:
     if len(failed):
         parts.append(paragraph(f"{len(failed):,} of {result.count:,} runs failed.", "problem"))
     parts += [facts(_facts(result)), _failures(result)]
-    if warnings := lines(result.record.warnings):
+    if warnings := lines(line.removeprefix("warning: ") for line in result.record.warnings):
         parts.append(f"<h3>Warnings</h3>{warnings}")
     if notes := lines(result.record.notes):
         parts.append(f"<h3>How the runs were made</h3>{notes}")
@@ -51,9 +51,8 @@ def _varied(one: Dimension) -> str:
         return f"{one.name}: {one.count:,} points of {', '.join(c.name for c in one.columns)}"
     labels, unit = one.labels, one.columns[0].unit
     span = labels[0] if one.count == 1 else f"{labels[0]} to {labels[-1]}"
-    many = f", {one.count:,} values" if one.count > 1 else ""
-    seeds = ", seeds" if one.repeats else ""
-    return f"{one.name}: {span}{' ' * bool(unit)}{unit}{many}{seeds}"
+    many = f", {one.count:,} {'seeds' if one.repeats else 'values'}" if one.count > 1 else ""
+    return f"{one.name}: {f'{span} {unit}'.strip()}{many}"
 
 
 def _start_up(result: StudyResult) -> str:
