@@ -24,7 +24,10 @@ PREFIXED = ("W", "N", "J", "Pa")
 
 @dataclass(frozen=True)
 class Contribution:
-    """What each state contributes: `values` (the shape of designs) in `unit`, of `of`."""
+    """Contribution of each state to a sum over all: `values` (designs…) in `unit`.
+
+    They are computed from the quantity `of`.
+    """
 
     name: str
     of: str

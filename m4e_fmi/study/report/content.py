@@ -86,7 +86,7 @@ def _dimension(one: Dimension) -> dict[str, object]:
 
 
 def _of_runs(result: StudyResult) -> Iterator[Curve]:
-    """What was varied, and the numbers of each run."""
+    """Varied quantities, and the numbers of each run."""
     for number, one in enumerate(result.dimensions):
         shape = [1] * len(result.shape)
         shape[number] = one.count

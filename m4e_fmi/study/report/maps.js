@@ -33,6 +33,7 @@ function mapsOf(root, study, theme, names) {
       slider.addEventListener("input", () => study.choose(study.at.map((n, other) => other === k ? Number(slider.value) : n)));
       return made("label", {}, `${dim.name} `, slider, told);
     }));
+    root.querySelector(".second").textContent = kind === "curves" ? "A curve for each" : "Up";
     tell();
   }
 

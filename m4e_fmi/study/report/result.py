@@ -104,7 +104,7 @@ class StudyResult:
 
     @property
     def failed(self) -> np.ndarray:
-        """Numbers (n_failed,) of the runs that failed, from 0."""
+        """Numbers (n_failed,) [1] of the runs that failed, from 0."""
         return np.flatnonzero(self.failure.reshape(-1) != "")
 
     @property
@@ -117,7 +117,7 @@ class StudyResult:
         return self.attributes.get(name, "")
 
     def by_seeds(self, values: np.ndarray) -> np.ndarray:
-        """Values of all runs as (designs…, n_seeds), in their unit."""
+        """`values` (dimensions…) of all runs as (designs…, n_seeds), in their unit."""
         repeats = [k for k, one in enumerate(self.dimensions) if one.repeats]
         rest = [k for k in range(len(self.dimensions)) if k not in repeats]
         designs = tuple(self.shape[k] for k in rest)

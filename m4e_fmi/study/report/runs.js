@@ -10,7 +10,7 @@ function runsOf(root, study, plots) {
     const own = name => nameOf(name.replace(/, run \d+$/, ""), number);
     note.textContent = "";
     if (!plots.panels.length) return variables.forEach(name => plots.show(name, "unit"));
-    for (const panel of [...plots.panels]) plots.replace(panel, [...new Set(panel.names.flatMap(name => beside.checked ? [name, own(name)] : [own(name)]))]);
+    for (const panel of [...plots.panels]) plots.replace(panel, [...new Set([...beside.checked ? panel.names : [], ...panel.names.map(own)])]);
     return null;
   }
 
