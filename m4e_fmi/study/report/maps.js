@@ -10,8 +10,8 @@ function mapsOf(root, study, theme, names) {
   if (long.length > 1) forms.push(["map", "heat maps"]);
   forms.push(["curves", "curves"]);
   if (study.designCount > 1) forms.push(["histogram", "histograms of all designs"]);
-  const single = long.length === 1 && !grids.length;
-  filled(form, forms, single ? "histogram" : grids.length > 1 ? "map" : "curves");
+  const sampled = grids.length < long.length;  // one point of a sample tells little
+  filled(form, forms, sampled ? "histogram" : grids.length > 1 ? "map" : "curves");
   const options = axes.map((dim, k) => [k, dim.name]);
   const rows = chosen.length > 1 ? chosen[0] : null, columns = chosen.length > 1 ? chosen[1] : chosen[0] || axes[0];
   filled(across, options, columns ? axes.indexOf(columns) : "");

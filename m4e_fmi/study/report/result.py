@@ -117,7 +117,7 @@ class StudyResult:
         return self.attributes.get(name, "")
 
     def by_seeds(self, values: np.ndarray) -> np.ndarray:
-        """`values` (dimensions…) of all runs as (designs…, n_seeds), in their unit."""
+        """The `values` (n, …) of all runs [their unit], as (…, n_seeds) of each design."""
         repeats = [k for k, one in enumerate(self.dimensions) if one.repeats]
         rest = [k for k in range(len(self.dimensions)) if k not in repeats]
         designs = tuple(self.shape[k] for k in rest)
