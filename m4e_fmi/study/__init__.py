@@ -4,9 +4,8 @@
 
 Start reading at `sections` (what a study file says), then `plan/` (what is varied, what the names
 stand for, the FMUs and tasks), `runs/` (how runs are made, wherever, and kept) and `run`;
-`report/` is the page of a result. The
-package itself can be called as `run_study` is: ``m4e_fmi.study("study.yaml", …)``. It may import
-everything but `cli`.
+`report/` is the page of a result. The package itself can be called as `run_study` is:
+``m4e_fmi.study("study.yaml", …)``. It may import everything but `cli`.
 """
 
 import sys
