@@ -126,13 +126,13 @@ def test_the_table_is_the_numbers(shown: Page) -> None:
     click = f"{head}.find(b => b.textContent.startsWith('mean_power')).click()"
     page.value(click)
     page.value(click)
-    shown = page.value(
+    column = page.value(
         "[...document.querySelectorAll('#numbers tbody tr')].map(r => r.cells[5].textContent)"
     )
-    values = [float(text) for text in shown if text != "–"]
+    values = [float(text) for text in column if text != "–"]
     assert values == sorted(values, reverse=True)
     assert len(values) == 64
-    assert shown[64:] == ["–"] * 8
+    assert column[64:] == ["–"] * 8
     assert page.complaints == []
 
 
