@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show
-from m4e_fmi.cli.shared.options import EXIT_FAILED, add_build_folder
+from m4e_fmi.cli.shared.options import EXIT_FAILED, REPORT, add_build_folder
+from m4e_fmi.errors import InputError
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -34,6 +35,15 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="the result (.nc, or .csv as a long table); default build/NAME.nc",
     )
+    command.add_argument(
+        "--report",
+        nargs="?",
+        type=Path,
+        const=Path(),
+        metavar="FILE",
+        help="write a report (.html): maps, curves, scatter, numbers and series in one file; "
+        "default build/NAME.report.html",
+    )
     add_build_folder(command)
     add_log(command, events=True)
     command.set_defaults(command=_run)
@@ -55,6 +65,7 @@ def _run(options: argparse.Namespace) -> int:
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.study.estimate import estimate
     from m4e_fmi.study.given.study import load_study
+    from m4e_fmi.study.report.of_study import report_of_study
     from m4e_fmi.study.run import SUFFIXES, run_study
     from m4e_fmi.study.shown.figure import plot_study
     from m4e_fmi.study.shown.summary import summary
@@ -66,6 +77,7 @@ def _run(options: argparse.Namespace) -> int:
         show(str(estimate(study, build_directory=options.build_folder, jobs=options.jobs)))
         return 0
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
+    report = _report_file(options, output)
     with runs_progress() as progress:
         outcome = run_study(
             study,
@@ -76,8 +88,26 @@ def _run(options: argparse.Namespace) -> int:
             progress=progress,
             tell=say,
         )
-    show(summary(outcome))
+    printed = summary(outcome)
+    show(printed)
     print_files([output])
     if not options.no_plot and study.wanted:
         print_files([plot_study(outcome, output.with_suffix(".png"))])
+    if report:
+        given = options.given
+        print_files([report_of_study(output, report, printed=printed, command=given)])
     return EXIT_FAILED if outcome.failures else 0
+
+
+def _report_file(options: argparse.Namespace, output: Path) -> Path | None:
+    """Path of the report; None if none is wanted. InputError if it cannot be made."""
+    from m4e_fmi.files.writing import check_suffix
+
+    if options.report is None:
+        return None
+    path = options.report if options.report.name else output.with_suffix(REPORT)
+    check_suffix(path, (".html",), "a report")
+    if output.suffix.lower() != ".nc":
+        message = "--report is made from a netCDF file"
+        raise InputError.single(message, "let --output-file end with .nc", str(output))
+    return path

@@ -16,6 +16,7 @@ from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
 from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.report.record import carried_record
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.start_up import DEFAULT
 from m4e_fmi.study.runs.store import Store
@@ -91,9 +92,10 @@ def run_study(
             work, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
         )
         study = work.study
-        found = dataset(
-            study, records, work.labels, start_up=work.start_up, attributes=_attributes(study)
-        )
+        warnings = _warnings(work.warnings, records)
+        record = carried_record(study, records, kept=kept, warnings=warnings, notes=work.notes)
+        attributes = {**_attributes(study), **record}
+        found = dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes)
         path = None if output is None else Path(output)
         if path is not None:
             write_dataset(found, path)
@@ -103,7 +105,7 @@ def run_study(
         path=path,
         records=tuple(records),
         failures={k: r.failure for k, r in enumerate(records) if r.failure},
-        warnings=_warnings(work.warnings, records),
+        warnings=warnings,
         notes=tuple(work.notes),
         kept=kept,
         wall_time=clock.perf_counter() - began,

@@ -12,7 +12,7 @@ async function start(data) {
   const flows = data.flows && flowsOf(part(".flows"), store, plots, theme, data.flows);
   globalThis.report = { plots, store, theme, spectra, flows, moves: Boolean(data.animation), player: null };
   if (data.animation) setTimeout(() => animate(data.animation), 0);
-  printed(theme, report);
+  onPaper(theme, spectra.draw, () => plots.dress());
 }
 
 // The animation, at rest until it is played: its time and the cursor of the plots are one.
@@ -34,20 +34,5 @@ function animate(data) {
   dock.addEventListener("click", () => {
     dock.setAttribute("aria-pressed", place.classList.toggle("docked"));
     player.dress();
-  });
-}
-
-// On paper all is drawn, light, and no wider than the paper.
-function printed(theme, { plots, spectra }) {
-  const PAPER = 660, charts = () => document.querySelectorAll(".plot, .spectrum, .sankey");
-  window.addEventListener("beforeprint", () => {
-    theme.as("light");
-    spectra.draw();
-    for (const chart of charts()) if (chart._fullLayout) chart.style.zoom = Math.min(1, PAPER / chart._fullLayout.width);
-  });
-  window.addEventListener("afterprint", () => {
-    theme.as(theme.wanted());
-    for (const chart of charts()) chart.style.zoom = "";
-    plots.dress();
   });
 }

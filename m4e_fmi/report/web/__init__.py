@@ -7,7 +7,7 @@ series of results; `library` has Plotly. The scripts beside them are plain funct
 |---|---|
 | `samples.js` | decodes samples and the library when they are needed |
 | `decimate.js`, `spectrum.js` | pure functions of arrays |
-| `theme.js` | light and dark colours, for CSS and plots |
+| `theme.js`, `paper.js` | light and dark colours, for CSS and plots; printing |
 | `histories.js`, `panel.js`, `chooser.js` | plots over time with linked axes; the choice of them |
 | `spectra.js` | spectra of what the plots show |
 """

@@ -22,7 +22,7 @@ function historiesOf(root, store, theme, first) {
     onTime(action) { listeners.time.push(action); },
     onRange(action) { listeners.range.push(action); },
     onPanels(action) { listeners.panels.push(action); },
-    seek, choose, key, open, close, remove, show,
+    seek, choose, key, open, close, remove, show, replace,
     dress() {
       plots.colours = theme.colours();
       return Promise.all(plots.panels.map(panel => panel.dress()));
@@ -65,9 +65,7 @@ function historiesOf(root, store, theme, first) {
 
   function remove(panel, name) {
     panel.names = panel.names.filter(other => other !== name);
-    if (!panel.names.length) return close(panel);
-    changed();
-    return panel.draw();
+    return panel.names.length ? replace(panel, panel.names) : close(panel);
   }
 
   // Shows a variable in the plot `where`, in a new one, or in the first with its unit.
@@ -77,7 +75,12 @@ function historiesOf(root, store, theme, first) {
     const panel = where === "unit" ? plots.panels.find(alike) : plots.panels[where];
     if (!panel) return open([name]);
     if (panel.names.includes(name)) return null;
-    panel.names = [...panel.names, name];
+    return replace(panel, [...panel.names, name]);
+  }
+
+  // Other variables in a plot.
+  function replace(panel, names) {
+    panel.names = names;
     changed();
     return panel.draw();
   }

@@ -50,15 +50,20 @@ class Samples:
     exact: bool
 
 
-def packed_samples(time: NDArray[np.float64], curves: Iterable[Curve]) -> Samples:
-    """Every sample of `curves` at `time` (n,) [s], times exactly."""
+def packed_samples(
+    time: NDArray[np.float64], curves: Iterable[Curve], *, prefix: str = ""
+) -> Samples:
+    """Every sample of `curves` at `time` (n,) [s], times exactly.
+
+    Ids of blocks begin with `prefix`, which keeps several sets of samples apart in one page.
+    """
     curves = list(curves)
     exact = 8 * len(time) * len(curves) <= MOST_EXACT
     blocks: dict[str, str] = {}
-    when = _stored(np.asarray(time, float), True, "time", blocks)
+    when = _stored(np.asarray(time, float), True, f"{prefix}time", blocks)
     variables = []
     for number, curve in enumerate(curves):
-        stored = _stored(curve.values, exact, f"v{number}", blocks)
+        stored = _stored(curve.values, exact, f"{prefix}v{number}", blocks)
         variables.append({**dict(_described(curve)), **stored})
     return Samples({"count": len(time), "time": when, "variables": variables}, blocks, exact)
 

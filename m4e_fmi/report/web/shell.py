@@ -14,8 +14,8 @@ from m4e_fmi.report.web.library import plotly_js
 from m4e_fmi.report.web.samples import block
 
 SCRIPTS = (
-    "samples.js", "decimate.js", "spectrum.js", "theme.js", "panel.js", "histories.js",
-    "chooser.js", "spectra.js",
+    "samples.js", "decimate.js", "spectrum.js", "theme.js", "paper.js", "panel.js",
+    "histories.js", "chooser.js", "spectra.js",
 )  # fmt: skip
 HERE = "m4e_fmi.report.web"
 

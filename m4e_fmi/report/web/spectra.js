@@ -1,6 +1,6 @@
 // A spectrum of each plot of `plots` in `root`, from the time `start` [s] on, or of the times that are shown. They are
-// computed when they come into view.
-function spectraOf(root, store, plots, theme, start) {
+// computed when they come into view. `leftOut` is what is before `start`.
+function spectraOf(root, store, plots, theme, start, leftOut = "the ramp of the waves") {
   const [stack, note, shown, logarithmic] = [".panels", ".told", ".shown", ".logarithmic"].map(name => root.querySelector(name));
   let seen = false, waiting = 0;
 
@@ -38,14 +38,16 @@ function spectraOf(root, store, plots, theme, start) {
 
   // Spectrum of values between two times; tells how it was made.
   function spectrum(values, from, to, about) {
-    const even = evenly(store.time, values, from, to), length = segmentOf(even.values.length);
+    let last = values.length - 1;
+    while (last > 0 && !Number.isFinite(values[last])) last--;  // behind the end of a run
+    const even = evenly(store.time, values, from, Math.min(to, store.time[last])), length = segmentOf(even.values.length);
     if (!(length >= 8)) {
       about.text = `From t = ${digits(from)} to ${digits(to)} s there are too few samples for a spectrum.`;
       return { frequency: new Float64Array(0), density: new Float64Array(0) };
     }
     const found = welch(even.values, even.step, length);
     about.text = `From t = ${digits(even.from)} to ${digits(even.to)} s, `
-      + (shown.checked ? "the times shown above" : start > plots.whole[0] ? `without the ramp of the waves (until ${digits(start)} s)` : "the whole run; it has no known ramp of waves")
+      + (shown.checked ? "the times shown above" : start > plots.whole[0] ? `without ${leftOut} (until ${digits(start)} s)` : `the whole run; ${leftOut} is not known or 0 s`)
       + `: mean of ${found.segments} periodograms (Welch), Hann windows of ${length} samples half over one another, means removed; one-sided, every ${digits(1 / (length * even.step))} Hz`
       + (even.even ? "." : "; the samples are not evenly spaced: linear between them.");
     return found;

@@ -17,7 +17,7 @@ function themeOf(choice) {
     onChange(action) { listeners.push(action); },
     colours() {
       const style = getComputedStyle(document.documentElement), of = name => style.getPropertyValue("--" + name).trim();
-      return { ink: of("ink"), grey: of("grey"), line: of("line"), paper: of("paper"), curves: of("curves").split(/\s+/) };
+      return { ink: of("ink"), grey: of("grey"), line: of("line"), paper: of("paper"), failed: of("cursor"), curves: of("curves").split(/\s+/) };
     },
   };
 }

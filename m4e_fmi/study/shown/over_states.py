@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.statistics.confidence import confidence_interval
 from m4e_fmi.study.given.axes import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
+from m4e_fmi.study.shown.averages import means_of_designs
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -56,13 +56,7 @@ def averaged(axes: tuple[Axis, ...], values: np.ndarray) -> Averaged:
     count = math.prod(len(axes[k]) for k in repeats)
     rest = [k for k in range(len(axes)) if k not in repeats]
     rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in designs), count))
-    missing = np.isnan(rows).sum(axis=-1)
-    mean, width = np.full(missing.shape, np.nan), np.full(missing.shape, np.nan)
-    for place in np.ndindex(missing.shape):
-        good = rows[place][~np.isnan(rows[place])]
-        if len(good):
-            interval = confidence_interval(good)
-            mean[place], width[place] = interval.mean, interval.half_width
+    mean, width, missing = means_of_designs(rows)
     return Averaged(designs, mean, width, missing)
 
 

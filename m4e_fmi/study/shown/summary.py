@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,12 +12,10 @@ from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
 from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
+from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 
-MOST_TOLD = 10
-"""Failures, warnings, and tables of one quantity that are shown."""
 MOST_ROWS = 40
 """Rows of a table."""
-_NUMBER = re.compile(r"[-+]?\d+(\.\d+)?(e[-+]?\d+)?")
 _NO_BRACKETS = str.maketrans("", "", "[]")
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
@@ -192,16 +189,3 @@ def _failures(outcome: StudyOutcome) -> Iterator[str]:
 
 def _warnings(outcome: StudyOutcome) -> Iterator[str]:
     yield from warning_lines(outcome.warnings)
-
-
-def warning_lines(warnings: Mapping[str, int]) -> Iterator[str]:
-    """A line for each kind of warning, whatever its numbers, with the number of runs."""
-    kinds: dict[str, tuple[str, int]] = {}
-    for line, count in warnings.items():
-        kind = _NUMBER.sub("#", line)
-        first, before = kinds.get(kind, (line, 0))
-        kinds[kind] = first, before + count
-    for line, count in list(kinds.values())[:MOST_TOLD]:
-        yield f"warning: {line} ({count} run{'s' * (count != 1)})"
-    if len(kinds) > MOST_TOLD:
-        yield f"… {len(kinds) - MOST_TOLD} more kinds of warnings"

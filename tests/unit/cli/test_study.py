@@ -37,6 +37,21 @@ def test_a_study_prints_tables_and_writes_its_files(capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.usefixtures("here")
+def test_a_study_writes_its_report(capsys: pytest.CaptureFixture[str]) -> None:
+    written_study(Path(), f"{STUDY}series: [joint.hinge.q]\n")
+    assert main(["study", "study.yaml", "--no-plot", "--report"]) == 0
+    assert "carts.report.html" in capsys.readouterr().out
+    page = Path("build/carts.report.html").read_text("utf-8")
+    assert "m4e-fmi study study.yaml --no-plot --report" in page
+    assert "carts: 4 runs, 4 made" in page
+    assert "cart.model.yaml" in page
+    given = ["study", "study.yaml", "--output-file", "t.csv", "--report", "r.html"]
+    assert main(given) == 2
+    assert "--report is made from a netCDF file" in capsys.readouterr().err
+    assert main(["study", "study.yaml", "--report", "r.pdf"]) == 2
+
+
+@pytest.mark.usefixtures("here")
 def test_a_failed_run_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     written_study(Path(), STUDY.replace("[0, 1]", "[0, 1.e+300]"))
     assert main(["study", "study.yaml", "--no-plot"]) == 1

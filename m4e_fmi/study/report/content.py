@@ -1,0 +1,146 @@
+"""The numbers of a study as the scripts of its page take them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
+from m4e_fmi.study.report.annual import Contribution
+from m4e_fmi.study.report.result import Column, Dimension, StudyResult
+
+MEAN, WIDTH, MISSING = "mean ", "width ", "missing "
+"""Beginnings of the names of numbers of designs."""
+VARIED, WANTED, RUN = "varied", "wanted", "run"
+"""Components under which numbers of runs are listed."""
+TEXTS = {
+    "coupling_error": "largest estimated coupling error, of the range",
+    "wall_time": "time that the run took",
+    "start_up": "rows from this time on count in statistics",
+}
+
+
+@dataclass(frozen=True)
+class Content:
+    """Numbers of a page: `data` for `studyOf`, and texts of blocks by their ids."""
+
+    data: dict[str, object]
+    blocks: dict[str, str]
+    exact: bool
+
+
+def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
+    """All numbers of runs and designs, and the series that a page takes."""
+    runs = _packed(list(_of_runs(result)), result.count, "r")
+    designs = _packed(list(_of_designs(result, contributed)), 0, "d")
+    series = _series(result)
+    data: dict[str, object] = {
+        "dims": [_dimension(one) for one in result.dimensions],
+        "quantities": [
+            {"name": name, "unit": result.units[name], "text": told.text, "of": ""}
+            for name, told in result.record.wanted.items()
+        ]
+        + [
+            {"name": one.name, "unit": one.unit, "text": one.text, "of": one.of}
+            for one in contributed
+        ],
+        "columns": [
+            {"name": column.name, "dim": number}
+            for number, one in enumerate(result.dimensions)
+            for column in one.columns
+        ],
+        "runs": runs.data,
+        "designs": designs.data,
+        "failures": _failures(result),
+        "series": series and {
+            "samples": series.data,
+            "runs": result.series.runs.tolist() if result.series else [],
+            "names": list(result.series.values) if result.series else [],
+        },
+        "startUp": float(np.nanmax(result.numbers["start_up"])),
+    }  # fmt: skip
+    blocks = {**runs.blocks, **designs.blocks, **(series.blocks if series else {})}
+    return Content(data, blocks, runs.exact and designs.exact)
+
+
+def _packed(curves: list[Curve], count: int, prefix: str) -> Samples:
+    """Columns of equal length, in a store whose times are their numbers."""
+    count = len(curves[0].values) if curves else count
+    return packed_samples(np.arange(count, dtype=float), curves, prefix=prefix)
+
+
+def _dimension(one: Dimension) -> dict[str, object]:
+    column = one.columns[0]
+    numbers = one.is_grid and column.is_number and bool(np.isfinite(column.values).all())
+    return {
+        "name": one.name,
+        "unit": column.unit if one.is_grid else "",
+        "text": column.text if one.is_grid else "",
+        "count": one.count,
+        "labels": one.labels if one.is_grid else None,
+        "numbers": column.values.astype(float).tolist() if numbers else None,
+        "repeats": one.repeats,
+    }
+
+
+def _of_runs(result: StudyResult) -> Iterator[Curve]:
+    """Varied quantities, and the numbers of each run."""
+    for number, one in enumerate(result.dimensions):
+        shape = [1] * len(result.shape)
+        shape[number] = one.count
+        for column in one.columns:
+            values, items = _coded(column)
+            spread = np.broadcast_to(values.reshape(shape), result.shape).reshape(-1)
+            yield Curve(column.name, VARIED, column.name, column.unit, column.text, spread,
+                        items=items)  # fmt: skip
+    for name, values in result.numbers.items():
+        if name == "coupling_error" and np.isnan(values).all():
+            continue  # of one program
+        told = result.record.wanted.get(name)
+        kind, text = (WANTED, told.text) if told else (RUN, TEXTS[name])
+        yield Curve(name, kind, name, result.units[name], text, values.reshape(-1))
+
+
+def _coded(column: Column) -> tuple[np.ndarray, dict[str, int]]:
+    """Numbers (n,) of a column, and what they stand for if these are not its values."""
+    if column.is_number:
+        return column.values.astype(float), {}
+    names = list(dict.fromkeys(column.labels))
+    return np.array([names.index(text) for text in column.labels], float), {
+        name: k for k, name in enumerate(names)
+    }
+
+
+def _of_designs(result: StudyResult, contributed: list[Contribution]) -> Iterator[Curve]:
+    """Means over seeds with their confidence, and contributions of states."""
+    if any(one.repeats for one in result.dimensions):
+        for name in result.record.wanted:
+            found, unit = result.designs(name), result.units[name]
+            for kind, values in (
+                (MEAN, found.mean), (WIDTH, found.half_width), (MISSING, found.missing)
+            ):  # fmt: skip
+                yield Curve(f"{kind}{name}", WANTED, name, unit, "", values.reshape(-1))
+    for one in contributed:
+        yield Curve(f"{MEAN}{one.name}", WANTED, one.name, one.unit, "", one.values.reshape(-1))
+
+
+def _failures(result: StudyResult) -> dict[str, object]:
+    """Failed runs by number, each with the number of its reason."""
+    reasons, texts = result.failure.reshape(-1), dict[str, int]()
+    runs = [[int(run), texts.setdefault(str(reasons[run]), len(texts))] for run in result.failed]
+    return {"texts": list(texts), "runs": runs}
+
+
+def _series(result: StudyResult) -> Samples | None:
+    found = result.series
+    if found is None:
+        return None
+    curves = [
+        Curve(f"{name}, run {run + 1}", f"run {run + 1}: {result.told(int(run))}", name,
+              found.units[name], found.texts[name], found.values[name][row])
+        for row, run in enumerate(found.runs.tolist())
+        for name in found.values
+    ]  # fmt: skip
+    return packed_samples(found.time, curves, prefix="s")

@@ -1,0 +1,82 @@
+"""The report of a result file of a study: `report_of_study`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from m4e_fmi.files.writing import check_suffix, written
+from m4e_fmi.report.web.markup import paragraph
+from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
+from m4e_fmi.study.report.annual import annual, contributions
+from m4e_fmi.study.report.content import Content, content_of
+from m4e_fmi.study.report.result import StudyResult, load_study_result
+from m4e_fmi.study.report.summary import reproduction, summary
+
+OWN = "m4e_fmi.study.report"
+SCRIPTS = ("dims.js", "maps.js", "scatter.js", "numbers.js", "runs.js", "study_report.js")
+
+
+def report_of_study(
+    results: str | Path, path: str | Path, *, printed: str = "", command: str = ""
+) -> Path:
+    """Write the report of the result file of a study (.nc) to `path` (.html).
+
+    The page needs nothing else. `printed` is what the study has printed, `command` its command
+    line. InputError for a file that is missing, damaged, or no result of a study; RunError if the
+    report cannot be written.
+    """
+    path = Path(path)
+    check_suffix(path, (".html",), "a report")
+    text = page_text(_page(load_study_result(Path(results)), printed, command))
+    with written(path) as part:
+        part.write_text(text, encoding="utf-8")
+    return path
+
+
+def _page(result: StudyResult, printed: str, command: str) -> Page:
+    contributed = contributions(result)
+    content = content_of(result, contributed)
+    sections = [Section("summary", "Summary", summary(result, printed))]
+    if result.record.wanted:
+        sections.append(Section("results", "Results", text_of(OWN, "maps.html")))
+    if contributed:
+        body = annual(result) + text_of(OWN, "maps.html")
+        sections.append(Section("states", "Means by probability", body))
+    if result.record.wanted:
+        sections.append(Section("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
+    sections.append(Section("numbers", "Numbers", _numbers(content)))
+    if result.series:
+        sections.append(Section("histories", "Time histories", _runs(result)))
+        sections.append(Section("spectra", "Spectra", text_of(HERE, "spectra.html")))
+    sections.append(Section("inputs", "Reproduction", reproduction(result, command)))
+    return Page(
+        title=result.attribute("title") or result.path.stem,
+        subtitle=f"Study of {result.count:,} runs, report of m4e_fmi",
+        sections=sections,
+        data=content.data,
+        styles=[text_of(OWN, "study_report.css")],
+        scripts=[text_of(OWN, name) for name in SCRIPTS],
+        blocks=content.blocks,
+    )
+
+
+def _numbers(content: Content) -> str:
+    """The table of all numbers, and how exactly the page has them."""
+    kind = "exactly (Float64)" if content.exact else "rounded to seven digits (Float32)"
+    return text_of(OWN, "numbers.html") + paragraph(f"The page has all numbers {kind}.", "note")
+
+
+def _runs(result: StudyResult) -> str:
+    """Plots of whole series, and of which runs the page has them."""
+    found = result.series
+    assert found is not None
+    told = f"Series of {len(found.runs):,} runs are in this page."
+    if len(found.runs) < found.all_runs:
+        told = (
+            f"Series of {len(found.runs):,} of {found.all_runs:,} runs are in this page, at even "
+            "distances; the result file has all."
+        )
+    if found.evenly:
+        told += " Each run has rows at times of its own; values are linear between them."
+    html = text_of(OWN, "runs.html").replace("@histories@", text_of(HERE, "histories.html"))
+    return html + paragraph(told, "note")

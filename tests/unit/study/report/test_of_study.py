@@ -1,0 +1,152 @@
+"""Reports of studies from result files: texts, means, energies, the numbers of the page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from scipy.stats import t as student
+from support.written_study import (
+    DAMPINGS,
+    EVIL,
+    FAILED_CELL,
+    HEIGHTS,
+    PERIODS,
+    PROBABILITY,
+    SEEDS,
+    axis,
+    matrix,
+    power,
+    samples,
+    written,
+)
+
+from m4e_fmi.errors import InputError
+from m4e_fmi.study.given.axes import Grid
+from m4e_fmi.study.report.annual import annual, contributions
+from m4e_fmi.study.report.content import content_of
+from m4e_fmi.study.report.of_study import report_of_study
+from m4e_fmi.study.report.result import load_study_result
+from m4e_fmi.study.report.series import MOST_CURVES
+from m4e_fmi.study.report.summary import summary
+from m4e_fmi.study.runs.record import Record
+
+YEAR = 8766.0 * 3600.0
+
+
+def test_means_over_seeds_are_those_of_the_runs_that_are_left(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path))
+    found = result.designs("mean_power")
+    assert np.isnan(found.mean[FAILED_CELL]).all()
+    values = [power(HEIGHTS[0], PERIODS[1], DAMPINGS[1], s) for s in range(SEEDS)]
+    np.testing.assert_allclose(found.mean[0, 1, 1], np.mean(values))
+    width = student.ppf(0.975, SEEDS - 1) * np.std(values, ddof=1) / np.sqrt(SEEDS)
+    np.testing.assert_allclose(found.half_width[0, 1, 1], width)
+    assert found.missing[2].tolist() == [[3, 3], [1, 1], [0, 0], [0, 0]]
+
+
+def test_the_summary_has_failures_errors_and_their_runs(tmp_path: Path) -> None:
+    text = summary(load_study_result(matrix(tmp_path)), "as printed")
+    for part in (
+        "8 of 72 runs failed", "Hs 3, Tp 6, damping 5, seed 1", "7.2e-04 of range, at buoy.force",
+        "in the run of Hs 3, Tp 12, damping 7, seed 3", "all before t = 30 s (30 s)",
+        "128 s in all", "72 made, 0 kept", "as printed", "Hs: 1 to 3 m, 3 values", "3 seeds",
+    ):  # fmt: skip
+        assert part in text
+    assert "odd &lt;img" in text
+
+
+def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path, failing=False))
+    text = annual(result)
+    sums = [
+        sum(
+            PROBABILITY[i, j] * power(h, p, DAMPINGS[0], seed)
+            for i, h in enumerate(HEIGHTS)
+            for j, p in enumerate(PERIODS)
+        )
+        for seed in range(SEEDS)
+    ]
+    energy = YEAR * np.mean(sums) / 3.6e9
+    error = YEAR * np.std(sums, ddof=1) / np.sqrt(SEEDS) / 3.6e9
+    found = re.search(r"mean_power</td>.*?([\d.]+) kW.*?([\d.]+) MWh.*?([\d.]+) MWh", text)
+    assert found
+    mean, shown, stated = map(float, found.groups())
+    assert mean == pytest.approx(np.mean(sums) / 1e3, rel=1e-3)
+    assert shown == pytest.approx(energy, rel=1e-3)
+    assert stated == pytest.approx(error, rel=1e-3)
+    first, second = contributions(result)
+    assert first.unit == "MWh"
+    assert first.values[..., 0].sum() == pytest.approx(energy)
+    assert second.unit == "N"
+
+
+def test_a_state_without_a_value_leaves_the_mean_unknown(tmp_path: Path) -> None:
+    assert "not known: no value of 1 state<" in annual(load_study_result(matrix(tmp_path)))
+
+
+def test_the_page_has_every_number_once(tmp_path: Path) -> None:
+    result = load_study_result(samples(tmp_path, 300))
+    content = content_of(result, [])
+    assert content.exact
+    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyright: ignore
+    assert names == ["m", "c", "mean_power", "most_tension", "wall_time", "start_up"]
+    assert content.data["designs"]["variables"] == []  # pyright: ignore[reportIndexIssue]
+    assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
+    assert content.data["series"] is None
+
+
+def test_texts_stay_texts(tmp_path: Path) -> None:
+    page = report_of_study(matrix(tmp_path), tmp_path / "r.html", printed=EVIL).read_text("utf-8")
+    assert EVIL not in page
+    assert "&lt;img src=x onerror=alert(1)&gt;" in page
+    assert page.count("<script") == page.count("</script>")
+
+
+def test_series_at_times_of_their_own_are_linear_between_rows(tmp_path: Path) -> None:
+    records = [
+        Record(time=time, series={"buoy.z": 2.0 * time})
+        for time in (np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0]))
+    ]
+    path = written(tmp_path, Grid((axis("Hs", (1.0, 2.0)),)), records, (), series=("buoy.z",))
+    found = load_study_result(path).series
+    assert found is not None
+    assert found.evenly
+    inside = found.time <= 1.0
+    np.testing.assert_allclose(found.values["buoy.z"][0], 2.0 * found.time)
+    np.testing.assert_allclose(found.values["buoy.z"][1, inside], 2.0 * found.time[inside])
+    assert np.isnan(found.values["buoy.z"][1, ~inside]).all()
+
+
+def test_a_page_takes_series_of_so_many_runs(tmp_path: Path) -> None:
+    count, time = MOST_CURVES + 50, np.array([0.0, 1.0])
+    records = [Record(time=time, series={"buoy.z": time + run}) for run in range(count)]
+    path = written(tmp_path, Grid((axis("Hs", range(count)),)), records, (), series=("buoy.z",))
+    found = load_study_result(path).series
+    assert found is not None
+    assert len(np.unique(found.runs)) == MOST_CURVES
+    assert (found.runs[0], found.runs[-1], found.all_runs) == (0, count - 1, count)
+    np.testing.assert_array_equal(found.values["buoy.z"][:, 0], found.runs)
+    page = report_of_study(path, tmp_path / "r.html").read_text("utf-8")
+    assert "Series of 2,000 of 2,050 runs are in this page" in page
+
+
+def test_files_that_are_no_results_are_refused(tmp_path: Path) -> None:
+    path, page = tmp_path / "r.nc", tmp_path / "r.html"
+    for attrs, part in (
+        ({}, "no result of a study, or an old one"),
+        ({"record": "{"}, "damaged"),
+        ({"record": '{"format": 9}'}, "of format 9"),
+    ):
+        xarray.Dataset(attrs=attrs).to_netcdf(path)
+        with pytest.raises(InputError, match=part):
+            report_of_study(path, page)
+    path.write_bytes(b"nothing")
+    with pytest.raises(InputError, match="no netCDF file of a study"):
+        report_of_study(path, page)
+    with pytest.raises(InputError, match="no such file"):
+        report_of_study(tmp_path / "missing.nc", page)
+    assert not page.exists()
