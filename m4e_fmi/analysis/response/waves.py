@@ -54,6 +54,12 @@ class Sea:
         """4 √m₀ [m]."""
         return 4.0 * float(np.sqrt(np.sum(self.amplitudes**2) / 2.0))
 
+    @property
+    def energy_period(self) -> float:
+        """2π m₋₁/m₀ [s]."""
+        energy = self.amplitudes**2
+        return float(2.0 * np.pi * np.sum(energy / self.omega) / np.sum(energy))
+
 
 class WaveForces(Protocol):
     """Forces of waves on a program, whose `inputs` they are, the elevation at x = y = 0 among them.

@@ -42,7 +42,8 @@ def sea_text(response: SeaResponse) -> str:
     angle = round(float(np.degrees(sea.direction)), 9)
     lines = [
         f"{response.point.program.name}: response to a sea of significant height "
-        f"{sea.significant_height:.4g} m to {angle:g} deg, linearised for it",
+        f"{sea.significant_height:.4g} m and energy period {sea.energy_period:.4g} s "
+        f"to {angle:g} deg, linearised for it",
         "",
         f"  {'':<36} {'mean':>13} {'deviation':>13} {'crossings':>10}",
     ]
@@ -126,6 +127,7 @@ def sea_json(response: SeaResponse) -> dict[str, object]:
     """All statistics of a response."""
     return {
         "significant_height": response.sea.significant_height,
+        "energy_period": response.sea.energy_period,
         "direction": response.sea.direction,
         "notes": list(response.notes),
         "outputs": {

@@ -74,6 +74,8 @@ def test_the_sea_of_the_file_and_another(
     assert 5 < heave < 9
     own, other = (x["outputs"]["generator.power"]["mean"] for x in found)
     assert found[0]["significant_height"] == pytest.approx(1.5)
+    # 0.9034 of the peak period, by the integrals of a JONSWAP spectrum of 3.3
+    assert found[1]["energy_period"] == pytest.approx(0.9034 * 8.0, rel=0.01)
     # 60 components at random frequencies, beside 300 in the middles of their parts
     assert own == pytest.approx(other, rel=0.05)
 
