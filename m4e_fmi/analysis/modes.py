@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.analysis.linearization import Linearization
+from m4e_fmi.errors import InputError
 from m4e_fmi.program import Variable
 from m4e_fmi.shown import Displayed, listing
 
@@ -80,7 +81,13 @@ class Modes(Displayed):
 
 
 def modes(linear: Linearization) -> Modes:
-    """The modes of the linear equations."""
+    """The modes of the linear equations; InputError for anything else."""
+    match linear:
+        case Linearization():
+            pass
+        case _:
+            message = f"expected a Linearization, got {type(linear).__name__}"
+            raise InputError.single(message, "give modes(linearize(model))")
     from scipy.linalg import eig
 
     found = eig(linear.A, left=True, right=True)

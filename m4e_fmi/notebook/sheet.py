@@ -16,13 +16,15 @@ MOST_ROWS = 60
 LONGEST = 160
 """Characters of a text."""
 FLOAT = ".6g"
+# of cells the class is there thrice: the rules of notebooks that align them to the right have two
 STYLE = """\
 .m4e-fmi{font-size:.92em;line-height:1.4;overflow-x:auto}
 .m4e-fmi table{border-collapse:collapse;margin:.3em 0 .8em}
-.m4e-fmi th,.m4e-fmi td{text-align:left;vertical-align:top;padding:.15em .7em .15em 0;
+.m4e-fmi.m4e-fmi.m4e-fmi :is(th,td){text-align:left;vertical-align:top;padding:.15em .7em .15em 0;
 border-bottom:1px solid rgba(128,128,128,.3);background:none;color:inherit}
 .m4e-fmi .scroll{max-height:26em;overflow:auto}
-.m4e-fmi .number{text-align:right;font-variant-numeric:tabular-nums;white-space:nowrap}
+.m4e-fmi.m4e-fmi.m4e-fmi .number.number{text-align:right;
+font-variant-numeric:tabular-nums;white-space:nowrap}
 .m4e-fmi .note{opacity:.75}
 .m4e-fmi .equations{list-style:none;padding:0}
 .m4e-fmi .equations li{display:flex;gap:2em;align-items:center;padding:.2em 0}

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from m4e_fmi.errors import InputError, Named, is_other
+from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.writing import check_suffix, netcdf, written
 from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
@@ -117,7 +118,7 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    path = Path(path)
+    path = as_path(path)
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"

@@ -9,7 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from m4e_fmi import InputError, build_fmu, load_model, load_system, model_program, simulate
+from m4e_fmi import (
+    InputError,
+    build_fmu,
+    load,
+    load_model,
+    load_system,
+    model_program,
+    modes,
+    simulate,
+)
 from m4e_fmi.cosim import Simulation, System
 from m4e_fmi.fmu import read_description
 from m4e_fmi.model import Body, Joint, Model, Point
@@ -30,6 +39,8 @@ MISTAKES: tuple[tuple[Callable[..., Any], dict, str, str], ...] = (
     (SYSTEM.changed, {"start": {5: 3}}, "expected COMPONENT.VARIABLE", ""),
     (load_system, {"path": 3}, "path of a file, got int", "name"),
     (load_model, {"path": None}, "path of a file, got NoneType", "name"),
+    (load, {"path": 3}, "path of a file, got int", "name"),
+    (modes, {"linear": PENDULUM}, "expected a Linearization, got Model", "linearize(model)"),
     (simulate, {"system": PENDULUM, "stop_time": "1 s"}, "stop time must be a number", "seconds"),
     (
         Model,
