@@ -122,7 +122,7 @@ class UserClass:
         return found
 
 
-def _is_single(value: Any) -> bool:
+def _is_single(value: object) -> bool:
     """True of what is no sequence of values; texts and arrays without a dimension are none."""
     without = isinstance(value, str | bytes) or getattr(value, "shape", None) == ()
     return without or not hasattr(value, "__iter__")

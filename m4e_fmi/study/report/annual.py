@@ -13,6 +13,7 @@ from m4e_fmi.report.digits import aligned, quantity
 from m4e_fmi.report.web.markup import paragraph, table
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR, annual_energy
 from m4e_fmi.study.report.result import Dimension, StudyResult
+from m4e_fmi.study.shown.over_states import has_mean_over_states
 
 MOST_ROWS = 200
 """Designs of a table; the page's table of numbers has all."""
@@ -43,6 +44,8 @@ def contributions(result: StudyResult) -> list[Contribution]:
         return []
     found = []
     for name, told in result.record.wanted.items():
+        if not has_mean_over_states(told.statistic):
+            continue
         mean = result.designs(name).mean
         if _is_power(result, name):
             text = f"Probability times {name} times 8766 h"
@@ -64,7 +67,10 @@ def annual(result: StudyResult) -> str:
     heads = [*(one.name for one in others), "quantity", "mean by probability", "energy of a year",
              "standard error", "states"]  # fmt: skip
     rows = list(islice(_rows(result, shares, others), MOST_ROWS + 1))
-    text = "Of each design the sum over all states of probability times value."
+    text = (
+        "Of each design the mean over all states by probability. Extremes, and loads that do the "
+        "same damage, have none: the summary tells what acts over all states."
+    )
     if any(_is_power(result, name) for name in result.record.wanted):
         text += (
             " Energies are those of 8766 h of the mean power; their standard error is that over "
@@ -84,7 +90,8 @@ def _rows(
             _by_state(result, result.by_seeds(result.numbers[name]), extra=1),
             _by_state(result, result.designs(name).mean),
         )
-        for name in result.record.wanted
+        for name, told in result.record.wanted.items()
+        if has_mean_over_states(told.statistic)
     }
     for place in np.ndindex(tuple(one.count for one in others)):
         labels = [one.labels[k] for one, k in zip(others, place, strict=True)]
@@ -102,7 +109,7 @@ def _told(
     count = f"{int(counted.sum())}"
     if lacking := int(np.isnan(mean[counted]).sum()):
         return f"not known: no value of {lacking} state{'s' * (lacking != 1)}", NONE, NONE, count
-    total = float((shares[counted] * mean[counted]).sum())
+    total = float(np.average(mean[counted], weights=shares[counted]))
     shown = quantity(total, unit) if unit in PREFIXED else f"{aligned(total)[0]} {unit}".rstrip()
     if not is_power:
         return shown, NONE, NONE, count

@@ -26,6 +26,12 @@ LARGEST = {
     "gumbel_maximum",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
+NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
+
+
+def has_mean_over_states(statistic: str) -> bool:
+    """True if the mean by probability tells a statistic of all states: not of an extreme."""
+    return statistic not in NO_MEAN
 
 
 @dataclass(frozen=True)
