@@ -153,7 +153,6 @@ def _options(**given: object):
     return argparse.Namespace(**given)
 
 
-@pytest.mark.usefixtures("here")
 def test_a_warning_that_ends_with_a_count_is_no_progress(capsys):
     with log.logged():
         log.say("mooring: warning: segments are too long: 3 of 40")
@@ -163,6 +162,7 @@ def test_a_warning_that_ends_with_a_count_is_no_progress(capsys):
     assert "segment 3" not in out
 
 
+@pytest.mark.usefixtures("here")
 def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
     with log.logged() as one_log:
         one_log.open(_options(log_file=Path("a.log"), events=True), ["run", "\x1b[2J"])
