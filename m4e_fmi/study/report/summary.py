@@ -8,6 +8,7 @@ import numpy as np
 
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.study.report.result import Dimension, StudyResult
+from m4e_fmi.study.runs.start_up import left_out
 
 MOST_TOLD = 20
 """Failed runs that the summary names."""
@@ -38,7 +39,7 @@ def _facts(result: StudyResult) -> dict[str, str]:
         f"{failed or 'none'} failed",
         "Varied": "; ".join(map(_varied, result.dimensions)),
         "Wanted": wanted,
-        "Statistics leave out": _start_up(result) if wanted else "",
+        "Statistics leave out": _left_out(result) if wanted else "",
         "Largest coupling error": _coupling(result),
         "Time of the runs": _times(result.numbers["wall_time"]),
         "Made": result.attribute("created"),
@@ -55,11 +56,8 @@ def _varied(one: Dimension) -> str:
     return f"{one.name}: {f'{span} {unit}'.strip()}{many}"
 
 
-def _start_up(result: StudyResult) -> str:
-    found = result.numbers["start_up"]
-    low, high = float(np.nanmin(found)), float(np.nanmax(found))
-    span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
-    return f"all before t = {span} ({result.attribute('start_up')})"
+def _left_out(result: StudyResult) -> str:
+    return left_out(result.numbers["start_up"], result.attribute("start_up"))
 
 
 def _coupling(result: StudyResult) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+import numpy as np
+
 from m4e_fmi.errors import InputError
 from m4e_fmi.study.given.study import Study
 
@@ -26,6 +28,18 @@ def start_up(stated: float | None, start_time: float, starts: Mapping[str, float
     if stated is not None:
         return start_time + stated
     return start_time + (1.0 + SETTLING) * ramp_of(starts.items())
+
+
+def left_out(first: np.ndarray, how: str) -> str:
+    """The part of runs that statistics leave out, in words: rows count from `first` (…,) [s] on.
+
+    `how` says where that is from.
+    """
+    low, high = float(np.nanmin(first)), float(np.nanmax(first))
+    if low == high == 0.0 and how == DEFAULT:
+        return "nothing: no start_up is stated, and no sea has a ramp"
+    span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
+    return f"all before t = {span} ({how})"
 
 
 def check_start_up(study: Study, first: float, stop_time: float) -> None:

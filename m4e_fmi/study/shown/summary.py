@@ -11,6 +11,7 @@ from m4e_fmi.report.digits import aligned, scale_of
 from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
+from m4e_fmi.study.runs.start_up import left_out
 from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 
@@ -45,13 +46,9 @@ def _time(seconds: float) -> str:
 
 
 def _start_up(outcome: StudyOutcome) -> str:
-    found = outcome.data["start_up"].values
-    low, high = float(found.min()), float(found.max())
-    span = f"{low:g} s" if low == high else f"{low:.4g} to {high:.4g} s"
-    how = "as stated" if outcome.study.start_up is not None else outcome.data.attrs["start_up"]
-    if low == high == 0.0 and outcome.study.start_up is None:
-        return "nothing: no start_up is stated, and no sea has a ramp"
-    return f"all before t = {span} ({how})"
+    stated = outcome.study.start_up is not None
+    how = "as stated" if stated else outcome.data.attrs["start_up"]
+    return left_out(outcome.data["start_up"].values, how)
 
 
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
