@@ -20,7 +20,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
     places_in_space,
     point_in_space,
 )
-from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
+from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
@@ -145,7 +145,7 @@ def _wrench(config: MorisonConfig, given: list[Number]) -> Load:
 
 
 @dataclass(frozen=True)
-class MemberWaves(SystemWaves):
+class MemberWaves(FlowWaves):
     """Waves on the members of `config`: `m4e_fmi.analysis.response.WaveForces`."""
 
     config: MorisonConfig
@@ -156,16 +156,6 @@ class MemberWaves(SystemWaves):
         """The elevation at x = y = 0, and of each member the loads and velocities."""
         names = (v.name for name in self.config.members for v in wave_inputs(self.config, name))
         return [ELEVATION, *names]
-
-    @property
-    def highest(self) -> float:
-        """No limit."""
-        return math.inf
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """None."""
-        return ()
 
     @property
     def systems(self) -> Sequence[WaveSystem]:

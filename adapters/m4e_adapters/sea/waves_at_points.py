@@ -7,7 +7,6 @@ frequency and direction: those of linear waves at the place of the point, of mov
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
-from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
+from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
@@ -33,7 +32,7 @@ ELEVATION = "wave.elevation_input"
 
 
 @dataclass(frozen=True)
-class PointWaves(SystemWaves):
+class PointWaves(FlowWaves):
     """Waves at the points of `config`: `m4e_fmi.analysis.response.WaveForces`."""
 
     config: SeaConfig
@@ -44,16 +43,6 @@ class PointWaves(SystemWaves):
         """The elevation at x = y = 0, and what the water does at each point."""
         points = (*self.config.points, *self.config.moving_points)
         return [ELEVATION, *(v.name for point in points for v in point_inputs(self.config, point))]
-
-    @property
-    def highest(self) -> float:
-        """No limit."""
-        return math.inf
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """None."""
-        return ()
 
     @property
     def systems(self) -> Sequence[WaveSystem]:

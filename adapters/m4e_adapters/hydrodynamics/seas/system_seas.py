@@ -61,6 +61,20 @@ class SystemWaves(ABC):
         )
 
 
+class FlowWaves(SystemWaves):
+    """Waves whose forces follow from the flow of water alone, without coefficients that end."""
+
+    @property
+    def highest(self) -> float:
+        """No limit of frequencies [rad/s]."""
+        return math.inf
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+
 def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:
     """The sum of all systems, for `values` of their parameters; None if none is irregular."""
     if all(system.regular for system in waves):
