@@ -87,10 +87,11 @@ def run_study(
             stack.enter_context(claimed(output))
         blobs = stack.enter_context(TemporaryFolder())
         store = stack.enter_context(Store(folder / STORE))
-        work = work_of(study, folder, blobs, tell or _silent)
-        records, kept = _records(
-            work, store, jobs=jobs or cores(), executor=executor, fresh=fresh, progress=progress
+        made = work_of(
+            study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell or _silent
         )
+        work = stack.enter_context(made)
+        records, kept = _records(work, store, fresh=fresh, progress=progress)
         study = work.study
         warnings = _warnings(work.warnings, records)
         record = carried_record(study, records, kept=kept, warnings=warnings, notes=work.notes)
@@ -113,13 +114,7 @@ def run_study(
 
 
 def _records(
-    work: Work,
-    store: Store,
-    *,
-    jobs: int,
-    executor: Executor | None,
-    fresh: bool,
-    progress: Progress | None,
+    work: Work, store: Store, *, fresh: bool, progress: Progress | None
 ) -> tuple[list[Record], int]:
     """The record of each run, and the number of those that were kept."""
     keys = work.keys
@@ -130,7 +125,7 @@ def _records(
     if progress:
         progress(done, len(keys))
     try:
-        for batch in work.records(missing, min(jobs, len(missing) or 1), executor):
+        for batch in work.records(missing):
             found = {keys[run]: record for run, record in batch.items()}
             store.keep(found, again=fresh)
             by_key |= found

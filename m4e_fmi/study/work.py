@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,13 +14,13 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.systems.execution import performed
+from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named, named
 from m4e_fmi.study.systems.plan import Plan, Versions, versions
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
 Batch = Mapping[int, Record]
-Make = Callable[[Sequence[int], int, Executor | None], Iterator[Batch]]
+Make = Callable[[Sequence[int]], Iterator[Batch]]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance", "method")
 """Settings that are no times."""
 
@@ -29,7 +30,7 @@ class Work:
     """The runs of a `study`: the `keys` of what each follows from, and how they are made.
 
     `start_up` (n_runs,) [s] is the time from which on rows count. `records` makes the runs of some
-    numbers by so many jobs, or an executor.
+    numbers.
     """
 
     study: Study
@@ -41,20 +42,37 @@ class Work:
     records: Make = field(repr=False)
 
 
-def work_of(study: Study, folder: Path, blobs: Path, tell: Callable[[str], None]) -> Work:
-    """The runs of a study; FMUs are built in `folder`, and what runs share is in `blobs`."""
-    return _of_program(study, tell) if study.is_program else _of_system(study, folder, blobs, tell)
+@contextmanager
+def work_of(
+    study: Study,
+    folder: Path,
+    blobs: Path,
+    *,
+    jobs: int,
+    executor: Executor | None,
+    tell: Callable[[str], None],
+) -> Generator[Work]:
+    """The runs of a study; FMUs are built in `folder`, and what runs share is in `blobs`.
+
+    Runs of a system are made by `jobs` processes, or by an `executor`; those of a program by as
+    many threads.
+    """
+    jobs = min(jobs, study.grid.count)
+    if study.is_program:
+        yield _of_program(study, jobs, tell)
+        return
+    with performing(jobs, executor) as perform:
+        known = named(study, load_system(study.source))
+        yield _of_system(Plan(versions(known), folder, blobs, tell), perform)
 
 
-def _of_system(study: Study, folder: Path, blobs: Path, tell: Callable[[str], None]) -> Work:
-    known = named(study, load_system(study.source))
-    plan = Plan(versions(known), folder, blobs, tell)
+def _of_system(plan: Plan, perform: Perform) -> Work:
     plan.build()
+    known = plan.versions.named
     tasks = list(plan.tasks())
 
-    def records(missing: Sequence[int], jobs: int, executor: Executor | None) -> Iterator[Batch]:
-        waiting = ((run, tasks[run]) for run in missing)
-        for run, record in performed(waiting, jobs=jobs, executor=executor):
+    def records(missing: Sequence[int]) -> Iterator[Batch]:
+        for run, record in perform((run, tasks[run]) for run in missing):
             yield {run: record}
 
     return Work(
@@ -68,10 +86,10 @@ def _of_system(study: Study, folder: Path, blobs: Path, tell: Callable[[str], No
     )
 
 
-def _of_program(study: Study, tell: Callable[[str], None]) -> Work:
+def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
     plan = ProgramPlan(named_program(study, tell=tell))
 
-    def records(missing: Sequence[int], jobs: int, _: Executor | None) -> Iterator[Batch]:
+    def records(missing: Sequence[int]) -> Iterator[Batch]:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()

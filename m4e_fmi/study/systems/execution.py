@@ -20,6 +20,7 @@ from concurrent.futures import (
     wait,
 )
 from contextlib import contextmanager, suppress
+from functools import partial
 from multiprocessing.process import BaseProcess
 
 from m4e_fmi.signals import Terminated
@@ -41,27 +42,37 @@ PATIENCE = 1.0
 DIED = "its process died, as of a fault in the code of an FMU, or for lack of memory"
 
 Done = tuple[int, Record]
+Perform = Callable[[Iterable[tuple[int, Task]]], Iterator[Done]]
 
 
-def performed(
-    tasks: Iterable[tuple[int, Task]], *, jobs: int, executor: Executor | None = None
-) -> Iterator[Done]:
-    """Number and record of each task, as they come: by `jobs` processes, or by an `executor`.
+@contextmanager
+def performing(jobs: int, executor: Executor | None = None) -> Generator[Perform]:
+    """A function that performs tasks, by `jobs` processes or by an `executor`.
 
-    Where the iteration ends early, as by a signal, processes end at once.
+    It gives number and record of each task, as they come. Processes begin at once, so that they are
+    ready when the first task is. Where the context or the iteration ends early, as by a signal,
+    they end at once.
     """
     if executor is not None:
-        yield from _by(executor, tasks, jobs, _open_blobs(), lost=None)
+        yield lambda tasks: _by(executor, tasks, jobs, _open_blobs(), lost=None)
         return
+    with _processes(jobs) as pool:
+        yield partial(_performed, jobs, pool)
+
+
+def _performed(
+    jobs: int, first: ProcessPoolExecutor, tasks: Iterable[tuple[int, Task]]
+) -> Iterator[Done]:
+    """By the `first` processes; by others when one of them has died."""
     waiting = iter(tasks)
-    while True:
-        lost: list[tuple[int, Task]] = []
-        with _processes(jobs) as pool:
-            yield from _by(pool, waiting, jobs, _open_blobs(), lost=lost)
-        if not lost:
-            return
+    lost: list[tuple[int, Task]] = []
+    yield from _by(first, waiting, jobs, _open_blobs(), lost=lost)
+    while lost:
         for one in lost:
             yield from _alone(one)
+        lost = []
+        with _processes(jobs) as pool:
+            yield from _by(pool, waiting, jobs, _open_blobs(), lost=lost)
 
 
 def _alone(one: tuple[int, Task]) -> Iterator[Done]:
@@ -132,20 +143,22 @@ def _open_blobs() -> Callable[[Task, Lacking], dict[str, bytes]]:
 def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
     """New processes of this machine, whose numerical libraries have one thread."""
     before = set(multiprocessing.active_children())
-    with one_thread():
-        context = multiprocessing.get_context("spawn")
-        pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker)
-        try:
-            yield pool
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in set(multiprocessing.active_children()) - before:
-                process.terminate()
-            for process in set(multiprocessing.active_children()) - before:
-                process.join(PATIENCE)
-                process.kill()
-            raise
-        pool.shutdown()
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker)
+    try:
+        with one_thread():
+            for _ in range(jobs):
+                pool.submit(os.getpid)  # each begins a process
+        yield pool
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()
+        for process in set(multiprocessing.active_children()) - before:
+            process.join(PATIENCE)
+            process.kill()
+        raise
+    pool.shutdown()
 
 
 @contextmanager

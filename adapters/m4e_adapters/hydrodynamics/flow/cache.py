@@ -11,6 +11,7 @@ import hashlib
 import io
 import os
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -48,19 +49,29 @@ def content_key(content: Mapping[str, ArrayLike]) -> str:
 
 
 def load(key: str) -> dict[str, np.ndarray] | None:
-    """The arrays stored under `key`, with the shape of then, in SI units; None if there are none.
+    """The arrays stored under `key`, read-only, with the shape of then, in SI units, or None.
 
     DamagedError if the file is not what was stored, OSError if it cannot be read.
     """
     path = _path(key)
     try:
-        stored = path.read_bytes()
+        state = path.stat()
+        return dict(_read(key, path, state.st_mtime_ns, state.st_size))
     except FileNotFoundError:
         return None
+
+
+@lru_cache(maxsize=512)
+def _read(key: str, path: Path, _changed: int, _size: int) -> dict[str, np.ndarray]:
+    """The arrays of a file, which cannot be written to: read once while it stays as it is."""
+    stored = path.read_bytes()
     if stored[:_HASH] != _hash(key, stored[_HASH:]):
         raise DamagedError(f"{path} is damaged")
     with np.load(io.BytesIO(stored[_HASH:]), allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
+        arrays = {name: file[name] for name in file.files}
+    for array in arrays.values():
+        array.setflags(write=False)
+    return arrays
 
 
 def store(key: str, arrays: Mapping[str, np.ndarray]) -> None:

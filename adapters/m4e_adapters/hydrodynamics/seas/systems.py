@@ -158,7 +158,7 @@ class WaveSystem(ABC):
                 minimum=limits[0], maximum=limits[1],
             )  # fmt: skip
             direction = recorder.parameter(variable)
-        number = [self._number(w) for w in omega]
+        number = self._numbers(omega)
         ramp = self._record_ramp(recorder)
         waves = RecordedWaves(omega, number, amplitude, phase, direction, self.offsets, ramp)
         x, y = self.place
@@ -200,10 +200,11 @@ class WaveSystem(ABC):
         """Mean direction [rad] for `values` by name."""
         return values.get(f"{self.name}.direction", math.radians(self.direction))
 
-    def _number(self, omega: Number) -> Number:
-        if isinstance(omega, Scalar):
-            return recorded_wavenumber(omega, depth=self.depth, gravity=self.gravity)
-        return float(wavenumber(np.array(omega), depth=self.depth, gravity=self.gravity))
+    def _numbers(self, omega: Sequence[Number]) -> list[Number]:
+        water = {"depth": self.depth, "gravity": self.gravity}
+        if any(isinstance(w, Scalar) for w in omega):
+            return [recorded_wavenumber(w, **water) for w in omega]
+        return wavenumber(np.array(omega, dtype=float), **water).tolist()
 
     def _phase(self, recorder: Recorder, k: int) -> Number:
         text = f"phase of the wave component of {self.omega[k]:.6g} rad/s at x = 0, t = 0"
