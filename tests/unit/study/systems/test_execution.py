@@ -49,5 +49,6 @@ def test_every_run_is_made_once_where_a_pool_breaks_between_two(
 
     monkeypatch.setattr(execution, "_processes", processes)
     tasks = [(k, task(str(k))) for k in range(5)]
-    found = [number for number, _ in execution.performed(tasks, jobs=1)]
+    with execution.performing(1) as perform:
+        found = [number for number, _ in perform(tasks)]
     assert sorted(found) == [0, 1, 2, 3, 4]
