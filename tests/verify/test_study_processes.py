@@ -110,7 +110,7 @@ def perform(task: Fatal, _: Mapping[str, bytes] | None = None) -> Record:
 
 @pytest.mark.verify
 def test_a_process_that_dies_costs_its_own_run_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(execution, "perform", perform)
+    monkeypatch.setattr(execution, "_perform", perform)
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)
     tasks = [(k, Fatal(k == 2)) for k in range(6)]
     with execution.performing(1) as made_by:
