@@ -332,7 +332,7 @@ class _File(logging.Handler):
         """Write the lines of a record."""
         text = record.getMessage()
         if text and _is_kept(record):
-            self.line(record.levelname, text)
+            self.line(record.levelname, text.removeprefix(f"{record.levelname.lower()}: "))
 
     def line(self, level: str, text: str) -> None:
         """Write `text`; its further lines are indented."""

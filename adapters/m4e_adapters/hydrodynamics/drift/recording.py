@@ -22,7 +22,7 @@ from m4e_adapters.hydrodynamics.drift.interpolation import (
     fall,
 )
 from m4e_adapters.hydrodynamics.geometry.motions import Motion
-from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves
+from m4e_adapters.hydrodynamics.seas.recorded_waves import RecordedWaves
 from m4e_fmi.program import Scalar, cos, maximum, sin, sqrt
 
 Pair = tuple[Number, Number]

@@ -59,8 +59,9 @@ from m4e_adapters.hydrodynamics.load.parts import (
     record_memory,
 )
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
+from m4e_adapters.hydrodynamics.seas.recorded_waves import Number
 from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, record_sea
-from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program, Recorder, Scalar

@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.recorded_waves import Number
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
-from m4e_adapters.hydrodynamics.seas.systems import Number, WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components
 from m4e_adapters.hydrodynamics.seas.water.moving_water import MOVED

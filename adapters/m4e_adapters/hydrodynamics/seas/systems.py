@@ -11,57 +11,23 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from m4e_adapters.hydrodynamics.config.waves import PEAK_ENHANCEMENT
+from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.steepness import wave_doubts
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import component_amplitudes, recorded_wavenumber
-from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum, sin
+from m4e_fmi.program import Recorder, Scalar, Variable, cos, maximum, minimum
 
-Number = Scalar | float
 Ask = Callable[[Variable], Number]
 PERIODS = (0.8, 1.25)  # of the peak period that the components were made for
 RAMP_PERIODS = 2.0  # default length of the ramp in (peak) periods
 SHORTEST = 1e-9  # ramp [s], so that a ramp_time set to 0 is none
 FEWEST = 1e-3  # s, period of a regular wave
-
-
-@dataclass(frozen=True)
-class RecordedWaves:
-    """Components of a system as scalars, k of them.
-
-    `omega` [rad/s], wavenumbers `number` [rad/m], `amplitude` [m], and `phase` [rad] at x = y = 0,
-    t = 0. They travel to `direction` [rad] + `offsets` (k,) [rad]. All are multiplied by `ramp`.
-    """
-
-    omega: Sequence[Number]
-    number: Sequence[Number]
-    amplitude: Sequence[Number]
-    phase: Sequence[Number]
-    direction: Number
-    offsets: np.ndarray = field(repr=False)
-    ramp: Number
-
-    def phases_at(
-        self, k: int, places: Sequence[tuple[Number, Number]]
-    ) -> Iterator[tuple[Number, Number]]:
-        """Cosine and sine of the phase that component `k` has on its way to `places` (x, y) [m]."""
-        if places:
-            along, across = self.along(k)
-            for x, y in places:
-                way = self.number[k] * (x * along + y * across)
-                yield cos(way), sin(way)
-
-    def along(self, k: int) -> tuple[Number, Number]:
-        """Cosine and sine of the direction of component `k`."""
-        offset = float(self.offsets[k])
-        c, s = cos(self.direction), sin(self.direction)
-        cosine, sine = math.cos(offset), math.sin(offset)
-        return c * cosine - s * sine, s * cosine + c * sine
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from m4e_adapters.hydrodynamics.config import Water
-from m4e_adapters.hydrodynamics.seas.systems import RecordedWaves
+from m4e_adapters.hydrodynamics.seas.recorded_waves import RecordedWaves
 from m4e_adapters.hydrodynamics.seas.water.current import NO_CURRENT, RecordedCurrent
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_fmi.program import Scalar, cos, exp, maximum, minimum, sin
