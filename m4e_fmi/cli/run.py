@@ -40,8 +40,9 @@ from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import System
+    from m4e_fmi.cosim import Outcome, System
     from m4e_fmi.cosim.system.component import Start
+    from m4e_fmi.program import Program
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -219,13 +220,13 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import ExportError, prepare, reference, run, system_program
+    from m4e_fmi.cosim import ExportError, prepare, run, system_program
     from m4e_fmi.cosim.master.recording import scene_of
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_numbers, run_summary
-    from m4e_fmi.results.results_file import as_given, stream_of
+    from m4e_fmi.report import report_of_run, run_numbers, run_summary
+    from m4e_fmi.results.results_file import stream_of
 
-    file, picture = output.absolute(), output.with_suffix(".png").absolute()
+    file = output.absolute()  # an FMU may change the working folder
     animation = animation_file(options, system.name, (".html",))
     report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
@@ -256,7 +257,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
                 variables=options.variables,
                 tell=say,
                 warn=heed,
-                beside=[picture],
+                beside=[file.with_suffix(".png")],
                 resume=options.resume,
                 real_time=options.real_time,
                 certify=options.certify,
@@ -272,19 +273,39 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             with suppress(InputError):  # a single row
                 print_files([report_of_run(stream_of(output), report, command=options.given)])
         raise
-    assert outcome.path is not None
     show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
+    _write_beside(outcome, (output, file), program, animation, report, options.given)
+
+
+def _write_beside(
+    outcome: Outcome,
+    output: tuple[Path, Path],
+    program: Program | None,
+    animation: Path | None,
+    report: Path | None,
+    command: str,
+) -> None:
+    """Compare a run with its `program`; draw, animate and report it, as far as asked for.
+
+    `output` is the file of results as given, and from the root on.
+    """
+    from m4e_fmi.cosim import reference
+    from m4e_fmi.report import animate_run, plot_run, report_of_run, run_summary
+    from m4e_fmi.results.results_file import as_given
+
+    assert outcome.path is not None
     compared = [str(reference(outcome, program))] if program is not None else []
     for text in compared:
         show(text)
-    print_files(dict.fromkeys([outcome.path, as_given(output, file)]))
+    given, file = output
+    print_files(dict.fromkeys([outcome.path, as_given(given, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
-    print_files([as_given(output.with_suffix(".png"), plot_run(outcome.path, picture))])
+    picture = plot_run(outcome.path, file.with_suffix(".png"))
+    print_files([as_given(given.with_suffix(".png"), picture)])
     if animation:
         print_files([animate_run(outcome.path, animation)])
     if report:
         printed = "\n".join([run_summary(outcome), *compared])
-        command = options.given
         print_files([report_of_run(outcome.path, report, printed=printed, command=command)])
 
 
