@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,7 @@ from support.c_fmus.build import build
 from support.c_fmus.kinds import build_kinds
 from support.c_fmus.versions import build_version
 
+from m4e_fmi.cli import COLLECTION
 from m4e_fmi.files.files_read import file_hash
 from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
 
@@ -41,6 +43,10 @@ def c_fmu(
         return build_version(version, model, folder) if colon else build(name, folder)
 
     return cache(built)
+
+
+def pytest_configure() -> None:
+    gc.set_threshold(*COLLECTION)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
