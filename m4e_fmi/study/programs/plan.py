@@ -59,7 +59,7 @@ class ProgramPlan:
         named = self.named
         settings = named.settings
         runs: dict[tuple[int, str], list[int]] = {}
-        for run in range(named.study.grid.count):
+        for run in named.study.grid.runs:
             version = named.version_of[run]
             own = {key: column[run] for key, column in settings.items()}
             runs.setdefault((version, json.dumps(own)), []).append(run)
@@ -74,8 +74,8 @@ class ProgramPlan:
 
     @cached_property
     def start_up(self) -> list[float]:
-        """The time [s] from which on rows count, of each run."""
-        found = np.zeros(self.named.study.grid.count)
+        """The time [s] from which on rows count, of each point; nan of what is not run."""
+        found = np.full(self.named.study.grid.size, np.nan)
         for group in self.groups:
             found[group.runs] = self._start_up_of(group)
             check_start_up(
@@ -95,8 +95,8 @@ class ProgramPlan:
 
     @cached_property
     def keys(self) -> list[str]:
-        """The hash of all that each run follows from."""
-        study, found = self.named.study, [""] * self.named.study.grid.count
+        """The hash of all that each run follows from, of each point; "" of what is not run."""
+        study, found = self.named.study, [""] * self.named.study.grid.size
         for group in self.groups:
             wanted = repr((study.wanted, study.series))
             same = [code_hash(), group.version.code, repr(group.settings), wanted]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.study.given.grid import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.shown.averages import means_of_designs
 
@@ -39,7 +39,7 @@ class Averaged:
     """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
 
     Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
-    mean is over the others.
+    mean is over the others; designs that are not run have no mean and miss none.
     """
 
     axes: tuple[Axis, ...]
@@ -52,17 +52,22 @@ class Averaged:
         return Averaged(self.axes, factor * self.mean, factor * self.half_width, self.missing)
 
 
-def averaged(axes: tuple[Axis, ...], values: np.ndarray) -> Averaged:
+def averaged(
+    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
+) -> Averaged:
     """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
-    The values have the shape of the axes.
+    The values have the shape of the axes, as has `is_run` (n, …): False of what is not run.
     """
     repeats = [k for k, axis in enumerate(axes) if axis.repeats]
     designs = tuple(axis for axis in axes if not axis.repeats)
     count = math.prod(len(axes[k]) for k in repeats)
     rest = [k for k in range(len(axes)) if k not in repeats]
-    rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in designs), count))
-    mean, width, missing = means_of_designs(rows)
+    shape = (*(len(axis) for axis in designs), count)
+    mean, width, missing = means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
+    if is_run is not None:
+        some = is_run.transpose((*rest, *repeats)).reshape(shape).any(axis=-1)
+        missing = np.where(some, missing, 0)
     return Averaged(designs, mean, width, missing)
 
 

@@ -18,13 +18,15 @@ from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 MOST_ROWS = 40
 """Rows of a table."""
 _NO_BRACKETS = str.maketrans("", "", "[]")
+NOT_RUN = "–"
+"""In cells of what is not run."""
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
 
 def summary(outcome: StudyOutcome) -> str:
     """All that matters of a study that has ended."""
-    study, count = outcome.study, len(outcome.records)
+    study, count = outcome.study, outcome.study.grid.count
     made = count - outcome.kept
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
     lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
@@ -53,13 +55,13 @@ def _start_up(outcome: StudyOutcome) -> str:
 
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """The tables of one quantity."""
-    one = outcome.data[wanted.name]
+    one, grid = outcome.data[wanted.name], outcome.study.grid
     unit = one.attrs["units"]
-    found = averaged(outcome.study.grid.axes, one.values)
+    found = averaged(grid.axes, one.values, grid.is_run)
     finite = np.abs(found.mean[np.isfinite(found.mean)])
     scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
     shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-    seeds = any(axis.repeats and len(axis) > 1 for axis in outcome.study.grid.axes)
+    seeds = any(axis.repeats and len(axis) > 1 for axis in grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
     yield from _table(found.scaled(scale))
@@ -146,7 +148,7 @@ def _spread(found: Averaged) -> Iterator[str]:
 def _cell(found: Averaged, place: tuple[int, ...]) -> str:
     mean, width = float(found.mean[place]), float(found.half_width[place])
     if math.isnan(mean):
-        return "failed"
+        return "failed" if found.missing[place] else NOT_RUN
     mark = "*" if found.missing[place] else ""
     if math.isnan(width):
         return f"{aligned(mean)[0]}{mark}"
@@ -177,7 +179,7 @@ def _worst(outcome: StudyOutcome) -> Iterator[str]:
 def _failures(outcome: StudyOutcome) -> Iterator[str]:
     if not outcome.failures:
         return
-    yield f"{len(outcome.failures)} of {len(outcome.records)} runs failed:"
+    yield f"{len(outcome.failures)} of {outcome.study.grid.count} runs failed:"
     for run, why in list(outcome.failures.items())[:MOST_TOLD]:
         yield f"  {outcome.study.grid.told(run)}: {why}"
     if len(outcome.failures) > MOST_TOLD:

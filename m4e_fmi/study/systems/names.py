@@ -15,7 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.systems.quantities import in_units
+from m4e_fmi.study.systems.quantities import in_units, new_places
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
 
@@ -67,6 +67,14 @@ class Named:
 
 def named(study: Study, system: System) -> Named:
     """The study with its names resolved; InputError with all problems of names and start values."""
+    found, problems = resolved(study, system)
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return found
+
+
+def resolved(study: Study, system: System) -> tuple[Named, list[Problem]]:
+    """The study with its names resolved as far as they can be, and what is wrong with them."""
     problems: list[Problem] = []
     try:
         system = changed(system, study.simulation)
@@ -85,12 +93,12 @@ def named(study: Study, system: System) -> Named:
         targets = targets_of(places, system, descriptions, study.document)
     except InputError as error:
         problems += error.problems
+    study, units = in_units(study, targets)
     problems += _setting_problems(study, system, targets)
-    problems += _start_problems(study, system, targets, descriptions)
+    starts = _start_problems(study, system, targets, descriptions)
+    problems += [*starts, *new_places(units, starts)]
     problems += _unknown_variables(study, descriptions)
-    if problems:
-        raise InputError(dict.fromkeys(problems))
-    return Named(in_units(study, targets), system, targets, descriptions)
+    return Named(study, system, targets, descriptions), problems
 
 
 def _placed(study: Study, system: System, found: Sequence[Problem]) -> Iterator[Problem]:

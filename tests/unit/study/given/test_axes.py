@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.study.given.axes import Grid, short_names
-from m4e_fmi.study.given.study import load_study
+from m4e_fmi.study.given.axes import short_names
+from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.study import read_study
 
 HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}}\n"
 
@@ -17,7 +18,10 @@ HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}
 def grid(folder: Path, text: str) -> Grid:
     (folder / "m.model.yaml").write_text("name: m\n", "utf-8")
     (folder / "s.yaml").write_text(HEAD + text, "utf-8")
-    return load_study(folder / "s.yaml").grid
+    study, problems = read_study(folder / "s.yaml")
+    if problems or study is None:
+        raise InputError(dict.fromkeys(problems))
+    return study.grid
 
 
 def test_the_grid_is_the_product_of_its_dimensions(tmp_path: Path) -> None:

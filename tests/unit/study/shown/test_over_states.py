@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from m4e_fmi.study.given.axes import Axis, Grid, Varied
+from m4e_fmi.study.given.grid import Axis, Grid, Varied
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.shown.over_states import LARGEST, States, averaged, over_states
 
