@@ -62,7 +62,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class NotRun:
-    """Points of the dimensions `names` that are not run: `points` (…) of bool, and why in words."""
+    """Points of the dimensions `names` that are not run: `points` (…) [1], and why in words."""
 
     names: tuple[str, ...]
     points: np.ndarray = field(repr=False)
@@ -95,7 +95,7 @@ class Grid:
 
     @cached_property
     def is_run(self) -> np.ndarray:
-        """True of the points that are run, in the shape of the dimensions."""
+        """1 of the points that are run, else 0: truth values (…) [1] in the shape of the grid."""
         found = np.ones(self.shape, dtype=bool)
         names = [axis.name for axis in self.axes]
         for one in self.not_run:
@@ -140,7 +140,7 @@ class Grid:
 
 
 def states_without_time(names: tuple[str, str], shares: np.ndarray) -> Iterator[NotRun]:
-    """The sea states of a scatter diagram, with probabilities (n, m) [1], that do not occur."""
+    """The sea states that do not occur, of a scatter diagram with `shares` (n, m) [1] of time."""
     if count := int((shares == 0.0).sum()):
         verb = "does not occur and is" if count == 1 else "do not occur and are"
         remedy = "scatter: {run_all: true} runs them"

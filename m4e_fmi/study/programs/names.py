@@ -245,11 +245,7 @@ def _of_system(
     program = make({})[0]
     plain = [(n, at) for n, at in _names(study).items() if not n.startswith(f"{SIMULATION}.")]
     targets = _setting_targets(study, problems)
-    try:
-        found = targets_of(plain, system, expected_descriptions(system), study.document)
-    except InputError as error:
-        problems += error.problems
-        return make, targets
+    found = targets_of(plain, system, expected_descriptions(system), study.document, problems)
     known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
     for name, target in found.items():
         if isinstance(target, StartTarget):

@@ -57,7 +57,7 @@ def averaged(
 ) -> Averaged:
     """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
-    The values have the shape of the axes, as has `is_run` (n, …): False of what is not run.
+    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
     """
     repeats = [k for k, axis in enumerate(axes) if axis.repeats]
     designs = tuple(axis for axis in axes if not axis.repeats)

@@ -88,15 +88,12 @@ def resolved(study: Study, system: System) -> tuple[Named, list[Problem]]:
     problems += study.start_up_problems(settings.stop_time - settings.start_time)
     descriptions = expected_descriptions(system)
     places = [(t, v.location) for axis in study.grid.axes for v in axis.varied for t in v.targets]
-    targets: dict[str, Target] = {}
-    try:
-        targets = targets_of(places, system, descriptions, study.document)
-    except InputError as error:
-        problems += error.problems
+    targets = targets_of(places, system, descriptions, study.document, problems)
     study, units = in_units(study, targets)
     problems += _setting_problems(study, system, targets)
     starts = _start_problems(study, system, targets, descriptions)
     problems += [*starts, *new_places(units, starts)]
+    problems += _fixed_start_problems(study, system, descriptions)
     problems += _unknown_variables(study, descriptions)
     return Named(study, system, targets, descriptions), problems
 
@@ -132,6 +129,20 @@ def _setting_problems(study: Study, system: System, targets: Mapping[str, Target
                         for p in error.problems
                     ]
     return problems
+
+
+def _fixed_start_problems(
+    study: Study, system: System, descriptions: Mapping[str, Description]
+) -> Iterator[Problem]:
+    """Start values of all runs that their variables do not take, or that no component has."""
+    components = {component.name: component for component in system.components}
+    for name, value in study.start.items():
+        component, _, variable = name.partition(".")
+        if component not in components or component not in descriptions:
+            continue
+        part = Component(component, components[component].source, {variable: value})
+        for one in single_problems(system, part, descriptions[component]):
+            yield study.document.problem(("start", name), one.message, one.remedy)
 
 
 def _start_problems(

@@ -7,7 +7,7 @@ import json
 import pickle
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -22,14 +22,16 @@ from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_mod
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
+from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.task import Blob, Task
-from m4e_fmi.study.systems.variants import Variants, variants
+from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 
 Tell = Callable[[str], None]
 LATEST = 1e9
@@ -52,11 +54,17 @@ class Versions:
             name, number, made = component.name, 0, component
             own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
             if name in self.of:
-                combination = tuple(values[key] for key in self.named.keys(name))
-                variant = self.of[name].of[combination]
+                variant = self._variant(name, values)
                 number, made, own = variant.build, variant.component, {**variant.start, **own}
             found[name] = number, replace(made, start=own)
         return found
+
+    def variant(self, name: str, run: int) -> Variant:
+        """The version of a component whose section changes, in a run."""
+        return self._variant(name, self.named.study.grid.values(run))
+
+    def _variant(self, name: str, values: Mapping[str, Scalar]) -> Variant:
+        return self.of[name].of[tuple(values[key] for key in self.named.keys(name))]
 
 
 def versions(named: Named, *, quick: bool = False) -> Versions:
@@ -115,7 +123,7 @@ class Plan:
         self._of_prepared: dict[str, None] = {}
         self._files: dict[Path, Blob] = {}
         self._imported: dict[Path, str] = {}
-        self._of_fmus: dict[tuple[str, int], list[str]] = {}
+        self._of_base: list[str] = []
 
     @cached_property
     def _base(self) -> dict[str, ReadyFmu]:
@@ -134,6 +142,9 @@ class Plan:
         for name, fmu in self._base.items():
             self._fmus[name, 0] = fmu
         for name, one in self.versions.of.items():
+            for combination, variant in one.of.items():
+                for line in variant.warnings:
+                    self.tell(f"{name}: {line} ({_told(one.keys, combination)})")
             lines = _BuildLines(self.tell, name, one)
             for number, build in enumerate(one.builds):
                 fmus = ready_fmus(
@@ -144,13 +155,11 @@ class Plan:
                 )
                 self._fmus[name, number] = fmus[name]
             lines.end()
-            self._of_fmus |= {(name, k): found for k, found in lines.warnings.items()}
 
     def _tell_of_base(self, line: str) -> None:
         """Tell a line of the build of a component that does not change."""
-        name, _, text = line.partition(": ")
-        if text.startswith(WARNING):
-            self._of_fmus.setdefault((name, 0), []).append(_warning(line))
+        if line.partition(": ")[2].startswith(WARNING):
+            self._of_base.append(_warning(line))
         self.tell(line)
 
     @property
@@ -185,11 +194,12 @@ class Plan:
         """The task of each run by its number, in order; the FMUs have been built."""
         runs = self.versions.named.study.grid.runs
         tasks = {run: self.task(run) for run in runs}
-        found = Counter[str](dict.fromkeys(self._of_prepared, len(runs)))
-        if self._of_fmus:
-            for run in runs:
-                for name, (number, _) in self.versions.components(run).items():
-                    found.update(self._of_fmus.get((name, number), ()))
+        found = Counter[str](dict.fromkeys([*self._of_base, *self._of_prepared], len(runs)))
+        for name, one in self.versions.of.items():
+            if any(variant.warnings for variant in one.of.values()):
+                for run in runs:
+                    variant = self.versions.variant(name, run)
+                    found.update(_warning(f"{name}: {line}") for line in variant.warnings)
         self.warnings = dict(found)
         return tasks
 
@@ -302,26 +312,21 @@ class Plan:
 class _BuildLines:
     """Lines on the builds of one component: all of the first, then how many there are.
 
-    `warnings` are those of each FMU by its number.
+    Warnings are none of them: they are those of sections, which may share an FMU.
     """
 
     def __init__(self, tell: Tell, name: str, one: Variants) -> None:
         self._tell, self._name, self._one = tell, name, one
         self._first = self._last = -1
-        self.warnings: dict[int, list[str]] = {}
 
     def tell(self, number: int, line: str) -> None:
         """Tell a line on the FMU of a `number`, if it is new."""
-        text = line.partition(": ")[2]
-        told = f"{line} ({of_keys(self._one, number)})"
-        if text.startswith(WARNING):
-            self.warnings.setdefault(number, []).append(_warning(line))
-            self._tell(told)
+        if line.partition(": ")[2].startswith(WARNING):
             return
         if self._first < 0:
             self._first = number
         if number == self._first:
-            self._tell(told)
+            self._tell(f"{line} ({of_keys(self._one, number)})")
         elif number != self._last:
             self._count(number)
 
@@ -370,7 +375,11 @@ def system_id(named: Named) -> str:
 
 def of_keys(one: Variants, number: int) -> str:
     """The values of its keys that a version of a component was made for."""
-    pairs = zip(one.keys, one.builds[number].of, strict=True)
+    return _told(one.keys, one.builds[number].of)
+
+
+def _told(keys: Sequence[Location], values: Combination) -> str:
+    pairs = zip(keys, values, strict=True)
     return ", ".join(f"{'.'.join(map(str, key))} {value}" for key, value in pairs)
 
 
