@@ -104,17 +104,15 @@ def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
         return
     scaled = found.scaled(scale)
     places = list(np.ndindex(found.mean.shape))
+    axes = found.axes
     labels = [
-        ", ".join(
-            f"{axis.name} {axis.labels[k]}" for axis, k in zip(found.axes, place, strict=True)
-        )
+        ", ".join(f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes, place, strict=True))
         for place in places
     ]
     of = "" if states is None else " over all states"
     yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
-    yield from _lines(
-        [[label, _cell(scaled, place)] for label, place in zip(labels[1:], places[1:])]
-    )
+    cells = [[label, _cell(scaled, place)] for label, place in zip(labels, places, strict=True)]
+    yield from _lines(cells[1:])
 
 
 def _told(name: str, unit: str, found: Averaged) -> Iterator[str]:
