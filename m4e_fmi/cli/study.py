@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show
+from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
 from m4e_fmi.cli.shared.options import EXIT_FAILED, REPORT, add_build_folder
 from m4e_fmi.errors import InputError
 
@@ -64,7 +64,7 @@ def _run(options: argparse.Namespace) -> int:
     from m4e_fmi.files.file_names import file_stem
     from m4e_fmi.files.writing import check_suffix
     from m4e_fmi.study.estimate import estimate
-    from m4e_fmi.study.given.study import load_study
+    from m4e_fmi.study.load import load_study
     from m4e_fmi.study.report.of_study import report_of_study
     from m4e_fmi.study.run import SUFFIXES, run_study
     from m4e_fmi.study.shown.figure import plot_study
@@ -86,7 +86,7 @@ def _run(options: argparse.Namespace) -> int:
             jobs=options.jobs,
             fresh=options.fresh,
             progress=progress,
-            tell=say,
+            tell=_tell,
         )
     printed = summary(outcome)
     show(printed)
@@ -97,6 +97,13 @@ def _run(options: argparse.Namespace) -> int:
         given = options.given
         print_files([report_of_study(output, report, printed=printed, command=given)])
     return EXIT_FAILED if outcome.failures else 0
+
+
+def _tell(line: str) -> None:
+    """Tell a line; a warning stands above the bar of progress."""
+    from m4e_fmi.study.shown.warnings import WARNING
+
+    (warn if WARNING in line else say)(line)
 
 
 def _report_file(options: argparse.Namespace, output: Path) -> Path | None:

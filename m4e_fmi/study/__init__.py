@@ -2,16 +2,17 @@
 
     study.yaml ── study ──► Study ── work ──► keys, tasks ── execution ──► records ──► dataset
 
-Start reading at `sections` (what a study file says), then `plan/` (what is varied, what the names
-stand for, the FMUs and tasks), `runs/` (how runs are made, wherever, and kept) and `run`;
-`report/` is the page of a result. The package itself can be called as `run_study` is:
+Start reading at `given/` (what a study file says) and `load`, then `systems/` and `programs/` (what
+the names stand for, the FMUs and tasks), `runs/` (what is kept of each run) and `run`; `report/` is
+the page of a result. The package itself can be called as `run_study` is:
 ``m4e_fmi.study("study.yaml", …)``. It may import everything but `cli`.
 """
 
 import sys
 from types import ModuleType
 
-from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.load import load_study
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.run import StudyOutcome, run_study
 

@@ -14,7 +14,7 @@ import numpy as np
 
 import m4e_fmi
 from m4e_fmi.files.writing import written
-from m4e_fmi.study.given.axes import Grid
+from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.runs.record import Record
 
@@ -41,9 +41,10 @@ def dataset(
     start_up: Sequence[float],
     attributes: Mapping[str, str],
 ) -> xarray.Dataset:
-    """One data set of all runs, in the order of the grid; nan where a run failed or is missing.
+    """One data set of all points of the grid; nan where a run failed, and where none is made.
 
-    `start_up` (n_runs,) [s] is the time from which on the rows of each run count.
+    `records` are those of the points, in order; `start_up` (n_points,) [s] is the time from which
+    on the rows of each run count.
     """
     import xarray
 
@@ -85,6 +86,9 @@ def dataset(
     found["start_up"] = _variable(names, first, "s", "rows from this time on count in statistics")
     failures = np.array([r.failure for r in records], dtype=object).reshape(shape)
     found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
+    if grid.not_run:
+        text = "False of what has no probability and is not run"
+        found["is_run"] = (names, grid.is_run, {"long_name": text})
     if weighted := _probability(grid):
         found["probability"] = _variable(*weighted, "1", "probability of a sea state or case")
     _add_series(found, study, records, labels)

@@ -10,18 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.preparation.components import missing_fmus
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.simulate.simulation import output_times
+from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
 from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import cores
-from m4e_fmi.study.systems.names import named
-from m4e_fmi.study.systems.plan import Plan, versions
+from m4e_fmi.study.systems.names import Named
+from m4e_fmi.study.systems.plan import Plan, Versions, system_id, versions
 from m4e_fmi.study.systems.targets import Targets
-from m4e_fmi.study.systems.task import Lacking, perform
+from m4e_fmi.study.systems.task import Lacking, Task, perform
 
 MOST_TOLD = 12
 """FMUs that are named."""
@@ -29,6 +32,8 @@ SHORT = 0.02
 """Part of a run that is made for its timing."""
 PER_RUN = 600
 """Bytes of a kept run without series."""
+LEAST_TOLD = 0.5
+"""Seconds of planning that are told."""
 FEWEST = 16
 """Members of an ensemble that is made for its timing."""
 
@@ -44,7 +49,8 @@ def estimate(
     lines = (
         _of_program(study, folder, jobs) if study.is_program else _of_system(study, folder, jobs)
     )
-    return "\n".join([f"{study.name}: {study.grid.count} runs", *lines])
+    left_out = [f"  {one.text}" for one in study.grid.not_run]
+    return "\n".join([f"{study.name}: {study.grid.count} runs", *left_out, *lines])
 
 
 def _axes(study: Study, targets: Targets) -> Iterator[str]:
@@ -60,8 +66,8 @@ def _axes(study: Study, targets: Targets) -> Iterator[str]:
 
 
 def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
-    known = named(study, load_system(study.source))
-    quick = versions(known, quick=True)
+    quick = checked(study, load_system(study.source), quick=True)
+    known = quick.named
     lines = list(_axes(study, known.targets))
     with TemporaryFolder() as blobs:
         plan = Plan(quick, folder, blobs, _silent)
@@ -78,75 +84,121 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
         lines += [f"  {text}" for text in missing[:MOST_TOLD]]
         lines += [f"  … {len(missing) - MOST_TOLD} more"] if len(missing) > MOST_TOLD else []
         if missing:
-            lines.append("time: not known before the FMUs are built")
+            lines += _time_before_builds(known, folder, blobs, jobs)
         else:
+            began = clock.perf_counter()
             whole = Plan(versions(known), folder, blobs, _silent)
             whole.build()
-            lines += _system_time(whole, folder, jobs)
+            tasks = list(whole.tasks().values())
+            lines += [f"  warning: {line}" for line in whole.warnings]
+            planning = clock.perf_counter() - began
+            lines += _system_time(known, tasks, folder, jobs, planning)
     settings = known.system.simulation
     interval = settings.output_interval or settings.step_size
     rows = round((settings.stop_time - settings.start_time) / interval) + 1
     return [*lines, _disk(study, rows)]
 
 
-def _system_time(plan: Plan, folder: Path, jobs: int) -> list[str]:
-    tasks = list(plan.tasks())
+def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> list[str]:
+    """The time of runs whose FMUs are to be built, by other runs of the system."""
+    study, times = known.study, known.system.simulation
+    beside = "beside planning and the FMUs to be built"
+    with Store(folder / STORE) as store:
+        pace = store.pace(system_id(known), times.stop_time - times.start_time)
+    if pace:
+        how = f"by {pace.count} runs of this system in other studies, of {pace.span:g} s; {beside}"
+        return _told(pace.seconds, study.grid.count, jobs, how)
+    if missing_fmus(known.system, folder):
+        return [
+            "time: not known: there are neither FMUs nor kept runs of this system",
+            f"  'm4e-fmi build {study.source}' with the same --build-folder builds those of its "
+            "file; a dry run then makes short runs with them",
+        ]
+    own = replace(study, grid=Grid(()), start_up=None)
+    plan = Plan(
+        Versions(Named(own, known.system, {}, known.descriptions), {}), folder, blobs, _silent
+    )
+    plan.build()
+    each, how = _trial(known, plan.task(0))
+    if each is None:
+        return [how]
+    how = f"{how}, of the system as its file has it; {beside}"
+    return _told(each, study.grid.count, jobs, how)
+
+
+def _system_time(
+    known: Named, tasks: Sequence[Task], folder: Path, jobs: int, planning: float
+) -> list[str]:
     with Store(folder / STORE) as store:
         kept = store.found([task.key for task in tasks])
     rest = len({task.key for task in tasks} - kept.keys())
     if kept:
         each = float(np.mean([record.wall_time for record in kept.values()]))
-        return _told(each, rest, jobs, f"by {len(kept)} kept runs")
-    first, stop = tasks[0], tasks[0].stop_time
-    start = plan.versions.named.system.simulation.start_time
-    step = plan.versions.named.system.simulation.step_size
-    end = start + max(SHORT * (stop - start), 40 * step)
+        how = f"by {len(kept)} kept runs"
+    else:
+        each, how = _trial(known, tasks[0])
+    return [how] if each is None else _told(each, rest, jobs, how, planning=planning)
+
+
+def _trial(known: Named, first: Task) -> tuple[float | None, str]:
+    """Seconds of a run, by short ones, and how they are known; None and a line if one fails."""
+    times, stop = known.system.simulation, first.stop_time
+    start = times.start_time
+    end = start + max(SHORT * (stop - start), 40 * times.step_size)
     if end >= stop:
         end = stop
-    times = []
+    seconds = []
     for part in (0.5, 0.5, 1.0):  # the first loads what all runs share
         began = clock.perf_counter()
         until = start + part * (end - start)
         found = perform(replace(first, stop_time=until, start_up=start))
-        times.append(clock.perf_counter() - began)
+        seconds.append(clock.perf_counter() - began)
         assert not isinstance(found, Lacking)
         if found.failure:
-            return [f"time: not known, a short run failed: {found.failure}"]
-    rate = max(0.0, times[2] - times[1]) / (0.5 * (end - start))
-    each = times[2] + rate * (stop - end)
-    return _told(each, rest, jobs, f"by short runs, of {0.5 * (end - start):g} s and twice that")
+            return None, f"time: not known, a short run failed: {found.failure}"
+    rate = max(0.0, seconds[2] - seconds[1]) / (0.5 * (end - start))
+    each = seconds[2] + rate * (stop - end)
+    return each, f"by short runs, of {0.5 * (end - start):g} s and twice that"
 
 
 def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:
-    lines = []
+    lines, began = [], clock.perf_counter()
     plan = ProgramPlan(named_program(study, tell=_silent))
     lines += _axes(study, plan.named.targets)
     lines += plan.notes()
     with Store(folder / STORE) as store:
-        kept = store.found(plan.keys)
-    missing = [run for run, key in enumerate(plan.keys) if key not in kept]
-    some: Sequence[int] = missing[:FEWEST] or [0]
+        kept = store.found([plan.keys[run] for run in study.grid.runs])
+    missing = [run for run in study.grid.runs if plan.keys[run] not in kept]
+    some: Sequence[int] = missing[:FEWEST] or study.grid.runs[:1]
+    planning = clock.perf_counter() - began
+    list(plan.records(some, 1))  # the first call prepares the program
     began = clock.perf_counter()
     list(plan.records(some, 1))
     each = (clock.perf_counter() - began) / len(some)
-    lines += _told(each, len(missing), jobs, f"by {len(some)} of the runs")
+    how = f"by {len(some)} of the runs"
+    lines += _told(each, len(missing), jobs, how, planning=planning)
     group = plan.groups[0].settings
     rows = len(output_times(group.stop_time, group.output_interval))
     return [*lines, _disk(study, rows)]
 
 
-def _told(each: float, rest: int, jobs: int, how: str) -> list[str]:
+def _told(each: float, rest: int, jobs: int, how: str, *, planning: float = 0.0) -> list[str]:
+    """The time of the `rest` of the runs of `each` [s], after a `planning` [s]."""
     if not rest:
         return ["time: none, all runs are kept"]
-    total = each * rest / min(jobs, max(1, rest))
-    span = f"{total:.3g} s" if total < 600 else f"{total / 60:.3g} min"
-    if total > 36000:
-        span = f"{total / 3600:.3g} h"
-    workers = min(jobs, max(1, rest))
+    workers = min(jobs, rest)
+    total = planning + each * -(-rest // workers)
+    before = f", after {_span(planning)} of planning" if planning >= LEAST_TOLD else ""
     return [
-        f"time: about {span} for {rest} runs of {each:.2g} s, {workers} at a time, {how}; the "
-        "others are kept"
+        f"time: about {_span(total)} for {rest} runs of {each:.2g} s, {workers} at a time{before}, "
+        f"{how}"
     ]
+
+
+def _span(seconds: float) -> str:
+    if seconds < 600:
+        return f"{seconds:.3g} s"
+    return f"{seconds / 60:.3g} min" if seconds <= 36000 else f"{seconds / 3600:.3g} h"
 
 
 def _disk(study: Study, rows: int) -> str:

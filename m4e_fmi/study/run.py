@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -15,11 +16,13 @@ from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
-from m4e_fmi.study.given.study import Study, load_study
+from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.load import load_study
 from m4e_fmi.study.report.record import carried_record
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.start_up import DEFAULT
 from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.shown.warnings import WARNING, told_once
 from m4e_fmi.study.systems.execution import cores
 from m4e_fmi.study.work import Work, work_of
 
@@ -30,6 +33,9 @@ STORE = "kept_runs.sqlite"
 """File of kept runs in the build folder."""
 SUFFIXES = (".nc", ".csv")
 
+NO_RUN = Record(wall_time=math.nan)
+"""The record of a point that is not run."""
+
 Progress = Callable[[int, int], None]
 """Called with the number of runs that are done, and of all."""
 
@@ -38,9 +44,9 @@ Progress = Callable[[int, int], None]
 class StudyOutcome:
     """A study that has ended: its `data`, the file `path`, and how its runs went.
 
-    `failures` are those of runs by number, from 0, `warnings` lines with the number of runs that
-    have them, `kept` the number of runs that were done before; `notes` say how runs were made.
-    `wall_time` in s.
+    `records` are those of all points; of what is not run they have no numbers. `failures` are those
+    of runs by number, from 0, `warnings` lines with the number of runs that have them, `kept` the
+    number of runs that were done before; `notes` say how runs were made. `wall_time` in s.
     """
 
     study: Study
@@ -71,7 +77,7 @@ def run_study(
     `executor`, as Dask's; those of one program by the C library in threads. Each that is done is
     kept in `build_directory`, unless it failed. With `fresh`, all are made again. `output` is a
     file for the result, netCDF or `.csv`. `progress` is called after each run, `tell` with lines on
-    what is built.
+    what is built, and with each kind of warning when it first occurs.
 
     A run that fails leaves nan, and its reason. InputError with all problems of the study and its
     system; RunError if FMUs cannot be built or files not be written, or if another study writes to
@@ -87,14 +93,16 @@ def run_study(
             stack.enter_context(claimed(output))
         blobs = stack.enter_context(TemporaryFolder())
         store = stack.enter_context(Store(folder / STORE))
-        made = work_of(
-            study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell or _silent
-        )
+        tell = told_once(tell or _silent)
+        made = work_of(study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell)
         work = stack.enter_context(made)
-        records, kept = _records(work, store, fresh=fresh, progress=progress)
+        for line in work.warnings:
+            tell(f"{WARNING}{line}")
+        records, kept = _records(work, store, fresh=fresh, progress=progress, tell=tell)
         study = work.study
         warnings = _warnings(work.warnings, records)
-        record = carried_record(study, records, kept=kept, warnings=warnings, notes=work.notes)
+        notes = (*work.notes, *(one.text for one in study.grid.not_run))
+        record = carried_record(study, records, kept=kept, warnings=warnings, notes=notes)
         attributes = {**_attributes(study), **record}
         found = dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes)
         path = None if output is None else Path(output)
@@ -107,38 +115,46 @@ def run_study(
         records=tuple(records),
         failures={k: r.failure for k, r in enumerate(records) if r.failure},
         warnings=warnings,
-        notes=tuple(work.notes),
+        notes=notes,
         kept=kept,
         wall_time=clock.perf_counter() - began,
     )
 
 
 def _records(
-    work: Work, store: Store, *, fresh: bool, progress: Progress | None
+    work: Work, store: Store, *, fresh: bool, progress: Progress | None, tell: Callable[[str], None]
 ) -> tuple[list[Record], int]:
-    """The record of each run, and the number of those that were kept."""
-    keys = work.keys
-    by_key: dict[str, Record] = {} if fresh else store.found(list(dict.fromkeys(keys)))
-    kept = done = sum(key in by_key for key in keys)
-    first = {key: run for run, key in reversed([*enumerate(keys)]) if key not in by_key}
+    """The record of each point, and the number of runs that were kept."""
+    keys, runs, count = work.keys, work.study.grid.runs, work.study.grid.count
+    own = [keys[run] for run in runs]
+    by_key: dict[str, Record] = {} if fresh else store.found(list(dict.fromkeys(own)))
+    kept = done = sum(key in by_key for key in own)
+    first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
     if progress:
-        progress(done, len(keys))
+        progress(done, count)
     try:
         for batch in work.records(missing):
             found = {keys[run]: record for run, record in batch.items()}
-            store.keep(found, again=fresh)
+            store.keep(found, again=fresh, paces=_paces(work, batch))
             by_key |= found
+            for run, record in batch.items():
+                for line in _lines(record):
+                    tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
             done += len(batch)
             if progress:
-                progress(done, len(keys))
+                progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
-        told = (
-            f"after {done} of {len(keys)} runs, which are kept: the same command makes the others"
-        )
+        told = f"after {done} of {count} runs, which are kept: the same command makes the others"
         error.add_note(told)
         raise
-    return [by_key[key] for key in keys], kept
+    return [by_key.get(key, NO_RUN) for key in keys], kept
+
+
+def _paces(work: Work, batch: Mapping[int, Record]) -> list[tuple[str, float, float]]:
+    """How long runs took, by which a dry run tells the time of other ones."""
+    of, spans = work.pace
+    return [(of, spans[n], r.wall_time) for n, r in batch.items() if of and not r.failure]
 
 
 def _attributes(study: Study) -> dict[str, str]:
@@ -151,10 +167,16 @@ def _warnings(prepared: Mapping[str, int], records: Sequence[Record]) -> dict[st
     """Warnings of preparation and of runs, each with the number of runs that have it."""
     found = dict(prepared)
     for record in records:
-        undefined = (f"{name} is not defined: {why}" for name, why in record.undefined.items())
-        for line in (*record.warnings, *undefined):
+        for line in _lines(record):
             found[line] = found.get(line, 0) + 1
     return found
+
+
+def _lines(record: Record) -> Iterator[str]:
+    """The warnings of a run."""
+    yield from record.warnings
+    for name, why in record.undefined.items():
+        yield f"{name} is not defined: {why}"
 
 
 def _silent(_: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -14,9 +15,10 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
-from m4e_fmi.study.systems.names import Named, named
-from m4e_fmi.study.systems.plan import Plan, Versions, versions
+from m4e_fmi.study.systems.names import Named
+from m4e_fmi.study.systems.plan import Plan, Versions, system_id
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
 Batch = Mapping[int, Record]
@@ -29,8 +31,10 @@ NO_TIME = ("algorithm", "tolerance", "coupling_tolerance", "method")
 class Work:
     """The runs of a `study`: the `keys` of what each follows from, and how they are made.
 
-    `start_up` (n_runs,) [s] is the time from which on rows count. `records` makes the runs of some
-    numbers.
+    Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
+    (n_points,) [s] is the time from which on rows count. `records` makes the runs of some numbers.
+    `pace` has the simulated time [s] of each point, by what tells how long runs take; it is empty
+    where nothing does.
     """
 
     study: Study
@@ -40,6 +44,7 @@ class Work:
     warnings: Mapping[str, int]
     notes: Sequence[str]
     records: Make = field(repr=False)
+    pace: tuple[str, Sequence[float]] = field(default=("", ()), repr=False)
 
 
 @contextmanager
@@ -62,14 +67,16 @@ def work_of(
         yield _of_program(study, jobs, tell)
         return
     with performing(jobs, executor) as perform:
-        known = named(study, load_system(study.source))
-        yield _of_system(Plan(versions(known), folder, blobs, tell), perform)
+        made = checked(study, load_system(study.source))
+        yield _of_system(Plan(made, folder, blobs, tell), perform)
 
 
 def _of_system(plan: Plan, perform: Perform) -> Work:
     plan.build()
     known = plan.versions.named
-    tasks = list(plan.tasks())
+    tasks, points = plan.tasks(), range(known.study.grid.size)
+    began = known.system.simulation.start_time
+    spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
 
     def records(missing: Sequence[int]) -> Iterator[Batch]:
         for run, record in perform((run, tasks[run]) for run in missing):
@@ -77,12 +84,13 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
 
     return Work(
         study=known.study,
-        keys=[task.key for task in tasks],
-        start_up=[task.start_up for task in tasks],
+        keys=[tasks[run].key if run in tasks else "" for run in points],
+        start_up=[tasks[run].start_up if run in tasks else math.nan for run in points],
         labels=_labels(plan.versions),
-        warnings=dict.fromkeys(plan.warnings, len(tasks)),
+        warnings=plan.warnings,
         notes=(),
         records=records,
+        pace=(system_id(known), spans),
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
-from m4e_fmi.study.given.axes import Axis, Grid, Scalar, Varied
+from m4e_fmi.study.given.grid import Axis, Grid, Scalar, Varied
 from m4e_fmi.study.given.study import Study, Wanted
 from m4e_fmi.study.report.record import carried_record
 from m4e_fmi.study.runs.record import Record

@@ -47,8 +47,8 @@ INTERVAL = 1.0
 """Seconds between events of progress."""
 _COUNTING = re.compile(r"(\d+) of (\d+)$")
 _WARNING = re.compile(r"(^|: )warning\b")
-_BAR = "m4e_fmi.report.progress"
-"""The module of the progress bar; before it is imported, there is none."""
+_BAR = "tqdm"
+"""The module of progress bars; before it is imported, there are none."""
 _FEW = 10
 """Of lines that count, one in so many is kept where they cannot overwrite each other."""
 

@@ -5,117 +5,33 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document, Location
+from m4e_fmi.study.given.grid import (
+    Axis,
+    Grid,
+    NotRun,
+    Varied,
+    cases_without_weight,
+    states_without_time,
+)
 from m4e_fmi.study.given.sections import AxisSection, SampleSection, Scalar, Spread, StudySection
 from m4e_fmi.study.given.tables import scatter, table
 
 MOST_POINTS = 1_000_000
 """Of one dimension."""
-RESERVED = ("time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability")
+RESERVED = (
+    "time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability", "is_run",
+)  # fmt: skip
 """Names of the result that no dimension may have."""
 
 
-@dataclass(frozen=True)
-class Varied:
-    """One varied quantity: its short `name`, what it is in the file (`targets`), and its place.
-
-    `unit` is what the name of its `column` in a table says, if it is from one and says any.
-    """
-
-    name: str
-    targets: tuple[str, ...]
-    location: Location = field(default=(), compare=False)
-    column: str = ""
-    unit: str = ""
-
-
-@dataclass(frozen=True)
-class Axis:
-    """A dimension `name`; each of its `points` has one value for each of the `varied` quantities.
-
-    `weights` are those of the points, if they have any [1]. `repeats` are runs of one design, with
-    other seeds.
-    """
-
-    name: str
-    varied: tuple[Varied, ...]
-    points: tuple[tuple[Scalar, ...], ...] = field(repr=False)
-    weights: tuple[float, ...] | None = field(default=None, repr=False)
-    repeats: bool = False
-
-    def __len__(self) -> int:
-        return len(self.points)
-
-    @property
-    def labels(self) -> list[str]:
-        """Texts of the points: values, or numbers from 1 of points of several quantities."""
-        if len(self.varied) > 1:
-            return [str(k + 1) for k in range(len(self))]
-        return [f"{x:.6g}" if isinstance(x, float) else str(x) for (x,) in self.points]
-
-    @property
-    def is_numbers(self) -> bool:
-        """True if it is one quantity, whose values are numbers: they are the coordinate."""
-        return len(self.varied) == 1 and all(
-            isinstance(point[0], int | float) and not isinstance(point[0], bool)
-            for point in self.points
-        )
-
-
-@dataclass(frozen=True)
-class Grid:
-    """All dimensions, and the probability of each point of the two of a scatter diagram.
-
-    `covered` tells how much of the time the diagram stands for, where its entries do not say so.
-    """
-
-    axes: tuple[Axis, ...]
-    probability: tuple[tuple[str, str], np.ndarray] | None = None
-    covered: str = ""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Number of points of each dimension."""
-        return tuple(map(len, self.axes))
-
-    @property
-    def count(self) -> int:
-        """Number of runs."""
-        return math.prod(self.shape)
-
-    def values(self, run: int) -> dict[str, Scalar]:
-        """Value of each target in run number `run`, from 0."""
-        found: dict[str, Scalar] = {}
-        for axis, k in zip(self.axes, self.place(run), strict=True):
-            for varied, value in zip(axis.varied, axis.points[k], strict=True):
-                found.update(dict.fromkeys(varied.targets, value))
-        return found
-
-    def place(self, run: int) -> tuple[int, ...]:
-        """Indices of run number `run`, from 0."""
-        return tuple(int(k) for k in np.unravel_index(run, self.shape)) if self.axes else ()
-
-    def told(self, run: int) -> str:
-        """The run in words, as ``peak_period 7.5, seed 2``."""
-        parts = list[str]()
-        for axis, k in zip(self.axes, self.place(run), strict=True):
-            if len(axis.varied) == 1:
-                value = axis.points[k][0]
-                shown = f"{value:g}" if isinstance(value, float) else str(value)
-                parts.append(f"{axis.name} {shown}")
-            else:
-                parts.append(f"{axis.name} {k + 1}")
-        return ", ".join(parts) or "the run"
-
-
-def grid_of(section: StudySection, document: Document) -> Grid:
-    """The dimensions of a study file; InputError with all problems of them."""
-    problems: list[Problem] = []
+def grid_of(section: StudySection, document: Document, problems: list[Problem]) -> Grid:
+    """The dimensions of a study file, of which wrong ones are left out; adds to `problems`."""
     axes: list[Axis] = []
     for name, given in section.vary.items():
         one = given if isinstance(given, AxisSection) else AxisSection(values=given)
@@ -127,6 +43,7 @@ def grid_of(section: StudySection, document: Document) -> Grid:
         except InputError as error:
             problems += error.problems
     probability, covered = None, ""
+    not_run = list[NotRun]()
     folder = document.path.parent
     if section.table:
         try:
@@ -138,6 +55,8 @@ def grid_of(section: StudySection, document: Document) -> Grid:
                 for one, column, unit in zip(plain, heads, units, strict=True)
             )
             axes.append(Axis("case", varied, points, weights))
+            if weights and not section.table.run_all:
+                not_run += cases_without_weight(np.array(weights))
         except InputError as error:
             problems += error.problems
     if section.scatter:
@@ -151,23 +70,22 @@ def grid_of(section: StudySection, document: Document) -> Grid:
                 one = Varied(name, (name,), ("scatter", key))
                 axes.append(Axis(name, (one,), tuple((value,) for value in values)))
             probability = (section.scatter.rows, section.scatter.columns), shares
+            if not section.scatter.run_all:
+                not_run += states_without_time(probability[0], shares)
     problems += [*_twice(axes, document), *_crossed(axes, document)]
-    if problems:
-        raise InputError(problems)
     named = _with_short_names(axes)
-    problems = [
+    problems += [
         document.problem(axis.varied[0].location, f"a dimension cannot be called {axis.name!r}",
                          "choose another name with 'as'")
         for axis in named
         if axis.name in RESERVED or axis.name in section.wanted
     ]  # fmt: skip
     problems += _same_names(named, document)
-    if problems:
-        raise InputError(problems)
+    short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
     if probability:
-        short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
         probability = (short[probability[0][0]], short[probability[0][1]]), probability[1]
-    return Grid(tuple(named), probability, covered)
+    not_run = [replace(one, names=tuple(short[name] for name in one.names)) for one in not_run]
+    return Grid(tuple(named), probability, covered, tuple(not_run))
 
 
 def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:

@@ -57,24 +57,30 @@ class SampleSection(Section):
 
 
 class TableSection(Section):
-    """Rows of a table (CSV): one case each. `columns` maps names to columns, as does `weight`."""
+    """Rows of a table (CSV): one case each. `columns` maps names to columns, as does `weight`.
+
+    Rows of weight 0 are run with `run_all` only.
+    """
 
     file: str
     columns: dict[str, str]
     weight: str | None = None
+    run_all: bool = False
 
 
 class ScatterSection(Section):
     """A scatter diagram (CSV): the first row and the first column have the values of two names.
 
-    Entries are occurrences or probabilities; those without any are made too. `total` is what they
-    would add up to if they covered all the time, as 8766 of hours of a year; default is their sum.
+    Entries are occurrences or probabilities; those without any are run with `run_all` only. `total`
+    is what they would add up to if they covered all the time, as 8766 of hours of a year; default
+    is their sum.
     """
 
     file: str
     rows: str
     columns: str
     total: float | None = Field(default=None, gt=0.0)
+    run_all: bool = False
 
 
 class WantedSection(Section):

@@ -9,7 +9,8 @@ from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestio
 from m4e_fmi.files.document import Document
 from m4e_fmi.shown import short
 from m4e_fmi.statistics import STATISTICS
-from m4e_fmi.study.given.axes import RESERVED, Grid, grid_of
+from m4e_fmi.study.given.axes import RESERVED, grid_of
+from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.sections import Scalar, StudySection
 
 STOP_TIME = "simulation.stop_time"
@@ -72,8 +73,11 @@ class Study:
         return [self.document.problem(("start_up", "@value"), message, remedy)]
 
 
-def load_study(path: str | Path) -> Study:
-    """The study in a YAML file; InputError with all problems found in it."""
+def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:
+    """The study in a YAML file and the problems of the file; with any, what is left of the study.
+
+    None if too little is left, as without a system or a model.
+    """
     document = Document.load(path)
     problems: list[Problem] = []
     section = None
@@ -83,49 +87,47 @@ def load_study(path: str | Path) -> Study:
         problems += error.problems
     part = section or document.valid_part(StudySection)
     if part is None:
-        raise InputError(problems)
+        return None, problems
     source = _source(part, document, problems)
-    grid = None
-    try:
-        grid = grid_of(part, document)
-    except InputError as error:
-        problems += error.problems
+    grid = grid_of(part, document, problems)
     wanted = _wanted(part, document, problems)
     if part.start_up is not None and part.start_up < 0.0:
         at = ("start_up", "@value")
         problems.append(document.problem(at, f"start_up {part.start_up:g} s is below 0"))
-    if section is None or problems or grid is None:
-        raise InputError(dict.fromkeys(problems))
-    return Study(
-        name=section.name,
+    if source is None:
+        return None, problems
+    study = Study(
+        name=part.name,
         source=source,
-        is_model=section.model is not None,
+        is_model=part.model is not None,
         grid=grid,
         wanted=wanted,
-        series=section.series,
-        simulation=section.simulation,
-        start=section.start,
-        composed=section.method == "composed",
-        start_up=section.start_up,
-        coupling_error=section.coupling_error,
-        description=section.description,
+        series=part.series,
+        simulation=part.simulation,
+        start=part.start,
+        composed=part.method == "composed",
+        start_up=part.start_up,
+        coupling_error=part.coupling_error,
+        description=part.description,
         document=document,
         text=Path(path).read_text("utf-8-sig"),
     )
+    return study, problems
 
 
-def _source(section: StudySection, document: Document, problems: list[Problem]) -> Path:
-    """The file of the system or model; adds to `problems`."""
+def _source(section: StudySection, document: Document, problems: list[Problem]) -> Path | None:
+    """The file of the system or model, None if there is none; adds to `problems`."""
     given = [key for key in ("system", "model") if getattr(section, key) is not None]
     if len(given) != 1:
         what = "has 'system' and 'model'" if given else "has neither 'system' nor 'model'"
         remedy = "give one: 'system: system.yaml' or 'model: x.model.yaml'"
         at = (given[0] if given else "name",)
         problems.append(document.problem(at, f"the study {what}", remedy))
-        return Path()
+        return None
     path = document.path.parent / getattr(section, given[0])
     if not is_file(path):
         problems.append(document.problem((given[0], "@value"), *missing_file(path)))
+        return None
     return path
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,8 +24,8 @@ from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
-from m4e_fmi.study.programs.values import model_problems, start_problems
-from m4e_fmi.study.systems.quantities import in_units
+from m4e_fmi.study.programs.values import model_problems, start_problems, unknown_starts
+from m4e_fmi.study.systems.quantities import in_units, new_places
 from m4e_fmi.study.systems.targets import (
     SIMULATION,
     KeyTarget,
@@ -69,24 +69,24 @@ class Version:
 class NamedProgram:
     """A study of a program with its names resolved.
 
-    `fixed` are the settings that all runs have. `version_of` (n_runs,) has the number of each run's
-    program, `default_of` (n_runs,) that of its start values among the `defaults` (n_variables,),
-    which hold where nothing else is given.
+    `fixed` are the settings that all runs have. `version_of` has the number of the program of each
+    run, by number, `default_of` that of its start values among the `defaults` (n_variables,), which
+    hold where nothing else is given.
     """
 
     study: Study
     targets: Mapping[str, Target]
     versions: Sequence[Version]
-    version_of: Sequence[int] = field(repr=False)
+    version_of: Mapping[int, int] = field(repr=False)
     fixed: Mapping[str, object]
     defaults: Sequence[np.ndarray] = field(repr=False)
-    default_of: Sequence[int] = field(repr=False)
+    default_of: Mapping[int, int] = field(repr=False)
 
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of each varied name, as given, in their units, in grid order."""
+        """Values (n_points,) of each varied name, as given, in their units, in grid order."""
         grid = self.study.grid
-        places = np.unravel_index(np.arange(grid.count), grid.shape) if grid.axes else ()
+        places = np.unravel_index(np.arange(grid.size), grid.shape) if grid.axes else ()
         found: dict[str, np.ndarray] = {}
         for axis, place in zip(grid.axes, places, strict=True):
             for k, varied in enumerate(axis.varied):
@@ -96,7 +96,7 @@ class NamedProgram:
 
     @cached_property
     def settings(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of the varied settings; times in s."""
+        """Values (n_points,) of the varied settings; times in s."""
         return {
             target.key: np.array([setting(target.key, v) for v in self.columns[name]], object)
             for name, target in self.targets.items()
@@ -105,7 +105,7 @@ class NamedProgram:
 
     @cached_property
     def _starts(self) -> dict[str, np.ndarray]:
-        """Values (n_runs,) of the varied start values by variable, in SI units."""
+        """Values (n_points,) of the varied start values by variable, in SI units."""
         return {
             target.variable: np.array([_number(target, v) for v in self.columns[name]], float)
             for name, target in self.targets.items()
@@ -150,42 +150,64 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     problems: list[Problem] = []
     fixed = fixed_settings(study, problems)
     source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
-    if problems:
-        raise InputError(dict.fromkeys(problems))
-    try:
-        study = in_units(study, targets)
-    except InputError as error:
-        problems += error.problems
+    study, units = in_units(study, targets)
     problems += _setting_problems(study, targets)
-    base = source({})
-    problems += start_problems(study, targets, base[0])
+    program, model = source({})
+    starts = start_problems(study, targets, program)
+    problems += [*starts, *new_places(units, starts), *unknown_starts(study, program, model)]
+    made = _Versions(study, source, targets, checks_start=not problems)
+    version_of, default_of = dict[int, int](), dict[int, int]()
+    for run in study.grid.runs:
+        version_of[run], default_of[run] = made.of(run, problems)
+    if model:
+        problems += model_problems(study, targets, model, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
-    versions: list[Version] = []
-    defaults: list[np.ndarray] = []
-    codes: dict[str, int] = {}
-    made: dict[tuple, tuple[int, int]] = {}
-    numbers: list[tuple[int, int]] = []
-    for run in range(study.grid.count):
-        values = study.grid.values(run) if keys else {}
-        own = tuple(values[name] for name in keys)
-        if own not in made:
-            given = dict(zip(keys.values(), own, strict=True))
-            program, model = source(given) if given else base
-            program = _with_start(study, program, model)
-            version = Version(program, bare_code(program), model)
-            if version.code not in codes:
-                codes[version.code] = len(versions)
-                versions.append(version)
-            made[own] = codes[version.code], len(defaults)
-            defaults.append(np.array([v.start for v in version.variables]))
-        numbers.append(made[own])
-    version_of, default_of = zip(*numbers, strict=True)
-    model = versions[0].model
-    if model and (problems := model_problems(study, targets, model)):
-        raise InputError(dict.fromkeys(problems))
-    return NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
+    return NamedProgram(study, targets, made.versions, version_of, fixed, made.defaults, default_of)
+
+
+class _Versions:
+    """The programs of a study, and the start values that each combination of its keys gives them.
+
+    The latter are compared with what the programs take if that `checks_start`.
+    """
+
+    def __init__(
+        self, study: Study, source: Source, targets: Mapping[str, Target], *, checks_start: bool
+    ) -> None:
+        self.versions: list[Version] = []
+        self.defaults: list[np.ndarray] = []
+        self._study, self._source, self._checks_start = study, source, checks_start
+        self._keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
+        self._codes: dict[str, int] = {}
+        self._made: dict[tuple, tuple[int, int]] = {}
+
+    def of(self, run: int, problems: list[Problem]) -> tuple[int, int]:
+        """Numbers of the version and of the defaults of a run, from 0; adds to `problems`."""
+        values = self._study.grid.values(run) if self._keys else {}
+        own = tuple(values[name] for name in self._keys)
+        if own not in self._made:
+            self._made[own] = -1, -1
+            try:
+                self._made[own] = self._new(dict(zip(self._keys.values(), own, strict=True)))
+            except InputError as error:
+                told = ", ".join(f"{n} = {values[n]}" for n in self._keys)
+                problems += [
+                    replace(p, message=f"{p.message} (with {told})") if told else p
+                    for p in error.problems
+                ]
+        return self._made[own]
+
+    def _new(self, given: Keys) -> tuple[int, int]:
+        program, model = self._source(given)
+        if self._checks_start:
+            program = _with_start(self._study, program, model)
+        version = Version(program, bare_code(program), model)
+        if version.code not in self._codes:
+            self._codes[version.code] = len(self.versions)
+            self.versions.append(version)
+        self.defaults.append(np.array([v.start for v in version.variables]))
+        return self._codes[version.code], len(self.defaults) - 1
 
 
 def _of_model(
@@ -223,11 +245,7 @@ def _of_system(
     program = make({})[0]
     plain = [(n, at) for n, at in _names(study).items() if not n.startswith(f"{SIMULATION}.")]
     targets = _setting_targets(study, problems)
-    try:
-        found = targets_of(plain, system, expected_descriptions(system), study.document)
-    except InputError as error:
-        problems += error.problems
-        return make, targets
+    found = targets_of(plain, system, expected_descriptions(system), study.document, problems)
     known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
     for name, target in found.items():
         if isinstance(target, StartTarget):
@@ -311,14 +329,14 @@ def _setting_problems(study: Study, targets: Mapping[str, Target]) -> Iterator[P
     for axis in study.grid.axes:
         for k, varied in enumerate(axis.varied):
             values = [point[k] for point in axis.points]
-            for target in (targets[name] for name in varied.targets):
+            for target in map(targets.get, varied.targets):
                 if isinstance(target, SettingTarget):
                     yield from varied_problems(study, target.key, values, varied.location)
 
 
 def _with_start(study: Study, program: Program, model: Model | None) -> Program:
     """The program with the start values of the study and, to be checked, of its first run."""
-    first = study.grid.values(0)
+    first = study.grid.values(study.grid.runs[0])
     known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
     given = study.start
     started(program, {**given, **{n: v for n, v in first.items() if n in known}}, model)

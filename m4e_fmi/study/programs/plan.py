@@ -12,7 +12,7 @@ import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import groupby
 
 import numpy as np
@@ -34,6 +34,9 @@ from m4e_fmi.study.runs.statistics_of import computed
 
 CHUNK = 512
 """Runs in one call of the library."""
+COMPILING_PAYS = 1.0
+"""Seconds of processor time that the interpreter would take for what is left of a group, from which
+on its program is compiled: both give the same bits."""
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 Batch = dict[int, Record]
 
@@ -45,6 +48,23 @@ class Group:
     version: Version
     settings: Settings
     runs: np.ndarray = field(repr=False)
+
+
+class _Pace:
+    """How fast the interpreter makes `left` runs of a group, by the first of them."""
+
+    def __init__(self, left: int) -> None:
+        self._left, self._each = left, 0.0
+
+    def note(self, count: int, seconds: float) -> None:
+        """Note the processor time of `count` runs."""
+        self._left -= count
+        self._each = self._each or seconds / count
+
+    @property
+    def compiling_pays(self) -> bool:
+        """True if compiling the program takes less time than it saves."""
+        return self._left * self._each > COMPILING_PAYS
 
 
 @dataclass
@@ -59,7 +79,7 @@ class ProgramPlan:
         named = self.named
         settings = named.settings
         runs: dict[tuple[int, str], list[int]] = {}
-        for run in range(named.study.grid.count):
+        for run in named.study.grid.runs:
             version = named.version_of[run]
             own = {key: column[run] for key, column in settings.items()}
             runs.setdefault((version, json.dumps(own)), []).append(run)
@@ -74,8 +94,8 @@ class ProgramPlan:
 
     @cached_property
     def start_up(self) -> list[float]:
-        """The time [s] from which on rows count, of each run."""
-        found = np.zeros(self.named.study.grid.count)
+        """The time [s] from which on rows count, of each point; nan of what is not run."""
+        found = np.full(self.named.study.grid.size, np.nan)
         for group in self.groups:
             found[group.runs] = self._start_up_of(group)
             check_start_up(
@@ -95,8 +115,8 @@ class ProgramPlan:
 
     @cached_property
     def keys(self) -> list[str]:
-        """The hash of all that each run follows from."""
-        study, found = self.named.study, [""] * self.named.study.grid.count
+        """The hash of all that each run follows from, of each point; "" of what is not run."""
+        study, found = self.named.study, [""] * self.named.study.grid.size
         for group in self.groups:
             wanted = repr((study.wanted, study.series))
             same = [code_hash(), group.version.code, repr(group.settings), wanted]
@@ -128,15 +148,19 @@ class ProgramPlan:
             runs = np.array([run for run in group.runs.tolist() if run in wanted], dtype=int)
             if not len(runs):
                 continue
-            single = bool(single_because(group, self._names))
-            for part in np.array_split(runs, max(1, -(-len(runs) // (1 if single else CHUNK)))):
-                make = self._single if single else self._chunk
-                calls.append(lambda make=make, group=group, part=part: make(group, part))
+            if single_because(group, self._names):
+                calls += [partial(self._single, group, runs[k : k + 1]) for k in range(len(runs))]
+                continue
+            pace = _Pace(len(runs))
+            calls += [
+                partial(self._chunk, group, part, pace)
+                for part in np.array_split(runs, -(-len(runs) // CHUNK))
+            ]
         yield from _in_threads(calls, jobs)
 
-    def _chunk(self, group: Group, runs: np.ndarray) -> Batch:
+    def _chunk(self, group: Group, runs: np.ndarray, pace: _Pace) -> Batch:
         """Records of some runs by one call of the library."""
-        began, version = clock.perf_counter(), group.version
+        began, version, used = clock.perf_counter(), group.version, clock.thread_time()
         program, names = version.program, self._names
         times = np.array(output_times(group.settings.stop_time, group.settings.output_interval))
         starts = self.named.start_values(version, runs)
@@ -149,8 +173,9 @@ class ProgramPlan:
         outputs = [v.name for v in program.outputs if v.name in names]
         found = ensemble(
             program, times, parameters=parameters, inputs=inputs, states=states, outputs=outputs,
-            control=control,
+            control=control, compiled=pace.compiling_pays,
         )  # fmt: skip
+        pace.note(len(runs), clock.thread_time() - used)
         each = (clock.perf_counter() - began) / len(runs)
         good = [k for k, run in enumerate(found) if not run.message]
         places = {v.name: k for k, v in enumerate(program.states)}

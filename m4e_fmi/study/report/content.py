@@ -33,7 +33,7 @@ class Content:
 
 def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     """All numbers of runs and designs, and the series that a page takes."""
-    runs = _packed(list(_of_runs(result)), result.count, "r")
+    runs = _packed(list(_of_runs(result)), result.size, "r")
     designs = _packed(list(_of_designs(result, contributed)), 0, "d")
     series = _series(result)
     data: dict[str, object] = {
@@ -54,6 +54,7 @@ def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
         "runs": runs.data,
         "designs": designs.data,
         "failures": _failures(result),
+        "notRun": np.flatnonzero(~result.is_run).tolist(),
         "series": series and {
             "samples": series.data,
             "runs": result.series.runs.tolist() if result.series else [],

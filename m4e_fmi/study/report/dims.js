@@ -6,6 +6,7 @@ function studyOf(data) {
   const axes = dims.filter(dim => !dim.repeats), seeds = dims.filter(dim => dim.repeats);
   const runs = storeOf(data.runs), designs = storeOf(data.designs), listeners = { choice: [], run: [] };
   const reasons = new Map(data.failures.runs.map(([run, k]) => [run, data.failures.texts[k]]));
+  const notRun = new Set(data.notRun);
   const size = list => list.reduce((product, dim) => product * dim.count, 1);
   const count = size(dims), copies = size(seeds);
 
@@ -47,12 +48,16 @@ function studyOf(data) {
     onChoice(action) { listeners.choice.push(action); },
     show(run) { for (const action of listeners.run) action(run); },
     onRun(action) { listeners.run.push(action); },
+    // False of a run, or of the design at `points`, that was not made: it has no probability.
+    isRun: run => !notRun.has(run),
+    isMade: points => !notRun.has(study.runsAt(points)[0]),
     // The first reason for which runs of the design at `points` failed, and their number.
     failuresAt(points) {
       const failed = study.runsAt(points).filter(run => reasons.has(run));
       return { count: failed.length, why: failed.length ? reasons.get(failed[0]) : "" };
     },
   };
+  study.madeCount = Array.from({ length: study.designCount }, (_, n) => pointsOf(axes, n)).filter(study.isMade).length;
   return study;
 }
 

@@ -99,6 +99,7 @@ function mapsOf(root, study, theme, names) {
   // What is known of a design: its value, seeds, failures.
   function state(panel, points) {
     const place = study.place(points), { mean, width, missing } = panel.values, value = mean[place];
+    if (!study.isMade(points)) return { value: NaN, width: NaN, failed: 0, lacking: 0, absent: true, text: "not run: it does not occur", points };
     const failed = study.failuresAt(points), lacking = missing ? missing[place] : 0;
     const runs = study.copies > 1 ? `, ${study.copies - lacking} of ${study.copies} runs` : "";
     const why = failed.count ? `; ${failed.count > 1 || study.copies > 1 ? `${failed.count} failed` : "failed"}: ${failed.why}` : "";
@@ -120,7 +121,7 @@ function mapsOf(root, study, theme, names) {
     for (let j = 0; j < y.count; j++) cells.push(Array.from({ length: x.count }, (_, i) => state(panel, pointsAt(x, i, y, j))));
     const hover = one => [plain(`${study.told(axes, one.points)}: ${one.text}`), one.points];
     const text = one => Number.isFinite(one.value) ? `${Number((scale * one.value).toPrecision(3))}${one.lacking ? "*" : ""}` : "";
-    const empty = cells.flatMap((row, j) => row.map((one, i) => ({ ...one, i, j }))).filter(one => !Number.isFinite(one.value));
+    const empty = cells.flatMap((row, j) => row.map((one, i) => ({ ...one, i, j }))).filter(one => !Number.isFinite(one.value) && !one.absent);
     const marks = (list, symbol, color, name) => ({
       type: "scatter", mode: "markers", name, x: list.map(one => one.i), y: list.map(one => one.j), customdata: list.map(hover),
       hovertemplate: "%{customdata[0]}<extra></extra>", marker: { symbol, color, size: 10, line: { color, width: 2 } },
@@ -152,7 +153,7 @@ function mapsOf(root, study, theme, names) {
     const traces = [], list = [], lost = [];
     for (let j = 0; j < count; j++) {
       const colour = colours.curves[j % colours.curves.length], cells = places.map(i => ({ ...state(panel, pointsAt(x, i, y, j)), i }));
-      lost.push(...cells.filter(one => !Number.isFinite(one.value)));
+      lost.push(...cells.filter(one => !Number.isFinite(one.value) && !one.absent));
       for (const part of bands(cells)) traces.push({
         type: "scatter", mode: "lines", fill: "toself", line: { width: 0 }, hoverinfo: "skip", fillcolor: faint(colour),
         x: [...part, ...[...part].reverse()].map(one => at(one.i)),
@@ -189,13 +190,13 @@ function mapsOf(root, study, theme, names) {
   }
 
   function histogram(panel, colours) {
-    const { scale, unit } = panel.unit, values = Array.from(panel.values.mean).filter(Number.isFinite), lost = study.designCount - values.length;
+    const { scale, unit } = panel.unit, values = Array.from(panel.values.mean).filter(Number.isFinite), designs = study.madeCount, lost = designs - values.length;
     return {
       traces: [{
         type: "histogram", x: values.map(value => scale * value), nbinsx: Math.min(60, Math.max(5, Math.round(Math.sqrt(values.length)))),
         marker: { color: colours.curves[0] }, hovertemplate: `%{x} ${plain(unit)}: %{y} designs<extra></extra>`,
       }],
-      list: lost ? [{ colour: colours.failed, text: `${lost} of ${study.designCount} designs have no value` }] : [],
+      list: lost ? [{ colour: colours.failed, text: `${lost} of ${designs} designs have no value` }] : [],
       layout: { height: 320, dragmode: false, bargap: 0.04, xaxis: { title: { text: titleOf(panel.quantity, unit) }, fixedrange: true }, yaxis: { title: { text: "designs" }, fixedrange: true } },
     };
   }

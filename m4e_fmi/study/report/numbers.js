@@ -16,7 +16,7 @@ function tableOf(root, study, name) {
     const all = [...study.runs.variables.values()], varied = all.filter(one => one.component === "varied");
     if (kind.value === "runs") {
       columns = [{ name: "run", unit: "", value: n => n + 1 }, ...await Promise.all(all.map(of)), { name: "failure", unit: "", text: true, value: n => study.reasons.get(n) || "" }];
-      order = Array.from({ length: study.count }, (_, n) => n);
+      order = Array.from({ length: study.count }, (_, n) => n).filter(study.isRun);
     } else {
       const seeds = new Set(study.data.columns.filter(({ dim }) => study.dims[dim].repeats).map(one => one.name));
       const runAt = n => study.runsAt(study.pointsOf(study.axes, n))[0];
@@ -28,7 +28,7 @@ function tableOf(root, study, name) {
         if (missing && !quantity.of) columns.push({ name: `runs with ${quantity.name}`, unit: "", value: n => study.copies - missing[n] });
       }
       columns.push({ name: "failed runs", unit: "", value: n => study.failuresAt(study.pointsOf(study.axes, n)).count });
-      order = Array.from({ length: study.designCount }, (_, n) => n);
+      order = Array.from({ length: study.designCount }, (_, n) => n).filter(n => study.isMade(study.pointsOf(study.axes, n)));
     }
     [first, sorted] = [0, null];
     show();

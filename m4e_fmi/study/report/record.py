@@ -68,7 +68,7 @@ def carried_record(
         coupling_at=worst.coupling_at if worst else "",
         warnings=tuple(warning_lines(warnings)),
         notes=tuple(notes),
-        made=len(records) - kept,
+        made=study.grid.count - kept,
         kept=kept,
         inputs=_inputs(study),
         versions=versions(),

@@ -78,8 +78,9 @@ class Designs:
 class StudyResult:
     """A result of a study: `numbers` by name (the shape of the dimensions), in their `units`.
 
-    `failure` has the reason of each run that failed, "" of the others. `probability` has the names
-    of its dimensions and shares [1], None without.
+    `failure` has the reason of each run that failed, "" of the others; `is_run` is False of what
+    has no probability and was not run (both the shape of the dimensions). `probability` has the
+    names of its dimensions and shares [1], None without.
     """
 
     path: Path
@@ -89,6 +90,7 @@ class StudyResult:
     numbers: Mapping[str, np.ndarray] = field(repr=False)
     units: Mapping[str, str]
     failure: np.ndarray = field(repr=False)
+    is_run: np.ndarray = field(repr=False)
     probability: tuple[tuple[str, ...], np.ndarray] | None = field(default=None, repr=False)
     series: StudySeries | None = field(default=None, repr=False)
 
@@ -98,9 +100,14 @@ class StudyResult:
         return tuple(one.count for one in self.dimensions)
 
     @property
+    def size(self) -> int:
+        """Number of points, those which were not run among them."""
+        return math.prod(self.shape)
+
+    @property
     def count(self) -> int:
         """Number of runs."""
-        return math.prod(self.shape)
+        return int(self.is_run.sum())
 
     @property
     def failed(self) -> np.ndarray:
@@ -125,7 +132,8 @@ class StudyResult:
 
     def designs(self, name: str) -> Designs:
         """Means of a quantity over seeds, with 95 % confidence."""
-        return Designs(*means_of_designs(self.by_seeds(self.numbers[name])))
+        mean, width, missing = means_of_designs(self.by_seeds(self.numbers[name]))
+        return Designs(mean, width, np.where(self.by_seeds(self.is_run).any(axis=-1), missing, 0))
 
     def told(self, run: int) -> str:
         """The run in words, as ``peak_period 7.5, seed 2``."""
@@ -173,6 +181,7 @@ def _of(path: Path, data: xarray.Dataset, record: StudyRecord) -> StudyResult:
         numbers={name: data[name].values.astype(float).reshape(shape) for name in wanted},
         units={name: unit_of(data[name]) for name in wanted},
         failure=data["failure"].values.astype(str).astype(object).reshape(shape),
+        is_run=data["is_run"].values.astype(bool) if "is_run" in data else np.ones(shape, bool),
         probability=probability,
         series=series_of(data, record.series, math.prod(shape)),
     )

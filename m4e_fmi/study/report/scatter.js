@@ -23,7 +23,7 @@ function scatterOf(root, study, theme) {
     const good = [], lost = [];
     for (let run = 0; run < study.count; run++) {
       if (Number.isFinite(y[run]) && Number.isFinite(x[run])) good.push(run);
-      else lost.push(run);
+      else if (study.isRun(run)) lost.push(run);
     }
     const points = {
       type: fast() ? "scattergl" : "scatter", mode: "markers", x: good.map(run => xs.scale * x[run]), y: good.map(run => ys.scale * y[run]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,7 +33,7 @@ class Record:
 
     def head(self) -> str:
         """All but the arrays, as JSON; numbers keep all their digits."""
-        told = {k: v for k, v in asdict(self).items() if k not in ("time", "series")}
+        told = {k: v for k, v in vars(self).items() if k not in ("time", "series")}
         return json.dumps({**told, "series": list(self.series)})
 
     def block(self) -> bytes:

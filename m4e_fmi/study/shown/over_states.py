@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from m4e_fmi.study.given.axes import Axis, Grid
+from m4e_fmi.study.given.grid import Axis, Grid
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.shown.averages import means_of_designs
 
@@ -26,6 +26,8 @@ LARGEST = {
     "gumbel_maximum",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
+MOST_COMPARED = 6
+"""Designs whose differences are told."""
 NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
 
 
@@ -39,7 +41,7 @@ class Averaged:
     """Values over the axes that are no repeats: `mean` over seeds and `half_width`, (…) each.
 
     Both are in the unit of the values. `missing` (…) counts [1] the failed seeds of a design, whose
-    mean is over the others.
+    mean is over the others; designs that are not run have no mean and miss none.
     """
 
     axes: tuple[Axis, ...]
@@ -52,17 +54,22 @@ class Averaged:
         return Averaged(self.axes, factor * self.mean, factor * self.half_width, self.missing)
 
 
-def averaged(axes: tuple[Axis, ...], values: np.ndarray) -> Averaged:
+def averaged(
+    axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None
+) -> Averaged:
     """Means over seeds of `values` (n, …) [their unit], with 95 % confidence by Student's t.
 
-    The values have the shape of the axes.
+    The values have the shape of the axes, as has `is_run` (n, …) [1]: False of what is not run.
     """
     repeats = [k for k, axis in enumerate(axes) if axis.repeats]
     designs = tuple(axis for axis in axes if not axis.repeats)
     count = math.prod(len(axes[k]) for k in repeats)
     rest = [k for k in range(len(axes)) if k not in repeats]
-    rows = values.transpose((*rest, *repeats)).reshape((*(len(axis) for axis in designs), count))
-    mean, width, missing = means_of_designs(rows)
+    shape = (*(len(axis) for axis in designs), count)
+    mean, width, missing = means_of_designs(values.transpose((*rest, *repeats)).reshape(shape))
+    if is_run is not None:
+        some = is_run.transpose((*rest, *repeats)).reshape(shape).any(axis=-1)
+        missing = np.where(some, missing, 0)
     return Averaged(designs, mean, width, missing)
 
 
@@ -114,6 +121,12 @@ def over_states(
         return "largest of all states", _extreme(grid, values, states, 1.0)
     if wanted.statistic == "minimum":
         return "smallest of all states", _extreme(grid, values, states, -1.0)
+    name, sums = _sums(grid, values, states, wanted)
+    return name, averaged(states.rest(grid.axes), sums)
+
+
+def _sums(grid: Grid, values: np.ndarray, states: States, wanted: Wanted) -> tuple[str, np.ndarray]:
+    """The name of a sum over states, and its values over the other axes."""
     name, exponent = "mean by probability", 1.0
     if wanted.statistic == "damage_equivalent_load":
         name, exponent = "damage equivalent by probability", dict(wanted.parameters)["exponent"]
@@ -122,10 +135,31 @@ def over_states(
     rows = states.last(grid.axes, values)
     top = np.maximum(np.abs(rows).max(axis=-1), np.finfo(float).tiny)  # powers of it may overflow
     if exponent == 1.0:
-        sums = rows @ states.weights
-    else:
-        sums = top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
-    return name, averaged(states.rest(grid.axes), sums)
+        return name, rows @ states.weights
+    return name, top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
+
+
+def differences(
+    grid: Grid, values: np.ndarray, states: States | None, wanted: Wanted
+) -> Averaged | None:
+    """Differences of a few designs from the first of them, seed by seed; None if that is none.
+
+    `values` (n, …), in their unit, have the shape of the grid. Designs have the same seeds, and sea
+    states: what these do to all of them is not in the difference, nor in its interval. Of `states`
+    it is that of the sums over them; extremes of all states have none.
+    """
+    axes = grid.axes
+    if states is not None:
+        if wanted.statistic in LARGEST or wanted.statistic == "minimum":
+            return None
+        _, values = _sums(grid, values, states, wanted)
+        axes = states.rest(axes)
+    seeds = math.prod(len(axis) for axis in axes if axis.repeats)
+    count = math.prod(len(axis) for axis in axes if not axis.repeats)
+    if seeds < 2 or not 2 <= count <= MOST_COMPARED:
+        return None
+    first = tuple(slice(None) if axis.repeats else slice(0, 1) for axis in axes)
+    return averaged(axes, values - values[first])
 
 
 def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:

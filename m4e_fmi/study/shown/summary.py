@@ -12,19 +12,21 @@ from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
 from m4e_fmi.study.runs.start_up import left_out
-from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
+from m4e_fmi.study.shown.over_states import Averaged, averaged, differences, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 
 MOST_ROWS = 40
 """Rows of a table."""
 _NO_BRACKETS = str.maketrans("", "", "[]")
+NOT_RUN = "–"
+"""In cells of what is not run."""
 UNSCALED = ("", "1", "%", "deg", "rad", "s", "m")
 """Units that get no prefix."""
 
 
 def summary(outcome: StudyOutcome) -> str:
     """All that matters of a study that has ended."""
-    study, count = outcome.study, len(outcome.records)
+    study, count = outcome.study, outcome.study.grid.count
     made = count - outcome.kept
     kept = f", {outcome.kept} kept from before" if outcome.kept else ""
     lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
@@ -53,13 +55,13 @@ def _start_up(outcome: StudyOutcome) -> str:
 
 def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
     """The tables of one quantity."""
-    one = outcome.data[wanted.name]
+    one, grid = outcome.data[wanted.name], outcome.study.grid
     unit = one.attrs["units"]
-    found = averaged(outcome.study.grid.axes, one.values)
+    found = averaged(grid.axes, one.values, grid.is_run)
     finite = np.abs(found.mean[np.isfinite(found.mean)])
     scale, prefix = scale_of(float(finite.max(initial=0.0))) if unit not in UNSCALED else (1.0, "")
     shown = "" if unit in ("", "1") else f" [{prefix}{unit}]"
-    seeds = any(axis.repeats and len(axis) > 1 for axis in outcome.study.grid.axes)
+    seeds = any(axis.repeats and len(axis) > 1 for axis in grid.axes)
     how = ", mean over seeds ± 95 % confidence" if seeds else ""
     yield f"{wanted.name}{shown}: {wanted}{how}"
     yield from _table(found.scaled(scale))
@@ -67,6 +69,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
         count = int(found.missing.sum())
         yield f"  * without {count} runs that failed or have no value"
     yield from _over_states(outcome, wanted, scale, shown)
+    yield from _differences(outcome, wanted, scale, shown)
 
 
 def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
@@ -90,6 +93,26 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
         covered = float(states.shares.sum())
         energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
         yield from _told("energy of a year of 8766 h", " [MWh]", energy)
+
+
+def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
+    """A line for each of a few designs: its difference from the first of them."""
+    states = states_of(outcome.data)
+    values = outcome.data[wanted.name].values
+    found = differences(outcome.study.grid, values, states, wanted)
+    if found is None:
+        return
+    scaled = found.scaled(scale)
+    places = list(np.ndindex(found.mean.shape))
+    axes = found.axes
+    labels = [
+        ", ".join(f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes, place, strict=True))
+        for place in places
+    ]
+    of = "" if states is None else " over all states"
+    yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
+    cells = [[label, _cell(scaled, place)] for label, place in zip(labels, places, strict=True)]
+    yield from _lines(cells[1:])
 
 
 def _told(name: str, unit: str, found: Averaged) -> Iterator[str]:
@@ -146,7 +169,7 @@ def _spread(found: Averaged) -> Iterator[str]:
 def _cell(found: Averaged, place: tuple[int, ...]) -> str:
     mean, width = float(found.mean[place]), float(found.half_width[place])
     if math.isnan(mean):
-        return "failed"
+        return "failed" if found.missing[place] else NOT_RUN
     mark = "*" if found.missing[place] else ""
     if math.isnan(width):
         return f"{aligned(mean)[0]}{mark}"
@@ -177,7 +200,7 @@ def _worst(outcome: StudyOutcome) -> Iterator[str]:
 def _failures(outcome: StudyOutcome) -> Iterator[str]:
     if not outcome.failures:
         return
-    yield f"{len(outcome.failures)} of {len(outcome.records)} runs failed:"
+    yield f"{len(outcome.failures)} of {outcome.study.grid.count} runs failed:"
     for run, why in list(outcome.failures.items())[:MOST_TOLD]:
         yield f"  {outcome.study.grid.told(run)}: {why}"
     if len(outcome.failures) > MOST_TOLD:

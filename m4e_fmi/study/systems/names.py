@@ -15,7 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.systems.quantities import in_units
+from m4e_fmi.study.systems.quantities import in_units, new_places
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
 
@@ -67,6 +67,14 @@ class Named:
 
 def named(study: Study, system: System) -> Named:
     """The study with its names resolved; InputError with all problems of names and start values."""
+    found, problems = resolved(study, system)
+    if problems:
+        raise InputError(dict.fromkeys(problems))
+    return found
+
+
+def resolved(study: Study, system: System) -> tuple[Named, list[Problem]]:
+    """The study with its names resolved as far as they can be, and what is wrong with them."""
     problems: list[Problem] = []
     try:
         system = changed(system, study.simulation)
@@ -80,17 +88,14 @@ def named(study: Study, system: System) -> Named:
     problems += study.start_up_problems(settings.stop_time - settings.start_time)
     descriptions = expected_descriptions(system)
     places = [(t, v.location) for axis in study.grid.axes for v in axis.varied for t in v.targets]
-    targets: dict[str, Target] = {}
-    try:
-        targets = targets_of(places, system, descriptions, study.document)
-    except InputError as error:
-        problems += error.problems
+    targets = targets_of(places, system, descriptions, study.document, problems)
+    study, units = in_units(study, targets)
     problems += _setting_problems(study, system, targets)
-    problems += _start_problems(study, system, targets, descriptions)
+    starts = _start_problems(study, system, targets, descriptions)
+    problems += [*starts, *new_places(units, starts)]
+    problems += _fixed_start_problems(study, system, descriptions)
     problems += _unknown_variables(study, descriptions)
-    if problems:
-        raise InputError(dict.fromkeys(problems))
-    return Named(in_units(study, targets), system, targets, descriptions)
+    return Named(study, system, targets, descriptions), problems
 
 
 def _placed(study: Study, system: System, found: Sequence[Problem]) -> Iterator[Problem]:
@@ -124,6 +129,20 @@ def _setting_problems(study: Study, system: System, targets: Mapping[str, Target
                         for p in error.problems
                     ]
     return problems
+
+
+def _fixed_start_problems(
+    study: Study, system: System, descriptions: Mapping[str, Description]
+) -> Iterator[Problem]:
+    """Start values of all runs that their variables do not take, or that no component has."""
+    components = {component.name: component for component in system.components}
+    for name, value in study.start.items():
+        component, _, variable = name.partition(".")
+        if component not in components or component not in descriptions:
+            continue
+        part = Component(component, components[component].source, {variable: value})
+        for one in single_problems(system, part, descriptions[component]):
+            yield study.document.problem(("start", name), one.message, one.remedy)
 
 
 def _start_problems(

@@ -6,7 +6,8 @@ import hashlib
 import json
 import pickle
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,21 +15,23 @@ from pathlib import Path
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
+from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files.document import Location
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
+from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.task import Blob, Task
-from m4e_fmi.study.systems.variants import Variants, variants
+from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 
 Tell = Callable[[str], None]
 LATEST = 1e9
@@ -51,11 +54,17 @@ class Versions:
             name, number, made = component.name, 0, component
             own: dict[str, StartValue] = {**component.start, **start.get(name, {})}
             if name in self.of:
-                combination = tuple(values[key] for key in self.named.keys(name))
-                variant = self.of[name].of[combination]
+                variant = self._variant(name, values)
                 number, made, own = variant.build, variant.component, {**variant.start, **own}
             found[name] = number, replace(made, start=own)
         return found
+
+    def variant(self, name: str, run: int) -> Variant:
+        """The version of a component whose section changes, in a run."""
+        return self._variant(name, self.named.study.grid.values(run))
+
+    def _variant(self, name: str, values: Mapping[str, Scalar]) -> Variant:
+        return self.of[name].of[tuple(values[key] for key in self.named.keys(name))]
 
 
 def versions(named: Named, *, quick: bool = False) -> Versions:
@@ -68,7 +77,7 @@ def versions(named: Named, *, quick: bool = False) -> Versions:
     for component in named.changing:
         keys = named.keys(component.name)
         combinations = dict.fromkeys(
-            tuple(values[key] for key in keys) for values in map(grid.values, range(grid.count))
+            tuple(values[key] for key in keys) for values in map(grid.values, grid.runs)
         )
 
         def make(one: Component) -> Draft:
@@ -99,7 +108,7 @@ def _expected(system: System, component: Component) -> Draft:
 class Plan:
     """The FMUs of a study, built, and its tasks.
 
-    `warnings` are those of preparation, with their count.
+    `warnings` are those of preparation and of FMUs, with the number of runs that have them.
     """
 
     versions: Versions
@@ -111,8 +120,10 @@ class Plan:
     def __post_init__(self) -> None:
         self._fmus: dict[tuple[str, int], ReadyFmu] = {}
         self._prepared: dict[str, tuple[Prepared, Blob]] = {}
+        self._of_prepared: dict[str, None] = {}
         self._files: dict[Path, Blob] = {}
         self._imported: dict[Path, str] = {}
+        self._of_base: list[str] = []
 
     @cached_property
     def _base(self) -> dict[str, ReadyFmu]:
@@ -122,29 +133,34 @@ class Plan:
         if not same:
             return {}
         if len(same) == len(named.system.components):
-            return ready_fmus(named.system, self.folder, tell=self.tell)
+            return ready_fmus(named.system, self.folder, tell=self._tell_of_base)
         system = replace(named.system, components=same)
-        return ready_fmus(system, self.folder, tell=self.tell, drafts={})
+        return ready_fmus(system, self.folder, tell=self._tell_of_base, drafts={})
 
     def build(self) -> None:
         """Build all FMUs that are not there yet."""
         for name, fmu in self._base.items():
             self._fmus[name, 0] = fmu
         for name, one in self.versions.of.items():
+            for combination, variant in one.of.items():
+                for line in variant.warnings:
+                    self.tell(f"{name}: {line} ({_told(one.keys, combination)})")
+            lines = _BuildLines(self.tell, name, one)
             for number, build in enumerate(one.builds):
-                told = of_keys(one, number)
                 fmus = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
-                    tell=partial(self._tell, told, first=number == 0),
+                    tell=partial(lines.tell, number),
                     drafts={name: build.draft},
                 )
                 self._fmus[name, number] = fmus[name]
+            lines.end()
 
-    def _tell(self, told: str, line: str, *, first: bool) -> None:
-        """Tell a line of a build with these values; of all but the first what matters only."""
-        if first or "building" in line or "warning" in line:
-            self.tell(f"{line} ({told})")
+    def _tell_of_base(self, line: str) -> None:
+        """Tell a line of the build of a component that does not change."""
+        if line.partition(": ")[2].startswith(WARNING):
+            self._of_base.append(_warning(line))
+        self.tell(line)
 
     @property
     def _variants_folder(self) -> Path:
@@ -174,11 +190,18 @@ class Plan:
             ]
         return found
 
-    def tasks(self) -> Iterator[Task]:
-        """The task of each run, in order; the FMUs have been built."""
-        study = self.versions.named.study
-        for run in range(study.grid.count):
-            yield self.task(run)
+    def tasks(self) -> dict[int, Task]:
+        """The task of each run by its number, in order; the FMUs have been built."""
+        runs = self.versions.named.study.grid.runs
+        tasks = {run: self.task(run) for run in runs}
+        found = Counter[str](dict.fromkeys([*self._of_base, *self._of_prepared], len(runs)))
+        for name, one in self.versions.of.items():
+            if any(variant.warnings for variant in one.of.values()):
+                for run in runs:
+                    variant = self.versions.variant(name, run)
+                    found.update(_warning(f"{name}: {line}") for line in variant.warnings)
+        self.warnings = dict(found)
+        return tasks
 
     def task(self, run: int) -> Task:
         """The task of run number `run`, from 0."""
@@ -250,8 +273,7 @@ class Plan:
         ))  # fmt: skip
         if key not in self._prepared:
             made = prepare(system, build_directory=self.folder, fmus=fmus)
-            for line in made.warnings:
-                self.warnings[line] = self.warnings.get(line, 0) + 1
+            self._of_prepared |= dict.fromkeys(made.warnings)
             self._prepared[key] = made, self._blob(made)
         return self._prepared[key]
 
@@ -287,6 +309,42 @@ class Plan:
         return self._files[path]
 
 
+class _BuildLines:
+    """Lines on the builds of one component: all of the first, then how many there are.
+
+    Warnings are none of them: they are those of sections, which may share an FMU.
+    """
+
+    def __init__(self, tell: Tell, name: str, one: Variants) -> None:
+        self._tell, self._name, self._one = tell, name, one
+        self._first = self._last = -1
+
+    def tell(self, number: int, line: str) -> None:
+        """Tell a line on the FMU of a `number`, if it is new."""
+        if line.partition(": ")[2].startswith(WARNING):
+            return
+        if self._first < 0:
+            self._first = number
+        if number == self._first:
+            self._tell(f"{line} ({of_keys(self._one, number)})")
+        elif number != self._last:
+            self._count(number)
+
+    def end(self) -> None:
+        """End the line that counts."""
+        if 0 <= self._last < len(self._one.builds) - 1:
+            self._count(len(self._one.builds) - 1)
+
+    def _count(self, number: int) -> None:
+        self._last = number
+        self._tell(f"{self._name}: building FMUs, {number + 1} of {len(self._one.builds)}")
+
+
+def _warning(line: str) -> str:
+    """A line ``component: warning: text`` without that word."""
+    return line.replace(f"{WARNING}: ", "", 1)
+
+
 def imports_of(fmu: Path) -> str:
     """Hash of what the Python files in an FMU import, but for each other; "" if it has none.
 
@@ -301,9 +359,27 @@ def imports_of(fmu: Path) -> str:
     return imports_hash(sources, {word for file in files for word in (*file.parts, file.stem)})
 
 
+def system_id(named: Named) -> str:
+    """Hash of what tells how long a run of a system takes: components, their kinds, settings.
+
+    Values in sections, start values and the stop time are none of it.
+    """
+    system = named.system
+    kinds = [
+        (c.name, c.source.name if isinstance(c.source, Kind) else type(c.source).__name__)
+        for c in system.components
+    ]
+    settings = replace(system.simulation, stop_time=LATEST)
+    return _short(repr((system.name, kinds, settings, named.study.coupling_error)))
+
+
 def of_keys(one: Variants, number: int) -> str:
     """The values of its keys that a version of a component was made for."""
-    pairs = zip(one.keys, one.builds[number].of, strict=True)
+    return _told(one.keys, one.builds[number].of)
+
+
+def _told(keys: Sequence[Location], values: Combination) -> str:
+    pairs = zip(keys, values, strict=True)
     return ", ".join(f"{'.'.join(map(str, key))} {value}" for key, value in pairs)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.study.given.axes import Varied
+from m4e_fmi.errors import Problem
+from m4e_fmi.study.given.grid import Varied
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.systems.targets import StartTarget, Target, Targets
@@ -15,17 +15,20 @@ from m4e_fmi.units import number_in, parse_unit
 RENAME = "convert the column if need be, and leave the unit out of its name"
 
 
-def in_units(study: Study, targets: Targets) -> Study:
+def in_units(study: Study, targets: Targets) -> tuple[Study, list[Problem]]:
     """The study whose start values are numbers in the units of their variables.
 
     Texts with a unit, as ``"5 mm"``, and columns of tables whose names have one are converted.
-    InputError with all values of other dimension, and units of what takes plain numbers only.
+    Problems are values of other dimension, and units of what takes plain numbers only: they stay as
+    they are, as do those of names without a target.
     """
     problems: list[Problem] = []
     axes = []
     for axis in study.grid.axes:
         columns = [[point[k] for point in axis.points] for k in range(len(axis.varied))]
         for k, varied in enumerate(axis.varied):
+            if not all(name in targets for name in varied.targets):
+                continue
             of = [targets[name] for name in varied.targets]
             try:
                 columns[k] = _converted(varied, of, columns[k])
@@ -34,9 +37,13 @@ def in_units(study: Study, targets: Targets) -> Study:
                 remedy = RENAME if varied.column else ""
                 problems.append(study.document.problem(varied.location, message, remedy))
         axes.append(replace(axis, points=tuple(zip(*columns, strict=True))))
-    if problems:
-        raise InputError(problems)
-    return replace(study, grid=replace(study.grid, axes=tuple(axes)))
+    return replace(study, grid=replace(study.grid, axes=tuple(axes))), problems
+
+
+def new_places(problems: Sequence[Problem], told: Sequence[Problem]) -> list[Problem]:
+    """The `problems` at places where none was `told`: a value is told once."""
+    places = {(one.line, one.column) for one in told}
+    return [one for one in problems if (one.line, one.column) not in places]
 
 
 def _converted(varied: Varied, targets: Sequence[Target], values: Sequence[Scalar]) -> list[Scalar]:

@@ -12,7 +12,7 @@ from m4e_fmi.cosim.system.component import Kind, kind_module
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS, SETTINGS
 from m4e_fmi.cosim.system.start_values import is_settable
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.files.sections import keys_at, types_at
 from m4e_fmi.fmu import Description
@@ -70,14 +70,14 @@ def targets_of(
     system: System,
     descriptions: Mapping[str, Description],
     document: Document,
+    problems: list[Problem],
 ) -> dict[str, Target]:
-    """Meaning of each of the dotted names; InputError with all that have none.
+    """Meaning of each of the dotted names that have one; adds the others to `problems`.
 
     A key that the component's section has comes before a start value of that name, and that before
     a key which the section could have. `document` is the study's, for the places of `names`.
     """
     found: dict[str, Target] = {}
-    problems: list[Problem] = []
     components = {component.name: component for component in system.components}
     for name, location in names:
         first, _, rest = name.partition(".")
@@ -102,8 +102,6 @@ def targets_of(
             problems.append(document.problem(location, message, remedy))
         else:
             found[name] = target
-    if problems:
-        raise InputError(problems)
     return found
 
 

@@ -11,7 +11,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from m4e_fmi.cosim.input_checks.drafts import Draft
+from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
@@ -45,12 +45,13 @@ class Build:
 class Variant:
     """A component with its own section, as a `build` by number and start values on top of it.
 
-    Start values of the system's file come before these.
+    Start values of the system's file come before these. `warnings` are those of its section.
     """
 
     build: int
     component: Component
     start: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ def variants(
         if number == len(builds):
             builds.append(made)
             alike.append(number)
-        of[one] = Variant(number, made.component, start)
+        warnings = tuple(line for line in made.draft.lines if line.startswith(WARNING))
+        of[one] = Variant(number, made.component, start, warnings)
     if problems:
         raise InputError(problems.values())
     told = {k: found for k, label in enumerate(labels) if (found := label.found)}

@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +16,7 @@ import xarray
 from support.small_study import SYSTEM, Here, written_study
 
 import m4e_fmi
+from m4e_fmi.cosim.system.component import kind_module
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.study import StudyOutcome, load_study, run_study
@@ -221,3 +224,71 @@ def test_problems_come_together(tmp_path: Path) -> None:
     assert lines == [5, 6, 9]
     assert "did you mean 'damping'?" in str(caught.value)
     assert "pto.force" in str(caught.value)
+
+
+def test_problems_of_the_file_of_names_and_of_values_come_together(tmp_path: Path) -> None:
+    text = STUDY.replace("statistic: mean", "statistic: meen")
+    text = text.replace("[2, 6]", "[2, stiff]").replace("cart.k: {", "cart.kk: {")
+    text += "start: {cart.bob: 1}\n"
+    system = SYSTEM.replace("- push.f", "- push.g")
+    with pytest.raises(InputError) as caught:
+        load_study(written_study(tmp_path, text, system=system))
+    told = str(caught.value)
+    for word in ("'meen'", "no start value 'kk'", "with damping = stiff", "cart.bob", "push.g"):
+        assert word in told
+    assert len(caught.value.problems) == 5
+
+
+def test_a_start_up_that_leaves_nothing_is_told_before_fmus_are_built(tmp_path: Path) -> None:
+    text = STUDY.replace("start_up: 0.2", "start_up: 0.5")
+    text = text.replace("cart.k: {from: 30, to: 50, step: 10}", "simulation.stop_time: [1, 0.4]")
+    told: list[str] = []
+    with pytest.raises(InputError, match="no row counts"):
+        made(written_study(tmp_path, text), tell=told.append)
+    assert not told
+
+
+def test_lines_on_many_fmus_count_and_warnings_come_before_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Sections that share an FMU have warnings of their own; the outcome counts them all."""
+    module = kind_module("linear_pto")
+    make = module.make
+
+    def warned(config: Any, *, progress: Callable[[str], object], **given: Any) -> object:
+        if config.damping > 3:
+            progress(f"warning: a damping of {config.damping:g} is much")
+        return make(config, progress=progress, **given)
+
+    monkeypatch.setattr(module, "make", warned)
+    text = STUDY.replace("[2, 6]", "[2, 6, 7]")
+    text = text.replace("cart.k: {from: 30, to: 50, step: 10}", "push.beyond: [held, error]")
+    text += "  odd: {variable: pto.force, statistic: percentile, percent: 50}\n"
+    told: list[str] = []
+    path = written_study(tmp_path, text)
+    outcome = made(path, tell=told.append, progress=lambda *n: told.append(f"{n[0]} done"))
+    begun = told.index("0 done")
+    pushes = [line for line in told if line.startswith("push: ")]
+    assert "building" in pushes[0]
+    assert "(beyond held)" in pushes[0]
+    assert pushes[-1] == "push: building FMUs, 2 of 2"
+    warnings = [line for line in told[:begun] if "is much" in line]
+    assert warnings == ["pto: warning: a damping of 6 is much (damping 6)"]
+    assert outcome.warnings["pto: a damping of 6 is much"] == 2
+    assert outcome.warnings["pto: a damping of 7 is much"] == 2
+
+
+def test_a_warning_of_runs_is_told_with_the_first(tmp_path: Path) -> None:
+    text = STUDY.replace("statistic: mean", "statistic: zero_crossing_period")
+    text = text.replace("start_up: 0.2", "start_up: 0.97")
+    told: list[str] = []
+    outcome = made(
+        written_study(tmp_path, text),
+        tell=told.append,
+        progress=lambda *n: told.append(f"{n[0]} done"),
+    )
+    lines = [line for line in told if "power is not defined" in line]
+    assert len(lines) == 1
+    assert told.index(lines[0]) < told.index("1 done")
+    assert "in the run of damping" in lines[0]
+    assert sum(outcome.warnings.values()) >= 6

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.study.given.axes import Grid, short_names
-from m4e_fmi.study.given.study import load_study
+from m4e_fmi.study.given.axes import short_names
+from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.study import read_study
 
 HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}}\n"
 
@@ -17,7 +18,10 @@ HEAD = "name: s\nmodel: m.model.yaml\nwanted: {a: {variable: x, statistic: mean}
 def grid(folder: Path, text: str) -> Grid:
     (folder / "m.model.yaml").write_text("name: m\n", "utf-8")
     (folder / "s.yaml").write_text(HEAD + text, "utf-8")
-    return load_study(folder / "s.yaml").grid
+    study, problems = read_study(folder / "s.yaml")
+    if problems or study is None:
+        raise InputError(dict.fromkeys(problems))
+    return study.grid
 
 
 def test_the_grid_is_the_product_of_its_dimensions(tmp_path: Path) -> None:
@@ -164,3 +168,22 @@ def test_two_dimensions_of_seeds_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a second dimension of seeds"):
         grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: {seeds: 3}}\n")
     assert grid(tmp_path, "vary: {a.seed: {seeds: 3}, b.seed: [1, 2, 3]}\n").count == 9
+
+
+def test_what_has_no_probability_is_not_run(tmp_path: Path) -> None:
+    (tmp_path / "s.csv").write_text("h,5,6,7\n1,0,3,0\n2,1,0,0\n", "utf-8")
+    (tmp_path / "t.csv").write_text("k,p\n1,1\n2,0\n3,3\n", "utf-8")
+    scatter = "scatter: {file: s.csv, rows: w.h, columns: w.t}\n"
+    found = grid(tmp_path, f"vary: {{x: [1, 2]}}\n{scatter}")
+    assert (found.size, found.count) == (12, 4)
+    assert [found.told(run) for run in found.runs] == [
+        "x 1, h 1, t 6", "x 1, h 2, t 5", "x 2, h 1, t 6", "x 2, h 2, t 5"
+    ]  # fmt: skip
+    assert "4 of 6 sea states do not occur and are not run" in found.not_run[0].text
+    table = "table: {file: t.csv, columns: {k: k}, weight: p}\n"
+    both = grid(tmp_path, table + scatter)
+    assert [one.names for one in both.not_run] == [("case",), ("h", "t")]
+    assert both.count == 2 * 2
+    every = grid(tmp_path, (table + scatter).replace("}\n", ", run_all: true}\n"))
+    assert every.count == every.size == 18
+    assert not every.not_run

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.study.given.study import load_study
+from m4e_fmi.study.load import load_study
 
 WRONG = """\
 name: wrong

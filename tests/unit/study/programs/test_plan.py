@@ -12,6 +12,7 @@ import m4e_fmi
 from m4e_fmi.errors import InputError
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.study import StudyOutcome, run_study
+from m4e_fmi.study.programs import plan
 
 STUDY = """\
 name: carts
@@ -38,6 +39,27 @@ def test_members_of_an_ensemble_are_single_runs_of_the_engine(tmp_path: Path) ->
         run = Engine(program.with_start(start)).simulate(np.arange(201) * 0.01)
         place = [v.name for v in program.states].index("joint.hinge.q")
         assert float(one["swing"]) == run.states[:, place].max()
+
+
+def test_a_compiled_ensemble_has_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written_study(tmp_path, STUDY)
+    first = made(path, jobs=1)
+    compiled: list[bool] = []
+    compile_ = Engine.compile
+
+    def noted(engine: Engine) -> bool:
+        compiled.append(compile_(engine))
+        return compiled[-1]
+
+    monkeypatch.setattr(Engine, "compile", noted)
+    monkeypatch.setattr(plan, "COMPILING_PAYS", 0.0)
+    monkeypatch.setattr(plan, "CHUNK", 10)
+    second = made(path, jobs=1, fresh=True)
+    assert compiled == [True]  # the first of two parts shows how long they take
+    for name in ("swing", "push"):
+        np.testing.assert_array_equal(first.data[name], second.data[name])
 
 
 def test_single_simulations_agree_with_the_ensemble(tmp_path: Path) -> None:

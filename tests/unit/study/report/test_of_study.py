@@ -25,7 +25,7 @@ from support.written_study import (
 )
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.study.given.axes import Grid
+from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study

@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 from support.small_study import written_study
 
+from m4e_fmi.statistics.marine import annual_energy
 from m4e_fmi.study import run_study
+from m4e_fmi.study.report.result import load_study_result
 from m4e_fmi.study.shown.figure import _shown, plot_study
+from m4e_fmi.study.shown.over_states import over_states, states_of
 from m4e_fmi.study.shown.summary import summary, warning_lines
+from m4e_fmi.study.shown.warnings import told_once
 
 STUDY = """\
 name: carts
@@ -37,6 +41,13 @@ def test_a_summary_has_a_matrix_and_failures(tmp_path: Path) -> None:
 
 def test_kinds_of_warnings_are_told_once() -> None:
     lines = list(warning_lines({"a at t = 1.5 s": 1, "a at t = 2 s": 1, "b": 3}))
+    told: list[str] = []
+    once = told_once(told.append)
+    for line in ("hydro: warning: H 3 m breaks (seed 1)", "hydro: warning: H 4 m breaks (seed 2)"):
+        once(line)
+    for line in ("2 of 3", "3 of 3", "warning: b"):
+        once(line)
+    assert told == ["hydro: warning: H 3 m breaks (seed 1)", "2 of 3", "3 of 3", "warning: b"]
     assert lines == ["warning: a at t = 1.5 s (2 runs)", "warning: b (3 runs)"]
 
 
@@ -60,6 +71,53 @@ def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("k/u,0,1e300\n30,1,2\n40,3,0\n", "utf-8")
     failed = summary(run_study(path, build_directory=tmp_path))
     assert "mean by probability: not known, 1 states" in failed
+
+
+SCATTER = "scatter: {file: t.csv, rows: k, columns: joint.hinge.u}\n"
+
+
+def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
+    """They are nan without a failure, and nothing of sums; `run_all` runs them."""
+    (tmp_path / "t.csv").write_text("k/u,0,1\n30,1,2\n40,3,0\n", "utf-8")
+    text = STUDY.replace("k: [30, 40, 50], ", "").replace("maximum", "mean") + SCATTER
+    path = written_study(tmp_path, text)
+    told: list[tuple[int, int]] = []
+    output = tmp_path / "out.nc"
+    outcome = run_study(
+        path, output=output, build_directory=tmp_path, progress=lambda *n: told.append(n)
+    )
+    assert told[0] == (0, 6)
+    assert told[-1] == (6, 6)
+    assert not outcome.failures
+    swing, is_run = outcome.data["swing"], outcome.data["is_run"]
+    np.testing.assert_array_equal(np.isnan(swing), ~is_run)
+    assert not is_run.sel(k=40, u=1).any()
+    assert np.isnan(outcome.data["wall_time"].sel(k=40, u=1)).all()
+    lines = summary(outcome)
+    assert "carts: 6 runs, 6 made" in lines
+    assert "1 of 4 sea states does not occur and is not run" in lines
+    assert "warning" not in lines
+    assert "failed" not in lines
+    assert "–" in lines
+    assert plot_study(outcome, tmp_path / "p.png").is_file()
+    found = load_study_result(output)
+    assert (found.count, found.record.made, len(found.failed)) == (6, 6, 0)
+    assert found.designs("swing").missing.sum() == 0
+    every = run_study(
+        written_study(tmp_path, text.replace("hinge.u}", "hinge.u, run_all: true}")),
+        build_directory=tmp_path,
+    )
+    assert every.kept == 6
+    assert np.isfinite(every.data["swing"]).all()
+    state, of = states_of(outcome.data), outcome.study.wanted[0]
+    assert state is not None
+    sums = [
+        over_states(one.study.grid, one.data["swing"].values, state, of)[1].mean
+        for one in (outcome, every)
+    ]
+    np.testing.assert_array_equal(*sums)
+    year = annual_energy(swing.transpose(..., "q"), outcome.data["probability"])
+    assert np.isfinite([year.energy, year.error]).all()
 
 
 def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:

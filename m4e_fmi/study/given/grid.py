@@ -1,0 +1,157 @@
+"""`Grid`: the dimensions of a study, and which of their points are run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from m4e_fmi.files.document import Location
+from m4e_fmi.study.given.sections import Scalar
+
+
+@dataclass(frozen=True)
+class Varied:
+    """One varied quantity: its short `name`, what it is in the file (`targets`), and its place.
+
+    `unit` is what the name of its `column` in a table says, if it is from one and says any.
+    """
+
+    name: str
+    targets: tuple[str, ...]
+    location: Location = field(default=(), compare=False)
+    column: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A dimension `name`; each of its `points` has one value for each of the `varied` quantities.
+
+    `weights` are those of the points, if they have any [1]. `repeats` are runs of one design, with
+    other seeds.
+    """
+
+    name: str
+    varied: tuple[Varied, ...]
+    points: tuple[tuple[Scalar, ...], ...] = field(repr=False)
+    weights: tuple[float, ...] | None = field(default=None, repr=False)
+    repeats: bool = False
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def labels(self) -> list[str]:
+        """Texts of the points: values, or numbers from 1 of points of several quantities."""
+        if len(self.varied) > 1:
+            return [str(k + 1) for k in range(len(self))]
+        return [f"{x:.6g}" if isinstance(x, float) else str(x) for (x,) in self.points]
+
+    @property
+    def is_numbers(self) -> bool:
+        """True if it is one quantity, whose values are numbers: they are the coordinate."""
+        return len(self.varied) == 1 and all(
+            isinstance(point[0], int | float) and not isinstance(point[0], bool)
+            for point in self.points
+        )
+
+
+@dataclass(frozen=True)
+class NotRun:
+    """Points of the dimensions `names` that are not run: `points` (…) [1], and why in words."""
+
+    names: tuple[str, ...]
+    points: np.ndarray = field(repr=False)
+    text: str
+
+
+@dataclass(frozen=True)
+class Grid:
+    """All dimensions, and the probability of each point of the two of a scatter diagram.
+
+    `covered` tells how much of the time the diagram stands for, where its entries do not say so.
+    Runs have the numbers of their points, from 0, the last dimension first; those of `not_run`
+    are none.
+    """
+
+    axes: tuple[Axis, ...]
+    probability: tuple[tuple[str, str], np.ndarray] | None = None
+    covered: str = ""
+    not_run: tuple[NotRun, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of points of each dimension."""
+        return tuple(map(len, self.axes))
+
+    @property
+    def size(self) -> int:
+        """Number of points, those which are not run among them."""
+        return math.prod(self.shape)
+
+    @cached_property
+    def is_run(self) -> np.ndarray:
+        """1 of the points that are run, else 0: truth values (…) [1] in the shape of the grid."""
+        found = np.ones(self.shape, dtype=bool)
+        names = [axis.name for axis in self.axes]
+        for one in self.not_run:
+            order = np.argsort([names.index(name) for name in one.names])
+            shape = [len(axis) if axis.name in one.names else 1 for axis in self.axes]
+            found &= ~one.points.transpose(order).reshape(shape)
+        return found
+
+    @cached_property
+    def runs(self) -> list[int]:
+        """Numbers of the points that are run, ascending."""
+        return np.flatnonzero(self.is_run).tolist()
+
+    @property
+    def count(self) -> int:
+        """Number of runs."""
+        return len(self.runs)
+
+    def values(self, run: int) -> dict[str, Scalar]:
+        """Value of each target in run number `run`, from 0."""
+        found: dict[str, Scalar] = {}
+        for axis, k in zip(self.axes, self.place(run), strict=True):
+            for varied, value in zip(axis.varied, axis.points[k], strict=True):
+                found.update(dict.fromkeys(varied.targets, value))
+        return found
+
+    def place(self, run: int) -> tuple[int, ...]:
+        """Indices of run number `run`, from 0."""
+        return tuple(int(k) for k in np.unravel_index(run, self.shape)) if self.axes else ()
+
+    def told(self, run: int) -> str:
+        """The run in words, as ``peak_period 7.5, seed 2``."""
+        parts = list[str]()
+        for axis, k in zip(self.axes, self.place(run), strict=True):
+            if len(axis.varied) == 1:
+                value = axis.points[k][0]
+                shown = f"{value:g}" if isinstance(value, float) else str(value)
+                parts.append(f"{axis.name} {shown}")
+            else:
+                parts.append(f"{axis.name} {k + 1}")
+        return ", ".join(parts) or "the run"
+
+
+def states_without_time(names: tuple[str, str], shares: np.ndarray) -> Iterator[NotRun]:
+    """The sea states that do not occur, of a scatter diagram with `shares` (n, m) [1] of time."""
+    if count := int((shares == 0.0).sum()):
+        verb = "does not occur and is" if count == 1 else "do not occur and are"
+        remedy = "scatter: {run_all: true} runs them"
+        text = f"{count} of {shares.size} sea states {verb} not run ({remedy})"
+        yield NotRun(names, shares == 0.0, text)
+
+
+def cases_without_weight(weights: np.ndarray) -> Iterator[NotRun]:
+    """The cases of a table, with weights (n,) [1], whose weight is 0."""
+    if count := int((weights == 0.0).sum()):
+        verb = "has the weight 0 and is" if count == 1 else "have the weight 0 and are"
+        remedy = "table: {run_all: true} runs them"
+        text = f"{count} of {len(weights)} cases {verb} not run ({remedy})"
+        yield NotRun(("case",), weights == 0.0, text)
