@@ -4,7 +4,8 @@ Exit codes: 0 done, 1 the work failed, 2 wrong input or usage; 130 after
 Ctrl-C, 128 plus its number after another signal that asks for the end.
 
 One module for each command: `add` says what it takes, `_run` does it; those on results are in
-`of_results`. `options` has what they share. Nothing heavy is imported before a command runs, so that `--help` answers at once.
+`of_results`. `options` has what they share. Nothing heavy is imported before a command runs, so
+that `--help` answers at once.
 """
 
 from __future__ import annotations

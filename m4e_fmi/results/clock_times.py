@@ -1,8 +1,9 @@
 """Dates and times of day in the rows of tables, as seconds from the first row.
 
-Understood: ISO 8601 (``2026-03-01T12:00:00.25Z``), its parts with a blank or in columns of their own,
-``01.03.2026`` (day first), ``1-Mar-2026``, and times of day alone. ``03/01/2026`` is understood
-where the date does not matter, being the same in all rows, or where a number above 12 tells the day.
+Understood: ISO 8601 (``2026-03-01T12:00:00.25Z``), its parts with a blank or in columns of their
+own, ``01.03.2026`` (day first), ``1-Mar-2026``, and times of day alone. ``03/01/2026`` is
+understood where the date does not matter, being the same in all rows, or where a number above 12
+tells the day.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ SECONDS_TO_1970 = DAY * date(1970, 1, 1).toordinal()
 """Seconds from the origin of `Clock.origin`."""
 PLACE = "0"
 """Entry that stands for a date or a time of day once it is read."""
-_MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec".split()
+_MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
 _DATE = (
     r"(?P<date>\d{4}(?P<mark>[-/.])\d{1,2}(?P=mark)\d{1,2}"
     r"|\d{1,2}(?P<other>[-/.])\d{1,2}(?P=other)(?:\d{4}|\d{2})"

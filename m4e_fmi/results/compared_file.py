@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from m4e_fmi.results.foreign_table import (
 from m4e_fmi.results.results_file import NETCDF, PARQUET, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import parse_unit
+
+if TYPE_CHECKING:
+    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
@@ -143,7 +146,7 @@ def _of_parquet(path: Path) -> ComparedFile:
     return _of_table(path, ForeignTable(path, (clock[0], *columns), (), notes, clock[1], clock[0]))
 
 
-def _moments(name: str, data: Any) -> tuple[ForeignColumn, Clock]:
+def _moments(name: str, data: pyarrow.ChunkedArray) -> tuple[ForeignColumn, Clock]:
     """A column of dates (pyarrow's) as seconds from its first row."""
     moments = data.cast("int64").to_numpy()
     seconds = (moments - moments[:1]) / 1e9

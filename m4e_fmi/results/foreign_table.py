@@ -2,8 +2,8 @@
 
 The form is taken from the last row: columns are separated by semicolons, tabs, commas or blanks.
 Rows of numbers follow the names of the columns; a row of units may be between them. Lines above the
-names are left out, empty entries and ``nan`` are gaps. Dates and times of day are seconds from the first row
-(`clock_times`). What is not clear is refused, by its line.
+names are left out, empty entries and ``nan`` are gaps. Dates and times of day are seconds from the
+first row (`clock_times`). What is not clear is refused, by its line.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Ways to integrate a program: the C library, plain Python, SciPy.
 
-Each takes a `Task` and returns what is `Solved`. StoppedError names the time and cause of a failure,
-and has the rows up to there.
+Each takes a `Task` and returns what is `Solved`. StoppedError names the time and cause of a
+failure, and has the rows up to there.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
 from m4e_fmi.runtime.integrator import Integrator
 from m4e_fmi.simulate.instability import instability
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
@@ -222,13 +225,13 @@ def solve_scipy(task: Task) -> Solved:
             task.progress(t)
         return rates(*last)
 
-    def passed(t: float, x: np.ndarray) -> float:
+    def passed(t: float, _: np.ndarray) -> float:
         """No event: SciPy asks for it at the end of each step."""
         nonlocal accepted
         accepted = t
         return 1.0
 
-    def solution_until(end: float) -> Any:
+    def solution_until(end: float) -> OptimizeResult:
         return solve_ivp(
             told,
             (times[0], end),
@@ -263,7 +266,7 @@ def solve_scipy(task: Task) -> Solved:
     return _checked(task, _solved(task, at, rows, solution.nfev, events))
 
 
-def _scipy_events(solution: Any) -> list[tuple[float, int, np.ndarray]]:
+def _scipy_events(solution: OptimizeResult) -> list[tuple[float, int, np.ndarray]]:
     """Events of the watches, in the order of time."""
     found = zip(solution.t_events, solution.y_events, strict=True)
     events = [

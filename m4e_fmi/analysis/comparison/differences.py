@@ -13,7 +13,6 @@ from m4e_fmi.analysis.comparison.measures import Phase, Scales, first_beyond, no
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.shown import listing
 
-
 Span = tuple[float, float]
 """First and last time [s] of a part."""
 
@@ -103,8 +102,8 @@ class Comparison:
 
     `only_here` and `only_there` are variables without a counterpart. Differences are divided by the
     reference's `relative_to`: range, amplitude or value. `tolerance` is the largest that is
-    accepted, None without one. `notes` tell how the files were read and matched. `lacking` are parts
-    of the reference, within the interval that was asked for, that the file has no rows of.
+    accepted, None without one. `notes` tell how the files were read and matched. `lacking` are
+    parts of the reference, within the interval that was asked for, of which the file has no rows.
     """
 
     path: Path

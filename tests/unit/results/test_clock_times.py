@@ -11,7 +11,8 @@ from m4e_fmi.results.compared_file import ComparedFile, read_compared
 
 FORMS = {
     "ISO 8601": "timestamp,x [m]\n{0}T12:00:00.250,1\n{0}T12:00:00.5,2\n{0}T12:00:01,3\n",
-    "a blank, quoted": 'Date,x [m]\n"{0} 12:00:00.250",1\n"{0} 12:00:00.500",2\n"{0} 12:00:01.0",3\n',
+    "a blank, quoted": 'Date,x [m]\n"{0} 12:00:00.250",1\n"{0} 12:00:00.500",2\n'
+    '"{0} 12:00:01.0",3\n',
     "UTC": "time,x [m]\n{0}T12:00:00.250Z,1\n{0}T12:00:00.5Z,2\n{0}T12:00:01Z,3\n",
     "offsets": "time,x [m]\n{0}T12:00:00.250+01:00,1\n{0}T12:00:00.5+0100,2\n{0}T10:00:01-01,3\n",
     "two columns": "Date,Time,x [m]\n{0},12:00:00.25,1\n{0},12:00:00.5,2\n{0},12:00:01,3\n",
