@@ -304,8 +304,8 @@ def test_customary_units_of_a_reference(tmp_path: Path) -> None:
         ("t", "kt", 1e3, ""),
     )
     cases = [(own, other, factors[other], "") for own, other in units.items()]
+    path = tmp_path / "tool.csv"
     for own, other, factor, taken in (*cases, *second):
-        path = tmp_path / "tool.csv"
         rows = [f"{t!r},{v!r}" for t, v in zip(TIME.tolist(), np.sin(TIME).tolist(), strict=True)]
         path.write_text("\n".join([f"time [s],x [{other}]", *rows]), encoding="utf-8")
         ours = results(TIME, unit=own, x=factor * np.sin(TIME))
