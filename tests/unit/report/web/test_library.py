@@ -1,4 +1,4 @@
-"""The plotting library in pages: without the function around it, and as it is if that is unknown."""
+"""The plotting library in pages: without the function around it; another form is left as it is."""
 
 from __future__ import annotations
 
