@@ -290,7 +290,7 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         assert len(places) > 2
         for (l1, r1, t1, b1), (l2, r2, t2, b2) in itertools.combinations(places, 2):
             assert l1 >= r2 or l2 >= r1 or t1 >= b2 or t2 >= b1
-        # the animation beside the plots leaves more than a plot free above it, also at the page's end
+        # the animation beside the plots leaves more than a plot free above it, also at the end
         page.value("document.querySelector('.dock').click()")
         page.value("document.querySelector('.plot').scrollIntoView()")
         strip = page.value("document.querySelector('.docked').getBoundingClientRect().top")
