@@ -33,6 +33,8 @@ _OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
+_TOA5_LINES = 4
+"""Lines above the rows of a file that begins with TOA5, Campbell Scientific's form of tables."""
 
 
 @dataclass(frozen=True)
@@ -236,6 +238,8 @@ def _headings(
     A separator at the end of rows does not make one more column. Column `clock`, from 0, has dates
     or times of day; between blanks its date and its time may have a name each.
     """
+    if toa5 := _of_toa5(form, above):
+        return toa5
     found: list[tuple[int, list[str]]] = []
     row = form.entries(first[1])
     widths = range(len(row) - (not row[-1]), len(row) + 1)
@@ -260,6 +264,19 @@ def _headings(
         raise InputError([Problem(message, remedy, str(path), number, 1, shown, len(shown))])
     number, names, units = _names(path, form, found, clock)
     return names, units, sum(k < number for k, _ in above)
+
+
+def _of_toa5(
+    form: _Form, above: Sequence[tuple[int, str]]
+) -> tuple[list[str], list[str | None], int] | None:
+    """The same of loggers' files that begin with TOA5; None of others.
+
+    Lines with names, with units and with words such as Avg follow the first line.
+    """
+    rows = [form.entries(line) for _, line in above]
+    if len(rows) != _TOA5_LINES or rows[0][0] != "TOA5" or len({len(row) for row in rows[1:]}) > 1:
+        return None
+    return rows[1], [unit or None for unit in rows[2]], 1
 
 
 def _names(

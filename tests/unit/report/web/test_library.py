@@ -11,8 +11,10 @@ from m4e_fmi.report.web.library import plotly_js, unwrapped
 def test_the_library_is_no_argument_of_a_function() -> None:
     spec = find_spec("plotly")
     assert spec is not None
-    (folder,) = spec.submodule_search_locations or ()
-    whole = (Path(folder) / "package_data" / "plotly.min.js").read_bytes()
+    assert spec.submodule_search_locations is not None
+    whole = (
+        Path(spec.submodule_search_locations[0]) / "package_data" / "plotly.min.js"
+    ).read_bytes()
     found = plotly_js()
     assert found.startswith(whole[: whole.index(b"*/") + 2] + b'\n"use strict";var Plotly=(()=>{')
     assert found.endswith(b"window.Plotly = Plotly;\n")
