@@ -122,6 +122,10 @@ class SimulationError(RunError):
         super().__init__(error.message, error.remedy)
         self.simulation = simulation
 
+    def __reduce__(self) -> tuple[type[RunError], tuple[str, str]]:
+        """In another process it is a RunError: programs of models stay where they are."""
+        return RunError, (self.message, self.remedy)
+
 
 def simulate(
     system: Program | Model | str | Path,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,14 @@ def test_rows_up_to_the_failure_are_kept(fuse: str, method: str) -> None:
     # h^5/2880 times the fourth derivative, 3.4e4 at 0.5 s
     error = 2e-4 if method == "rk4" else 1e-6
     np.testing.assert_allclose(found["joint.rail.u"], speed, atol=error)
+
+
+def test_the_error_goes_to_another_process(fuse: str) -> None:
+    with pytest.raises(SimulationError) as caught:
+        m4e.simulate(fuse, stop_time=2.0, output_interval=0.1)
+    again = pickle.loads(pickle.dumps(caught.value))  # as pools of processes do
+    assert isinstance(again, RunError)
+    assert str(again) == str(caught.value)
 
 
 def test_a_start_that_fails_has_no_rows(fuse: str) -> None:
