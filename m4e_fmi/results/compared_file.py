@@ -91,7 +91,7 @@ def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
     if clock is None or timed is None:
         return _of_columns(path, table.columns, notes, table.lines)
     rest = [column for column in table.columns if column is not timed]
-    if any(column.name.lower() in TIMES for column in rest):
+    if any(_is_in_seconds(column) for column in rest):
         notes.append(
             f"dates or times of day in {timed.name!r} left out: a time in seconds is there"
         )
@@ -100,6 +100,16 @@ def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
     columns = [replace(timed, name=TIMES[0]), *rest]
     found = _of_columns(path, columns, notes, table.lines)
     return replace(found, origin=clock.origin, zoned=clock.zoned)
+
+
+def _is_in_seconds(column: ForeignColumn) -> bool:
+    """True for a time beside dates: T without a unit may as well be a temperature."""
+    if column.name.lower() not in TIMES:
+        return False
+    try:
+        return parse_unit(column.unit or "1").same_dimension(parse_unit("s"))
+    except ValueError:
+        return False
 
 
 def _of_results(results: Results) -> ComparedFile:

@@ -93,3 +93,6 @@ def test_a_time_in_seconds_is_preferred(tmp_path: Path) -> None:
     assert found.time.tolist() == [5.0, 6.0]
     assert "dates or times of day in 'stamp' left out: a time in seconds is there" in found.notes
     assert list(found.quantities) == ["x"]
+    found = read(tmp_path, "stamp,T\n2026-03-01 12:00:00,5\n2026-03-01 12:00:01,6\n")
+    assert found.time.tolist() == [0.0, 1.0]
+    assert list(found.quantities) == ["T"]  # a temperature
