@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from m4e_fmi.multibody import Equations, model_program
     from m4e_fmi.results.results_file import load
     from m4e_fmi.simulate import simulate
-    from m4e_fmi.study import load_study, study
+    from m4e_fmi.study import load_study, study, write_report
 
 __version__ = "0.1.0"
 
@@ -80,6 +80,7 @@ __all__ = [
     "trajectory_sensitivity",
     "validate_fmu",
     "wave_response",
+    "write_report",
 ]
 
 connect_views(lambda: cast("Views", import_module("m4e_fmi.notebook")))
@@ -112,7 +113,7 @@ _NAMES = {
     "multibody": ("Equations", "model_program"),
     "results.results_file": ("load",),
     "simulate": ("simulate",),
-    "study": ("load_study", "study"),
+    "study": ("load_study", "study", "write_report"),
 }
 _PLACES = {name: place for place, names in _NAMES.items() for name in names}
 

@@ -3,7 +3,8 @@
 Grammar: factors joined by ``.`` ``*`` or ``·``, at most one ``/`` (all after it divides), an
 exponent as ``m2``, ``m^2`` or ``m²``; ``1`` is no unit. Prefixes from T to p; what is a unit itself
 is no other one with a prefix (min, cd, Pa). ``Nm`` is N.m, ``Wh`` is W.h.
-Source of the factors: the SI brochure, 9th edition.
+Source of the factors: the SI brochure, 9th edition; of customary units, which take no prefix, NIST
+Special Publication 811 (2008), appendix B: the international foot and pound.
 """
 
 from __future__ import annotations
@@ -89,10 +90,37 @@ _NAMED: dict[str, tuple[tuple[int, ...], float]] = {
     "kn": (_exponents(m=1, s=-1), 1852 / 3600),
     "%": (_exponents(), 0.01),
 }
-_BARE = {"kg", "min", "h", "kn", "%"}
+FOOT, POUND, GRAVITY = 0.3048, 0.45359237, 9.80665
+"""The foot [m], the pound [kg] and the standard acceleration of gravity [m/s²], all exact."""
+_POUND_FORCE = POUND * GRAVITY
+_LENGTH, _FORCE, _PRESSURE = _exponents(m=1), *(_NAMED[name][0] for name in ("N", "Pa"))
+_CUSTOMARY: dict[str, tuple[tuple[int, ...], float]] = {
+    "in": (_LENGTH, FOOT / 12),
+    "ft": (_LENGTH, FOOT),
+    "yd": (_LENGTH, 3 * FOOT),
+    "mi": (_LENGTH, 5280 * FOOT),
+    "nmi": (_LENGTH, 1852.0),
+    "lb": (_exponents(kg=1), POUND),
+    "slug": (_exponents(kg=1), _POUND_FORCE / FOOT),
+    "lbf": (_FORCE, _POUND_FORCE),
+    "kip": (_FORCE, 1e3 * _POUND_FORCE),
+    "kgf": (_FORCE, GRAVITY),
+    "psi": (_PRESSURE, _POUND_FORCE / (FOOT / 12) ** 2),
+    "ksi": (_PRESSURE, 1e3 * _POUND_FORCE / (FOOT / 12) ** 2),
+    "psf": (_PRESSURE, _POUND_FORCE / FOOT**2),
+    "mph": (_exponents(m=1, s=-1), 5280 * FOOT / 3600),
+}
+_NAMED |= _CUSTOMARY
+_BARE = {"kg", "min", "h", "kn", "%", *_CUSTOMARY}
 """Units that take no prefix."""
 KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"
 """All units and prefixes, for messages."""
+_SECOND = {
+    "g": Unit("standard gravity, 9.80665 m/s2", _exponents(m=1, s=-2), GRAVITY),
+    "lb": Unit("lbf", *_NAMED["lbf"]),
+    "kt": Unit("knots (kn)", *_NAMED["kn"]),
+}
+"""Second meanings of names."""
 TOO_LARGE = "the number is too large: write one below 1.8e308, in SI units"
 
 
@@ -140,6 +168,17 @@ def number_in(unit: str, given: float | str) -> float:
     if isinstance(given, str | bool):
         return parse_quantity(str(given)).in_unit(parse_unit(unit))
     return float(given)
+
+
+def parse_unit_like(text: str, other: Unit) -> Unit:
+    """The unit that `text` names; of the two called g, lb or kt the one that fits `other`.
+
+    ValueError as `parse_unit`.
+    """
+    unit = parse_unit(text)
+    second = _SECOND.get(text.strip(), unit)
+    fits = second.same_dimension(other) and not unit.same_dimension(other)
+    return second if fits else unit
 
 
 @cache

@@ -3,8 +3,9 @@
 Exit codes: 0 done, 1 the work failed, 2 wrong input or usage; 130 after
 Ctrl-C, 128 plus its number after another signal that asks for the end.
 
-One module for each command: `add` says what it takes, `_run` does it. `options` has what they
-share. Nothing heavy is imported before a command runs, so that `--help` answers at once.
+One module for each command: `add` says what it takes, `_run` does it; those on results are in
+`of_results`. `options` has what they share. Nothing heavy is imported before a command runs, so
+that `--help` answers at once.
 """
 
 from __future__ import annotations
@@ -20,8 +21,6 @@ from typing import Any, NoReturn
 import m4e_fmi
 from m4e_fmi.cli import (
     build,
-    compare,
-    decay,
     doctor,
     draw,
     equations,
@@ -36,6 +35,7 @@ from m4e_fmi.cli import (
     study,
     validate,
 )
+from m4e_fmi.cli.of_results import compare, decay, report
 from m4e_fmi.cli.shared.events import Failed
 from m4e_fmi.cli.shared.log import Log, fail, logged
 from m4e_fmi.cli.shared.options import EXIT_FAILED
@@ -52,7 +52,7 @@ EXIT_INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-(\d|\.\d|inf|nan)", re.IGNORECASE)
 COMMANDS = (
     new, equations, draw, simulate, equilibrium, linearize, rao, decay, hydro, build, info,
-    validate, run, study, compare, doctor,
+    validate, run, study, report, compare, doctor,
 )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,7 +36,7 @@ from m4e_fmi.cli.shared.options import (
     report_file,
     start_values,
 )
-from m4e_fmi.errors import InputError
+from m4e_fmi.errors import InputError, RunError
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
     from m4e_fmi.report.animation.scene import Scene
     from m4e_fmi.report.run_report.record import InputFile
+    from m4e_fmi.simulate import SimulationError
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -190,25 +192,28 @@ def _simulate_to(
         simulation_summary,
         write_simulation,
     )
-    from m4e_fmi.simulate import Watch, simulate
+    from m4e_fmi.simulate import SimulationError, Watch, simulate
 
     model = source.equations
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
     tell_event(_plan(source, output, options))
-    with progress(options.stop_time) as moving:
-        result = simulate(
-            model,
-            stop_time=options.stop_time,
-            output_interval=options.output_interval,
-            start_values=start_values(options),
-            tolerance=options.tolerance,
-            method=options.method,
-            step_size=options.step_size,
-            events=events,
-            needed=options.variables,
-            progress=moving,
-        )
+    try:
+        with progress(options.stop_time) as moving:
+            result = simulate(
+                model,
+                stop_time=options.stop_time,
+                output_interval=options.output_interval,
+                start_values=start_values(options),
+                tolerance=options.tolerance,
+                method=options.method,
+                step_size=options.step_size,
+                events=events,
+                needed=options.variables,
+                progress=moving,
+            )
+    except SimulationError as error:
+        raise _kept(error, output, source, options) from error
     files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
     show(simulation_summary(result), Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
@@ -228,6 +233,38 @@ def _simulate_to(
     if report := report_file(options, source.name):
         printed = simulation_summary(result)
         print_files([report_of_run(files[0], report, printed=printed, command=options.given)])
+
+
+def _kept(
+    error: SimulationError, output: Path, source: _Source, options: argparse.Namespace
+) -> RunError:
+    """The error of a simulation, with the place of its rows until then, which are written here.
+
+    As those of a run, they have their report; a single row replaces no earlier results.
+    """
+    from m4e_fmi.report import report_of_run, write_simulation
+    from m4e_fmi.results.results_file import stream_of
+
+    simulation, rows = error.simulation, len(error.simulation.time)
+    if rows == 1 and stream_of(output).is_file():
+        note = f"the simulation made no step: {output} is as it was"
+    else:
+        ended = f"failed: {error.message}"
+        count = f"{rows:,} row{'s' * (rows != 1)}"
+        try:
+            files = write_simulation(
+                simulation, output, scene=source.scene, inputs=source.inputs, ended=ended
+            )
+        except RunError as other:
+            return RunError(error.message, f"{error.remedy}; its {count}: {other}")
+        if not options.no_plot:
+            output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
+        note = f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
+        report = report_file(options, source.name)
+        with suppress(InputError):  # a single row
+            if report:
+                print_files([report_of_run(files[0], report, command=options.given)])
+    return RunError(error.message, f"{error.remedy}; {note}".strip("; "))
 
 
 def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:

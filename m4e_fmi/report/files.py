@@ -27,11 +27,12 @@ def write_simulation(
     *,
     scene: Scene | None = None,
     inputs: Sequence[InputFile] = (),
+    ended: str = "",
 ) -> list[Path]:
     """Write a simulation to `path`, as a run's results; returns the files that are there now.
 
     They carry the `scene`, which says what an animation of them shows, and the `inputs` and
-    versions that a report tells of.
+    versions that a report tells of, and how the simulation has `ended` if it did so early.
 
     netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
     writes to these files.
@@ -39,13 +40,17 @@ def write_simulation(
     check_export(path)
     stream = stream_of(path)
     with claimed(stream):
-        _write_netcdf(simulation, stream, scene, inputs)
+        _write_netcdf(simulation, stream, scene, inputs, ended)
         export(stream, path)
     return list(dict.fromkeys((stream, path)))
 
 
 def _write_netcdf(
-    simulation: Simulation, path: Path, scene: Scene | None, inputs: Sequence[InputFile]
+    simulation: Simulation,
+    path: Path,
+    scene: Scene | None,
+    inputs: Sequence[InputFile],
+    ended: str,
 ) -> None:
     program, time, values = simulation.program, simulation.time, simulation.values
     given = simulation.start_values.items()
@@ -55,6 +60,7 @@ def _write_netcdf(
         "method": simulation.method,
         "tolerance": "none" if simulation.tolerance is None else f"{simulation.tolerance:g}",
         "start_values": "\n".join(f"{name} = {value}" for name, value in given),
+        **({"ended": ended} if ended else {}),
         **carried(scene),
         **carried_record(Record(inputs=tuple(inputs), versions=versions())),
     }

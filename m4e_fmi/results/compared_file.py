@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.foreign_table import ForeignColumn, heading, read_foreign_table
+from m4e_fmi.results.clock_times import SECONDS_TO_1970, Clock
+from m4e_fmi.results.foreign_table import (
+    ForeignColumn,
+    ForeignTable,
+    heading,
+    read_foreign_table,
+)
 from m4e_fmi.results.results_file import NETCDF, PARQUET, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import parse_unit
+
+if TYPE_CHECKING:
+    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
@@ -36,12 +46,18 @@ class Quantity:
 
 @dataclass(frozen=True)
 class ComparedFile:
-    """Variables by name at `time` (n,) [s], which increases; `notes` tell how the file was read."""
+    """Variables by name at `time` (n,) [s], which increases; `notes` tell how the file was read.
+
+    Of a file with dates the time counts from its first row, at `origin` [s] after the year 0, which
+    is in UTC if the file is `zoned`, and else at a place that it does not tell.
+    """
 
     path: Path
     time: np.ndarray = field(repr=False)
     quantities: Mapping[str, Quantity]
     notes: tuple[str, ...] = ()
+    origin: float | None = None
+    zoned: bool = False
 
     def __repr__(self) -> str:
         title = f"ComparedFile of {str(self.path)!r}: {span(self.time)}"
@@ -60,7 +76,7 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
         table = read_foreign_table(path)
-        return _of_columns(path, table.columns, table.notes, table.lines)
+        return _of_table(path, table)
     if suffix == PARQUET:
         return _of_parquet(path)
     if suffix == NETCDF or not path.is_file():
@@ -68,6 +84,32 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     kinds = ", ".join((NETCDF, PARQUET, *SUFFIXES))
     message, remedy = "is no file of results by its name", f"names of such files end in {kinds}"
     raise InputError.single(message, remedy, str(path))
+
+
+def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
+    clock, timed, notes = table.clock, table.clock_column, list(table.notes)
+    if clock is None or timed is None:
+        return _of_columns(path, table.columns, notes, table.lines)
+    rest = [column for column in table.columns if column is not timed]
+    if any(_is_in_seconds(column) for column in rest):
+        notes.append(
+            f"dates or times of day in {timed.name!r} left out: a time in seconds is there"
+        )
+        return _of_columns(path, rest, notes, table.lines)
+    notes.append(f"times are seconds from the first row, {clock.first}")
+    columns = [replace(timed, name=TIMES[0]), *rest]
+    found = _of_columns(path, columns, notes, table.lines)
+    return replace(found, origin=clock.origin, zoned=clock.zoned)
+
+
+def _is_in_seconds(column: ForeignColumn) -> bool:
+    """True for a time beside dates: T without a unit may as well be a temperature."""
+    if column.name.lower() not in TIMES:
+        return False
+    try:
+        return parse_unit(column.unit or "1").same_dimension(parse_unit("s"))
+    except ValueError:
+        return False
 
 
 def _of_results(results: Results) -> ComparedFile:
@@ -96,8 +138,11 @@ def _of_parquet(path: Path) -> ComparedFile:
         table = pyarrow.parquet.read_table(path)
     except (pyarrow.ArrowException, OSError, ValueError) as error:
         raise InputError.single(f"cannot be read as Parquet: {error}", "", str(path)) from None
-    columns, left = [], []
+    columns, left, clock = [], [], None
     for member, data in zip(table.schema, table.columns, strict=True):
+        if pyarrow.types.is_timestamp(member.type) and clock is None and not data.null_count:
+            clock = _moments(member.name, data.cast(pyarrow.timestamp("ns", member.type.tz)))
+            continue
         if not any(t(member.type) for t in _number_types()):
             left.append(member.name)
             continue
@@ -106,7 +151,19 @@ def _of_parquet(path: Path) -> ComparedFile:
         name, unit = heading(member.name)
         columns.append(ForeignColumn(name, told.get("unit", unit), np.asarray(values, float)))
     notes = (f"no numbers, not compared: {', '.join(left[:5])}",) if left else ()
-    return _of_columns(path, columns, notes, None)
+    if clock is None:
+        return _of_columns(path, columns, notes, None)
+    return _of_table(path, ForeignTable(path, (clock[0], *columns), (), notes, clock[1], clock[0]))
+
+
+def _moments(name: str, data: pyarrow.ChunkedArray) -> tuple[ForeignColumn, Clock]:
+    """A column of dates (pyarrow's) as seconds from its first row."""
+    moments = data.cast("int64").to_numpy()
+    seconds = (moments - moments[:1]) / 1e9
+    first = str(data[0]) if len(moments) else ""
+    origin = float(moments[0]) / 1e9 + SECONDS_TO_1970 if len(moments) else None
+    clock = Clock(seconds, first, origin, zoned=data.type.tz is not None, at=0, columns=1)
+    return ForeignColumn(name, "s", seconds), clock
 
 
 def _number_types() -> tuple:

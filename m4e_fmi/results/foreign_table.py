@@ -2,7 +2,8 @@
 
 The form is taken from the last row: columns are separated by semicolons, tabs, commas or blanks.
 Rows of numbers follow the names of the columns; a row of units may be between them. Lines above the
-names are left out, empty entries and ``nan`` are gaps. What is not clear is refused, by its line.
+names are left out, empty entries and ``nan`` are gaps. Dates and times of day are seconds from the
+first row (`clock_times`). What is not clear is refused, by its line.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import foreign_text, shortened
 from m4e_fmi.files.limits import LARGEST_RECORD
+from m4e_fmi.results.clock_times import REMEDY, Clock, without_clock
 from m4e_fmi.shown import one_line
 from m4e_fmi.units import parse_unit
 
@@ -31,6 +33,8 @@ _OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
+_TOA5_LINES = 4
+"""Lines above the rows of a file that begins with TOA5, Campbell Scientific's form of tables."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +48,17 @@ class ForeignColumn:
 
 @dataclass(frozen=True)
 class ForeignTable:
-    """Columns of a table, and `notes` on how it was read; row k is in line `lines[k]`, from 1."""
+    """Columns of a table, and `notes` on how it was read; row k is in line `lines[k]`, from 1.
+
+    `clock_column`, one of the columns, was dates or times of day: those of the `clock`.
+    """
 
     path: Path
     columns: tuple[ForeignColumn, ...]
     lines: tuple[int, ...] = field(repr=False)
     notes: tuple[str, ...]
+    clock: Clock | None = None
+    clock_column: ForeignColumn | None = None
 
 
 @dataclass(frozen=True)
@@ -120,23 +129,39 @@ def read_foreign_table(path: Path) -> ForeignTable:
     text, encoding = foreign_text(path, largest=LARGEST_RECORD)
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
+    rows, clock = without_clock(path, rows)
     form = _form(path, rows)
     first = next(
         (n for n, (_, line) in enumerate(rows[:_MOST_ABOVE]) if form.numbers(line)), len(rows)
     )
+    if clock:
+        first = len(rows) - len(clock.seconds)
     if first == len(rows):
         raise InputError.single("has no rows of numbers", "give a table of results", str(path))
     above = [(k, line) for k, line in lines if k < rows[first][0]]
-    names, units, skipped = _headings(path, form, above, rows[first])
+    place = _place(form, rows[first][1], clock) if clock else None
+    names, units, skipped = _headings(path, form, above, rows[first], place)
     values, problems = _values(path, form, rows[first:], len(names))
     if problems:
         raise InputError(shortened(problems))
-    columns = tuple(
+    columns = [
         ForeignColumn(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
-    )
+    ]
     notes = ((f"taken as {encoding}",) if encoding else ()) + _notes(form, skipped)
-    return ForeignTable(path, columns, tuple(k for k, _ in rows[first:]), notes)
+    timed = None
+    if clock and place is not None:
+        last = place + clock.columns - 1
+        timed = ForeignColumn(names[last], "s", clock.seconds)
+        columns[place : last + 1] = [timed]
+    numbers = tuple(k for k, _ in rows[first:])
+    return ForeignTable(path, tuple(columns), numbers, notes, clock, timed)
+
+
+def _place(form: _Form, line: str, clock: Clock) -> int:
+    """The column, from 0, in which dates or times of day begin."""
+    marked = f"{line[: clock.at]}@{line[clock.at + 1 :]}"
+    return next(k for k, entry in enumerate(form.entries(marked)) if "@" in entry)
 
 
 def heading(text: str) -> tuple[str, str | None]:
@@ -193,7 +218,7 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     line, shown = rows[-1]
     message = f"the last row is not one of numbers in columns: {one_line(shown)[:_LONGEST_SHOWN]!r}"
     remedy = (
-        "write dates and times of day as seconds since the first row"
+        REMEDY
         if _OF_CLOCK.search(shown)
         else "separate columns by ; or tabs where decimals have a comma, and leave out marks "
         "between thousands"
@@ -202,12 +227,19 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
 
 
 def _headings(
-    path: Path, form: _Form, above: Sequence[tuple[int, str]], first: tuple[int, str]
+    path: Path,
+    form: _Form,
+    above: Sequence[tuple[int, str]],
+    first: tuple[int, str],
+    clock: int | None,
 ) -> tuple[list[str], list[str | None], int]:
     """Names and units of columns, and the number of lines above that are left out.
 
-    A separator at the end of rows does not make one more column.
+    A separator at the end of rows does not make one more column. Column `clock`, from 0, has dates
+    or times of day; between blanks its date and its time may have a name each.
     """
+    if toa5 := _of_toa5(form, above):
+        return toa5
     found: list[tuple[int, list[str]]] = []
     row = form.entries(first[1])
     widths = range(len(row) - (not row[-1]), len(row) + 1)
@@ -217,6 +249,8 @@ def _headings(
         entries = form.entries(stripped.removeprefix(mark) if mark else line)
         while entries and not entries[-1]:
             entries.pop()
+        if clock is not None and form.separator is None and len(entries) == len(row) + 1:
+            del entries[clock]
         if len(entries) in widths:
             found.append((k, entries))
     if not found:
@@ -228,12 +262,25 @@ def _headings(
         )
         shown = one_line(line)[:_LONGEST_SHOWN]
         raise InputError([Problem(message, remedy, str(path), number, 1, shown, len(shown))])
-    number, names, units = _names(path, form, found)
+    number, names, units = _names(path, form, found, clock)
     return names, units, sum(k < number for k, _ in above)
 
 
+def _of_toa5(
+    form: _Form, above: Sequence[tuple[int, str]]
+) -> tuple[list[str], list[str | None], int] | None:
+    """The same of loggers' files that begin with TOA5; None of others.
+
+    Lines with names, with units and with words such as Avg follow the first line.
+    """
+    rows = [form.entries(line) for _, line in above]
+    if len(rows) != _TOA5_LINES or rows[0][0] != "TOA5" or len({len(row) for row in rows[1:]}) > 1:
+        return None
+    return rows[1], [unit or None for unit in rows[2]], 1
+
+
 def _names(
-    path: Path, form: _Form, found: Sequence[tuple[int, list[str]]]
+    path: Path, form: _Form, found: Sequence[tuple[int, list[str]]], clock: int | None
 ) -> tuple[int, list[str], list[str | None]]:
     """Line, names and units of columns from the rows `found` above the numbers."""
     number, names = found[-1]
@@ -243,7 +290,8 @@ def _names(
         raise InputError([Problem(message[:200], remedy, str(path), number, 1)])
     units: list[str | None] = []
     last = [re.sub(r"^[\[(](.*)[\])]$", r"\1", entry) for entry in names]
-    if len(found) > 1 and all(_is_unit(_unit_text(entry)) for entry in last):
+    of_units = (_is_unit(_unit_text(entry)) for k, entry in enumerate(last) if k != clock)
+    if len(found) > 1 and all(of_units):
         units = [_unit_text(entry) for entry in last]
         number, names = found[-2]
     else:

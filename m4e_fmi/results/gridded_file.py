@@ -43,19 +43,30 @@ class GriddedFile:
 
 def is_gridded(path: Path) -> bool:
     """True for a netCDF-4 file with a variable that is not over time alone."""
+    return any(dimensions != ("time",) for dimensions in dimensions_of(path).values())
+
+
+def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
+    """Dimensions of all variables of a netCDF-4 file, by name as in `GriddedFile`.
+
+    Empty for any other file, and for one that cannot be read.
+    """
     if not is_file(path):
-        return False
+        return {}
     with path.open("rb") as file:
         if file.read(len(_HDF5)) != _HDF5:
-            return False
+            return {}
     try:
         from netCDF4 import Dataset
 
         with Dataset(path) as file:
-            every = [v for group in _groups(file).values() for v in group.variables.values()]
-            return any(v.dimensions != ("time",) for v in every)
+            return {
+                prefix + name: variable.dimensions
+                for prefix, group in _groups(file).items()
+                for name, variable in group.variables.items()
+            }
     except (OSError, RuntimeError):
-        return False
+        return {}
 
 
 def read_gridded(path: Path) -> GriddedFile:

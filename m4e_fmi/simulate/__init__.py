@@ -10,10 +10,18 @@ from types import ModuleType
 
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.simulate.audit import EnergyAudit
-from m4e_fmi.simulate.simulation import Event, Simulation, simulate
+from m4e_fmi.simulate.simulation import Event, Simulation, SimulationError, simulate
 from m4e_fmi.simulate.start import started
 
-__all__ = ["EnergyAudit", "Event", "Simulation", "Watch", "simulate", "started"]
+__all__ = [
+    "EnergyAudit",
+    "Event",
+    "Simulation",
+    "SimulationError",
+    "Watch",
+    "simulate",
+    "started",
+]
 
 
 class _Verb(ModuleType):

@@ -37,8 +37,10 @@ def check_start(program: Program) -> None:
         raise RunError(_told(program, names, "the start"), REMEDY)
 
 
-def check_shares(program: Program, times: np.ndarray, shares: np.ndarray, *, fixed: bool) -> None:
-    """RunError for the first row in which a loop is singular.
+def singular_row(
+    program: Program, times: np.ndarray, shares: np.ndarray, *, fixed: bool
+) -> tuple[int, RunError] | None:
+    """The first row in which a loop is singular, from 0, and the error that tells of it.
 
     `shares` (n, m) are at `times` (n,) [s]. Of a method of `fixed` steps also where a loop was
     singular between two rows: a share has changed its sign there.
@@ -46,14 +48,14 @@ def check_shares(program: Program, times: np.ndarray, shares: np.ndarray, *, fix
     wrong = ~(np.abs(shares) >= LEAST_PIVOT)
     if fixed:
         wrong[1:] |= np.sign(shares[1:]) != np.sign(shares[:-1])
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
-        owners = [", ".join(loop.inputs) for loop in program.loops for _ in loop.shares]
-        when = f"t = {times[row]:.9g} s"
-        crossed = abs(shares[row, column]) >= LEAST_PIVOT
-        raise RunError(
-            _told(program, owners[column], f"a time before {when}" if crossed else when), REMEDY
-        )
+    if not wrong.any():
+        return None
+    row, column = np.argwhere(wrong)[0]
+    owners = [", ".join(loop.inputs) for loop in program.loops for _ in loop.shares]
+    when = f"t = {times[row]:.9g} s"
+    crossed = abs(shares[row, column]) >= LEAST_PIVOT
+    told = _told(program, owners[column], f"a time before {when}" if crossed else when)
+    return int(row), RunError(told, REMEDY)
 
 
 def explained(program: Program, values: dict[str, float]) -> str:

@@ -28,10 +28,11 @@ from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.shown import Displayed, listing, short, span, views
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
-from m4e_fmi.simulate.loops import check_shares, check_start, explained, with_shares
+from m4e_fmi.simulate.loops import check_start, explained, singular_row, with_shares
 from m4e_fmi.simulate.solvers import (
     SCIPY_METHODS,
     Solved,
+    StoppedError,
     Task,
     solve_compiled,
     solve_python,
@@ -114,6 +115,18 @@ class Simulation(Displayed):
         return energy_audit(self.values)
 
 
+class SimulationError(RunError):
+    """A simulation has failed; `simulation` has its rows up to there, at least one."""
+
+    def __init__(self, error: RunError, simulation: Simulation) -> None:
+        super().__init__(error.message, error.remedy)
+        self.simulation = simulation
+
+    def __reduce__(self) -> tuple[type[RunError], tuple[str, str]]:
+        """In another process it is a RunError: programs of models stay where they are."""
+        return RunError, (self.message, self.remedy)
+
+
 def simulate(
     system: Program | Model | str | Path,
     *,
@@ -142,7 +155,8 @@ def simulate(
     `events` are outputs or states whose changes of sign are found, such as `load.<stop>.gap`, by
     name for both directions; a terminal `Watch` ends the simulation, with a last row at its time.
     `needed` names variables that the caller will look at. Raises InputError, before the simulation,
-    for unknown names and bad times, RunError if the integration fails, naming time and cause.
+    for unknown names and bad times, RunError if the integration fails, naming time and cause: a
+    SimulationError, which has the rows up to there, if there are any.
     """
     method, solver = _solver(method, step_size)
     if not isinstance(system, Program):
@@ -159,40 +173,59 @@ def simulate(
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
         raise InputError(unknown)
-    solved = solver(
-        Task(
-            program=watched,
-            times=np.array(output_times(stop_time, output_interval)),
-            method=method.removeprefix(SCIPY),
-            tolerance=tolerance,
-            step_size=step_size or np.inf,
-            quadratures=works,
-            watches=watches,
-            kinks=kinks(program, stop_time),
-            progress=progress,
-            explain=functools.partial(_explained, system, program),
+    task = Task(
+        program=watched,
+        times=np.array(output_times(stop_time, output_interval)),
+        method=method.removeprefix(SCIPY),
+        tolerance=tolerance,
+        step_size=step_size or np.inf,
+        quadratures=works,
+        watches=watches,
+        kinks=kinks(program, stop_time),
+        progress=progress,
+        explain=functools.partial(_explained, system, program),
+    )
+
+    def simulation(solved: Solved) -> Simulation:
+        # without what is there to be watched only
+        columns = zip(variables.values(), solved.table.T, strict=False)
+        values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
+        return Simulation(
+            program=program,
+            method=method,
+            time=Series("time", "s", "simulated time", solved.times),
+            values=Named(f"{program.name} has no state, output or work", values),
+            variables=variables,
+            evaluations=solved.evaluations,
+            wall_time=time.perf_counter() - began,
+            events=tuple(
+                Event(wanted[k].name, t, states[: len(program.states)], wanted[k].terminal)
+                for t, k, states in solved.events
+            ),
+            start_values=given,
+            tolerance=None if method == FIXED else tolerance,
         )
-    )
+
+    try:
+        return simulation(_solved(task, solver, program, shares))
+    except StoppedError as error:
+        if not len(error.solved.times):
+            raise
+        raise SimulationError(error, simulation(error.solved)) from error
+
+
+def _solved(task: Task, solver: Callable[[Task], Solved], program: Program, shares: int) -> Solved:
+    """The rows of a task, whose last outputs are the `shares` of the program's algebraic loops.
+
+    StoppedError if it fails, or a loop becomes singular.
+    """
+    solved = solver(task)
     if shares:
-        check_shares(program, solved.times, solved.table[:, -shares:], fixed=method == FIXED)
-    # without what is there to be watched only
-    columns = zip(variables.values(), solved.table.T, strict=False)
-    values = {v.name: Series(v.name, v.unit, v.description, column) for v, column in columns}
-    return Simulation(
-        program=program,
-        method=method,
-        time=Series("time", "s", "simulated time", solved.times),
-        values=Named(f"{program.name} has no state, output or work", values),
-        variables=variables,
-        evaluations=solved.evaluations,
-        wall_time=time.perf_counter() - began,
-        events=tuple(
-            Event(wanted[k].name, t, states[: len(program.states)], wanted[k].terminal)
-            for t, k, states in solved.events
-        ),
-        start_values=given,
-        tolerance=None if method == FIXED else tolerance,
-    )
+        table = solved.table[:, -shares:]
+        found = singular_row(program, solved.times, table, fixed=task.method == FIXED)
+        if found:
+            raise StoppedError(found[1], solved.first(found[0]))
+    return solved
 
 
 def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task], Solved]]:

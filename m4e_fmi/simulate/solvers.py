@@ -1,13 +1,16 @@
 """Ways to integrate a program: the C library, plain Python, SciPy.
 
-Each takes a `Task` and returns what is `Solved`. RunError names the time and cause of a failure.
+Each takes a `Task` and returns what is `Solved`. StoppedError names the time and cause of a
+failure, and has the rows up to there.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +21,9 @@ from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
 from m4e_fmi.runtime.integrator import Integrator
 from m4e_fmi.simulate.instability import instability
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Progress = Callable[[float], None] | None
 Explain = Callable[[float, Sequence[float]], str]
@@ -68,6 +74,26 @@ class Solved:
     evaluations: int
     events: list[tuple[float, int, np.ndarray]]
 
+    @property
+    def finite(self) -> Solved:
+        """The rows before the first in which a number is not finite, and the events up to there."""
+        bad = np.flatnonzero(~np.isfinite(self.table).all(axis=1))
+        return self.first(int(bad[0])) if len(bad) else self
+
+    def first(self, count: int) -> Solved:
+        """The first `count` rows, and the events up to there."""
+        times = self.times[:count]
+        events = [event for event in self.events if count and event[0] <= times[-1]]
+        return replace(self, times=times, table=self.table[:count], events=events)
+
+
+class StoppedError(RunError):
+    """An integration has failed; `solved` has the rows up to there, which are finite."""
+
+    def __init__(self, error: RunError, solved: Solved) -> None:
+        super().__init__(error.message, error.remedy)
+        self.solved = solved
+
 
 def solve_compiled(task: Task) -> Solved:
     """By the C library; cut into parts only where progress is asked for, which changes no bit.
@@ -87,7 +113,16 @@ def solve_compiled(task: Task) -> Solved:
     )
     integrator = Integrator(engine, limits)
     integrator.start(times[0], task.start)
-    record, last, states, reached = integrator.record, task.start, [], []
+    record, last = integrator.record, task.start
+    states, reached = [np.empty((0, len(task.start)))], [times[:0]]
+
+    def solved() -> Solved:
+        at, x, count = np.concatenate(reached), np.concatenate(states), integrator.report.events
+        table = np.hstack([x, engine.outputs_over(at, x)])
+        found = zip(record.time[:count], record.index[:count], record.state[:count], strict=True)
+        events = [(float(t), int(k), state) for t, k, state in found]
+        return Solved(at, table, integrator.report.evaluations, events)
+
     for part, bound, wanted in _parts(task):
         rows = integrator.advance(part, bound=bound)
         report = integrator.report
@@ -101,15 +136,10 @@ def solve_compiled(task: Task) -> Solved:
             break
         if len(rows) < part.size:
             why = task.explain(report.time, list(last))
-            raise _failure(task, failure_text(program, report), why, reached, states)
+            raise _failure(task, failure_text(program, report), why, solved())
         if task.progress:
             task.progress(part[-1])
-    at, x, count = np.concatenate(reached), np.concatenate(states), integrator.report.events
-    table = np.hstack([x, engine.outputs_over(at, x)])
-    _check_finite(task, at, table)
-    found = zip(record.time[:count], record.index[:count], record.state[:count], strict=True)
-    events = [(float(t), int(k), state) for t, k, state in found]
-    return Solved(at, table, integrator.report.evaluations, events)
+    return _checked(task, solved())
 
 
 def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
@@ -125,16 +155,12 @@ def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
         first = last
 
 
-def _failure(
-    task: Task, text: str, why: str, times: Sequence[np.ndarray], states: Sequence[np.ndarray]
-) -> RunError:
-    """The error that ends an integration, after parts with these `times` [s] and `states`."""
+def _failure(task: Task, text: str, why: str, solved: Solved) -> StoppedError:
+    """The error that ends an integration, after the rows that are `solved`."""
     text = f"{text}: {why}" if why else text
-    found = None
-    if times:
-        rows = np.concatenate(states)[:, : len(task.program.states) - task.quadratures]
-        found = instability(task.program, task.method, np.concatenate(times), rows, text)
-    return found or RunError(text, REMEDY)
+    rows = solved.table[:, : len(task.program.states) - task.quadratures]
+    found = instability(task.program, task.method, solved.times, rows, text)
+    return StoppedError(found or RunError(text, REMEDY), solved.finite)
 
 
 def solve_python(task: Task) -> Solved:
@@ -159,11 +185,21 @@ def solve_python(task: Task) -> Solved:
                 task.progress(t)
     except (IntegrationError, ArithmeticError, ValueError) as error:
         message = f"{task.program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        known = [np.array(rows)] if rows else []
-        at = [task.times[: len(rows)]] if rows else []
-        raise _failure(task, message, task.explain(t, x), at, known) from error
-    _check_finite(task, task.times, np.array(rows))
-    return Solved(task.times, np.array(rows), integrator.evaluations, [])
+        known = _solved(task, task.times[: len(rows)], rows, integrator.evaluations)
+        raise _failure(task, message, task.explain(t, x), known) from error
+    return _checked(task, _solved(task, task.times, rows, integrator.evaluations))
+
+
+def _solved(
+    task: Task,
+    times: Sequence[float] | np.ndarray,
+    rows: list[list[float]],
+    evaluations: int,
+    events: Sequence[tuple[float, int, np.ndarray]] = (),
+) -> Solved:
+    """The result of an integration whose `rows` at `times` [s] are states and outputs."""
+    width = len(task.program.states) + len(task.program.outputs)
+    return Solved(np.array(times), np.array(rows).reshape(-1, width), evaluations, list(events))
 
 
 def solve_scipy(task: Task) -> Solved:
@@ -180,6 +216,7 @@ def solve_scipy(task: Task) -> Solved:
     tolerance = task.tolerance * math.sqrt(governing / len(program.states))
 
     last = (float(times[0]), task.start)
+    accepted = float(times[0])
 
     def told(t: float, x: np.ndarray) -> list[float]:
         nonlocal last
@@ -188,44 +225,59 @@ def solve_scipy(task: Task) -> Solved:
             task.progress(t)
         return rates(*last)
 
-    at, states = [], []
-    try:
-        solution = solve_ivp(
+    def passed(t: float, _: np.ndarray) -> float:
+        """No event: SciPy asks for it at the end of each step."""
+        nonlocal accepted
+        accepted = t
+        return 1.0
+
+    def solution_until(end: float) -> OptimizeResult:
+        return solve_ivp(
             told,
-            (times[0], times[-1]),
+            (times[0], end),
             task.start,
             method=task.method,
-            t_eval=times,
+            t_eval=times[times <= end],
             rtol=tolerance,
             atol=tolerance,
-            events=_event_functions(task),
+            events=[*_event_functions(task), passed],
         )
+
+    at, rows = [], []
+    try:
+        solution = solution_until(times[-1])
         at, states = solution.t.tolist(), solution.y.T.tolist()
-        if not solution.success:
-            raise ArithmeticError(solution.message)
-        events = sorted(
-            (
-                (float(t), k, x)
-                for k, (at, states) in enumerate(
-                    zip(solution.t_events or (), solution.y_events or (), strict=True)
-                )
-                for t, x in zip(at, states, strict=True)
-            ),
-            key=lambda event: event[0],
-        )
+        events = _scipy_events(solution)
         if solution.status == 1:  # a terminal event
             at, states = [*at, events[-1][0]], [*states, events[-1][2].tolist()]
-        rows = [[*x, *outputs(t, x)] for t, x in zip(at, states, strict=True)]
+        for t, x in zip(at, states, strict=True):
+            rows.append([*x, *outputs(t, x)])
+        if not solution.success:
+            raise ArithmeticError(solution.message)
     except (ArithmeticError, ValueError) as error:
         message = f"{program.name}: SciPy's {task.method} failed: {error}"
-        why, done = task.explain(*last), bool(states)
-        found = ([np.array(at)], [np.array(states)]) if done else ([], [])
-        raise _failure(task, message, why, *found) from error
-    _check_finite(task, np.array(at), np.array(rows))
-    return Solved(np.array(at), np.array(rows), solution.nfev, events)
+        why = task.explain(*last)
+        with suppress(ArithmeticError, ValueError):
+            if not at:  # SciPy keeps no row if the rates cannot be computed: once more, up to there
+                solution = solution_until(accepted)
+                at = solution.t.tolist()
+                rows += [[*x, *outputs(t, x)] for t, x in zip(at, solution.y.T, strict=True)]
+        raise _failure(task, message, why, _solved(task, at[: len(rows)], rows, 0)) from error
+    return _checked(task, _solved(task, at, rows, solution.nfev, events))
 
 
-def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], float]] | None:
+def _scipy_events(solution: OptimizeResult) -> list[tuple[float, int, np.ndarray]]:
+    """Events of the watches, in the order of time."""
+    found = zip(solution.t_events, solution.y_events, strict=True)
+    events = [
+        (float(t), k, x)
+        for k, (at, states) in enumerate(found)
+        for t, x in zip(at, states, strict=True)
+    ]
+    return sorted(events, key=lambda event: event[0])
+
+
+def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], float]]:
     """SciPy's event functions of the watches."""
     program = task.program
     places = {v.name: k for k, v in enumerate(program.outputs)}
@@ -240,7 +292,7 @@ def _event_functions(task: Task) -> list[Callable[[float, Sequence[float]], floa
 
         event.__dict__.update(terminal=watch.terminal, direction=watch.direction)
         functions.append(event)
-    return functions or None
+    return functions
 
 
 def _functions(program: Program) -> tuple[Function, Function]:
@@ -259,11 +311,12 @@ def _functions(program: Program) -> tuple[Function, Function]:
     )
 
 
-def _check_finite(task: Task, times: np.ndarray, table: np.ndarray) -> None:
-    """RunError unless all numbers are finite, and no state has grown without bound."""
-    program, bad = task.program, np.argwhere(~np.isfinite(table))
+def _checked(task: Task, solved: Solved) -> Solved:
+    """`solved`; StoppedError unless all is finite, and no state has grown without bound."""
+    program, table, times = task.program, solved.table, solved.times
+    bad, rows = np.argwhere(~np.isfinite(table)), len(table)
     count = len(program.states) - task.quadratures
-    failure, rows = "", len(table)
+    failure = ""
     if bad.size:
         row, column = bad[0]
         name = [v.name for v in (*program.states, *program.outputs)][column]
@@ -273,4 +326,5 @@ def _check_finite(task: Task, times: np.ndarray, table: np.ndarray) -> None:
         rows = row + 1
     found = instability(program, task.method, times[:rows], table[:rows, :count], failure)
     if found or failure:
-        raise found or RunError(failure, REMEDY)
+        raise StoppedError(found or RunError(failure, REMEDY), solved.finite)
+    return solved

@@ -13,12 +13,21 @@ from types import ModuleType
 
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.load import load_study
+from m4e_fmi.study.report.of_file import write_report
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.run import StudyOutcome, run_study
 
 study = run_study
 
-__all__ = ["Study", "StudyOutcome", "load_study", "report_of_study", "run_study", "study"]
+__all__ = [
+    "Study",
+    "StudyOutcome",
+    "load_study",
+    "report_of_study",
+    "run_study",
+    "study",
+    "write_report",
+]
 
 
 class _Verb(ModuleType):

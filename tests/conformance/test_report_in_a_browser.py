@@ -290,6 +290,16 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         assert len(places) > 2
         for (l1, r1, t1, b1), (l2, r2, t2, b2) in itertools.combinations(places, 2):
             assert l1 >= r2 or l2 >= r1 or t1 >= b2 or t2 >= b1
+        # the animation beside the plots leaves more than a plot free above it, also at the end
+        page.value("document.querySelector('.dock').click()")
+        page.value("document.querySelector('.plot').scrollIntoView()")
+        strip = page.value("document.querySelector('.docked').getBoundingClientRect().top")
+        assert page.value("document.querySelector('.plot').getBoundingClientRect().bottom") < strip
+        assert strip > 0.6 * size["height"]
+        assert page.value("document.documentElement.scrollWidth") == 420
+        page.value("scrollTo(0, document.body.scrollHeight)")
+        assert page.value("document.querySelector('main').getBoundingClientRect().bottom") < strip
+        page.value("document.querySelector('.dock').click()")
         pdf = base64.b64decode(page.call("Page.printToPDF", preferCSSPageSize=True)["data"])
         assert pdf.startswith(b"%PDF")
         assert len(pdf) > 100_000  # curves, not empty frames

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.analysis.comparison.alignment import aligned
-from m4e_fmi.analysis.comparison.differences import Comparison, Difference
+from m4e_fmi.analysis.comparison.differences import Comparison, Difference, Span
 from m4e_fmi.analysis.comparison.matching import Pair, matched
 from m4e_fmi.analysis.comparison.measures import SCALES, Phase, Scales, normalised, phase, scales
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -47,18 +47,21 @@ def compare(
     `variables` are the names of `one` to compare, by default all; `start_time` and `stop_time` [s]
     narrow the interval. Differences are divided by the `relative_to` of the reference: its range,
     amplitude (√2 standard deviations) or value (largest magnitude); `tolerance` [1] is the largest
-    share that is accepted. `floor` is the least divisor in Eq. (9) and (10) of S. Sabet and A.
+    share that is accepted; times of the reference that `one` lacks are not within any, unless the
+    interval leaves them out. `floor` is the least divisor in Eq. (9) and (10) of S. Sabet and A.
     Diaz-Flores Caminero, "Multibody for Everybody", in the unit of each variable. InputError for
     files, names, units and numbers that are wrong, and without a common time.
     """
     _check(tolerance, relative_to, floor, start_time, stop_time, time_shift)
-    a, b = read_compared(one), _shifted(read_compared(reference), time_shift)
+    a = read_compared(one)
+    b = _shifted(_since(a, read_compared(reference)), time_shift)
     pairs = matched(a, b, mapping=mapping or {}, variables=variables)
     between = _interval(a, b, start_time, stop_time)
     found = {
         pair.variable.name: _difference(pair, a, b, between, relative_to, floor) for pair in pairs
     }
     taken = {pair.reference.name for pair in pairs}
+    left_over, lacking = _left_over(a, b, start_time, stop_time)
     notes = [f"{file.path.name}: {note}" for file in (a, b) for note in file.notes]
     return Comparison(
         path=a.path,
@@ -68,7 +71,8 @@ def compare(
         tolerance=tolerance,
         only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
         only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
-        notes=(*notes, *_left_over(a, b, start_time, stop_time), *_told(found)),
+        notes=(*notes, *left_over, *_told(found)),
+        lacking=lacking,
     )
 
 
@@ -93,6 +97,17 @@ def _check(
         wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
     if wrong:
         raise InputError(wrong)
+
+
+def _since(a: ComparedFile, b: ComparedFile) -> ComparedFile:
+    """The file `b` with times from the first row of `a`, if both have dates."""
+    if a.origin is None or b.origin is None:
+        return b
+    if a.zoned != b.zoned:
+        note = "only one of the files tells offsets from UTC: each counts from its own first row"
+        return replace(b, notes=(*b.notes, note))
+    note = f"both have dates: its times count from the first row of {a.path.name}"
+    return replace(b, time=b.time + (b.origin - a.origin), notes=(*b.notes, note))
 
 
 def _shifted(file: ComparedFile, shift: float) -> ComparedFile:
@@ -123,18 +138,20 @@ def _interval(
 
 def _left_over(
     a: ComparedFile, b: ComparedFile, start: float | None, stop: float | None
-) -> list[str]:
+) -> tuple[list[str], tuple[Span, ...]]:
     """A note if one file begins or ends more than two steps apart from the other.
 
-    Only within `start` and `stop` [s].
+    And the times of the reference `b` that `a` lacks there. Only within `start` and `stop` [s].
     """
     bounds = (-math.inf if start is None else start), (math.inf if stop is None else stop)
     first, last = (np.clip([f.time[k] for f in (a, b)], *bounds) for k in (0, -1))
-    step = max(float(np.median(np.diff(f.time))) for f in (a, b))
-    if max(np.ptp(first), np.ptp(last)) <= 2.0 * step:
-        return []
+    least = 2.0 * max(float(np.median(np.diff(f.time))) for f in (a, b))
+    if max(np.ptp(first), np.ptp(last)) <= least:
+        return [], ()
     spans = ", ".join(f"{f.path.name} {f.time[0]:g} to {f.time[-1]:g} s" for f in (a, b))
-    return [f"only {max(first):g} to {min(last):g} s are in both files: {spans}"]
+    before, behind = (float(first[1]), float(first[0])), (float(last[0]), float(last[1]))
+    lacking = tuple(span for span in (before, behind) if span[1] - span[0] > least)
+    return [f"only {max(first):g} to {min(last):g} s are in both files: {spans}"], lacking
 
 
 def _difference(

@@ -13,6 +13,9 @@ from m4e_fmi.analysis.comparison.measures import Phase, Scales, first_beyond, no
 from m4e_fmi.analysis.points import Floats
 from m4e_fmi.shown import listing
 
+Span = tuple[float, float]
+"""First and last time [s] of a part."""
+
 
 @dataclass(frozen=True)
 class Difference:
@@ -99,7 +102,8 @@ class Comparison:
 
     `only_here` and `only_there` are variables without a counterpart. Differences are divided by the
     reference's `relative_to`: range, amplitude or value. `tolerance` is the largest that is
-    accepted, None without one. `notes` tell how the files were read and matched.
+    accepted, None without one. `notes` tell how the files were read and matched. `lacking` are
+    parts of the reference, within the interval that was asked for, of which the file has no rows.
     """
 
     path: Path
@@ -110,6 +114,7 @@ class Comparison:
     only_here: tuple[str, ...]
     only_there: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    lacking: tuple[Span, ...] = ()
 
     @property
     def worst(self) -> tuple[Difference, ...]:
@@ -128,8 +133,11 @@ class Comparison:
 
     @property
     def is_within(self) -> bool:
-        """True if all differences are within the tolerance, or there is none."""
-        return not self.beyond
+        """True if all differences are within the tolerance, or there is none.
+
+        False if a part of the reference is lacking.
+        """
+        return self.tolerance is None or not (self.beyond or self.lacking)
 
     def __getitem__(self, name: str) -> Difference:
         return self.differences[name]
@@ -137,7 +145,7 @@ class Comparison:
     def __repr__(self) -> str:
         title = f"Comparison of {self.path.name!r} with {self.reference.name!r}"
         if self.tolerance is not None:
-            verdict = "within" if self.is_within else "beyond"
+            verdict = "within" if self.is_within else "beyond" if self.beyond else "not all within"
             title += f", {verdict} the tolerance of {self.tolerance:g} of the {self.relative_to}"
         shown = [
             f"{d.name}: {100 * d.rms_share:.2g} % (largest {100 * d.largest_share:.2g} %)"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from m4e_fmi.errors import InputError, Problem, suggestion, unknown_names
 from m4e_fmi.results.compared_file import ComparedFile, Quantity
 from m4e_fmi.results.foreign_table import heading
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import parse_unit, parse_unit_like
 
 _MOST_SHOWN = 4
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -192,9 +192,15 @@ def _unit(variable: Quantity, reference: Quantity) -> tuple[str, float, str]:
         return known, 1.0, f"{name!r} says no unit: taken as {known}"
     if own == other:
         return own, 1.0, ""
-    mine, theirs = parse_unit(own), parse_unit(other)
+    mine = parse_unit_like(own, parse_unit(other))
+    theirs = parse_unit_like(other, mine)
     if not mine.same_dimension(theirs):
         raise ValueError(f"{own} and {other} are of different dimension")
     factor = theirs.factor / mine.factor
-    told = "" if factor == 1.0 else f"{reference.name!r} converted from {other} to {own}"
-    return own, factor, told
+    meant = [
+        f"{text} taken as {unit.text}"
+        for text, unit in ((own, mine), (other, theirs))
+        if unit.text != text
+    ]
+    told = [] if factor == 1.0 else [f"{reference.name!r} converted from {other} to {own}"]
+    return own, factor, ", ".join([*told, *meant])

@@ -73,7 +73,8 @@ function draw() {
 }
 
 function resize() {
-  const wide = view.clientWidth, tall = Math.min(Math.max(heightOver(wide), 240), 0.68 * window.innerHeight);
+  const wide = view.clientWidth, most = parseFloat(getComputedStyle(view).maxHeight) || Infinity;  // NaN of "none"
+  const tall = Math.min(Math.max(heightOver(wide), 240), 0.68 * window.innerHeight, most);
   const dots = window.devicePixelRatio || 1;
   view.style.height = tall + "px";
   view.width = Math.round(dots * wide);

@@ -120,9 +120,12 @@ function flowsOf(root, store, plots, theme, data) {
       number(watts(link.power)), number(shownAs(link.power * span, "J")))));
     of.replaceChildren(...Array.from(sums, ([name, { gets, gives }]) => {
       const kept = grown.has(name) ? grown.get(name) / span : NaN;
-      return made("tr", {}, made("td", {}, name), ...[gets, gives, gets - gives, kept, gets - gives - kept].map(power =>
+      const powers = [gets, gives, gets - gives, ...(grown.size ? [kept, gets - gives - kept] : [])];
+      return made("tr", {}, made("td", {}, name), ...powers.map(power =>
         number(Number.isFinite(power) ? watts(power) : "not recorded")));
     }));
+    for (const head of root.querySelectorAll("th.stored")) head.hidden = !grown.size;
+    for (const table of root.querySelectorAll(".table")) table.hidden = !links.length;
   }
 
   function shownAs(value, unit) {

@@ -30,9 +30,11 @@ function animate(data) {
     moving = false;
   });
   theme.onChange(player.dress);
-  const dock = document.querySelector(".dock"), place = document.querySelector(".moved");
+  const dock = document.querySelector(".dock"), place = document.querySelector(".moved"), free = dock.textContent;
   dock.addEventListener("click", () => {
-    dock.setAttribute("aria-pressed", place.classList.toggle("docked"));
+    const docked = place.classList.toggle("docked");
+    dock.setAttribute("aria-pressed", docked);
+    dock.textContent = docked ? "Put back" : free;
     player.dress();
   });
 }

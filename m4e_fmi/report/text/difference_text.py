@@ -90,10 +90,18 @@ def _percent(share: float) -> str:
 
 def _verdict(found: Comparison) -> str:
     limit = f"{100.0 * (found.tolerance or 0.0):g} % of the {found.relative_to}"
-    if found.is_within:
-        return f"all {len(found.differences)} variables are within {limit}"
     count, whole = len(found.beyond), len(found.differences)
-    return f"{count} of {whole} variables beyond {limit}"
+    told = f"{count} of {whole} variables beyond {limit}"
+    if not count:
+        told = f"all {whole} variables are within {limit}"
+    if not found.lacking:
+        return told
+    parts = " and ".join(f"{start:g} to {stop:g} s" for start, stop in found.lacking)
+    return (
+        f"not within: {found.path.name} lacks {parts} of the reference\n"
+        f"  in the times of both, {told}\n"
+        "  to compare only these, give --start-time or --stop-time"
+    )
 
 
 def difference_json(found: Comparison) -> dict[str, object]:
@@ -107,6 +115,7 @@ def difference_json(found: Comparison) -> dict[str, object]:
         "variables": {name: _values(one, found) for name, one in found.differences.items()},
         "only_here": list(found.only_here),
         "only_there": list(found.only_there),
+        "lacking": [list(span) for span in found.lacking],
         "notes": list(found.notes),
     }
 

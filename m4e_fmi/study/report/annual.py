@@ -17,6 +17,8 @@ from m4e_fmi.study.shown.over_states import has_mean_over_states
 
 MOST_ROWS = 200
 """Designs of a table; the page's table of numbers has all."""
+ENERGIES = ("energy of a year", "standard error")
+"""Columns of a table in which some quantity is a mean power."""
 MARK = " by state"
 NONE = "–"
 PREFIXED = ("W", "N", "J", "Pa")
@@ -64,14 +66,18 @@ def annual(result: StudyResult) -> str:
         return ""
     names, shares = result.probability
     others = [one for one in result.design_dimensions if one.name not in names]
-    heads = [*(one.name for one in others), "quantity", "mean by probability", "energy of a year",
-             "standard error", "states"]  # fmt: skip
+    heads = [*(one.name for one in others), "quantity", "mean by probability", *ENERGIES, "states"]
     rows = list(islice(_rows(result, shares, others), MOST_ROWS + 1))
     text = (
         "Of each design the mean over all states by probability. Extremes, and loads that do the "
         "same damage, have none: the summary tells what acts over all states."
     )
-    if any(_is_power(result, name) for name in result.record.wanted):
+    if not any(_is_power(result, name) for name in result.record.wanted):
+        of_energies = [heads.index(name) for name in ENERGIES]
+        heads, *rows = (
+            [cell for k, cell in enumerate(row) if k not in of_energies] for row in (heads, *rows)
+        )
+    else:
         text += (
             " Energies are those of 8766 h of the mean power; their standard error is that over "
             "the sums of each seed, which all states share."
@@ -83,7 +89,7 @@ def annual(result: StudyResult) -> str:
 
 def _rows(
     result: StudyResult, shares: np.ndarray, others: Sequence[Dimension]
-) -> Iterator[tuple[str, ...]]:
+) -> Iterator[Sequence[str]]:
     """Rows of the table: quantities of each point of the dimensions that are no states."""
     found = {
         name: (

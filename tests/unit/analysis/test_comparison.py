@@ -270,16 +270,71 @@ def test_signs_factors_and_origins_are_mapped() -> None:
         m4e_fmi.compare(one, other, mapping={"tool.down * 0": "buoy.z"}, time_shift=-1000.0)
 
 
-def test_a_file_that_ends_early_is_noted() -> None:
-    """A run that failed may be within all tolerances until then."""
+def test_a_file_that_ends_early_is_within_no_tolerance() -> None:
+    """A run that failed may be within all tolerances until then; a short reference may be met."""
     whole, part = results(TIME, z=np.sin(TIME)), results(TIME[:601], z=np.sin(TIME[:601]))
-    for one, other in ((whole, part), (part, whole)):
+    for one, other, lacking in ((whole, part, ()), (part, whole, ((30.0, 60.0),))):
         found = m4e_fmi.compare(one, other, tolerance=0.0)
-        assert found.is_within
+        assert np.ravel(found.lacking) == pytest.approx(np.ravel(lacking))
+        assert found.is_within == (not lacking)
+        assert found.beyond == ()
         assert found.notes[0].startswith("only 0 to 30 s are in both files: ours.nc 0 to ")
-        assert m4e_fmi.compare(one, other, stop_time=30.0).notes == ()
-        assert m4e_fmi.compare(one, other, start_time=10.0).notes != ()
+        chosen = m4e_fmi.compare(one, other, stop_time=30.0, tolerance=0.0)
+        assert chosen.notes == ()
+        assert chosen.is_within
+        late = m4e_fmi.compare(one, other, start_time=10.0, tolerance=0.0)
+        assert late.notes != ()
+        assert late.is_within == (not lacking)
+        assert m4e_fmi.compare(one, other).is_within  # without a tolerance
+    late = results(TIME[200:], z=np.sin(TIME[200:]))
+    assert m4e_fmi.compare(late, whole, tolerance=0.0).lacking == ((0.0, 10.0),)
     assert m4e_fmi.compare(whole, results(TIME[:-2], z=np.sin(TIME[:-2]))).notes == ()
+
+
+def test_customary_units_of_a_reference(tmp_path: Path) -> None:
+    """A second meaning of g, lb and kt is taken where only that one fits, and this is told."""
+    units = {"m": "ft", "N": "kip", "Pa": "psi", "rad": "deg", "rad/s": "rpm", "kg": "lb"}
+    factors = {"ft": 0.3048, "kip": 4448.2216152605, "psi": 6894.757293168, "lb": 0.45359237,
+               "deg": np.pi / 180, "rpm": np.pi / 30}  # fmt: skip
+    second = (
+        ("N", "lb", 4.4482216152605, "lbf"),
+        ("m/s2", "g", 9.80665, "standard gravity"),
+        ("m/s", "kt", 1852 / 3600, "knots"),
+        ("kg", "g", 1e-3, ""),
+        ("t", "kt", 1e3, ""),
+    )
+    cases = [(own, other, factors[other], "") for own, other in units.items()]
+    path = tmp_path / "tool.csv"
+    for own, other, factor, taken in (*cases, *second):
+        rows = [f"{t!r},{v!r}" for t, v in zip(TIME.tolist(), np.sin(TIME).tolist(), strict=True)]
+        path.write_text("\n".join([f"time [s],x [{other}]", *rows]), encoding="utf-8")
+        ours = results(TIME, unit=own, x=factor * np.sin(TIME))
+        found = m4e_fmi.compare(ours, path)
+        assert found["buoy.x"].largest < 1e-9 * factor, (own, other)
+        assert any(f"'x' converted from {other} to {own}" in note for note in found.notes)
+        assert any(f"{other} taken as {taken}" in n for n in found.notes) == bool(taken)
+    for other, told in (("g", "of different dimension"), ("ton", "not a unit known here")):
+        path.write_text(f"time [s],x [{other}]\n0,1\n1,2\n2,3\n", encoding="utf-8")
+        with pytest.raises(InputError, match=told):
+            m4e_fmi.compare(results(TIME, unit="m", x=TIME), path)
+
+
+def test_two_records_with_dates_are_compared_at_their_dates(tmp_path: Path) -> None:
+    """The reference begins 2 s later; an offset from UTC in one only leaves that open."""
+
+    def logger(name: str, first: int, zone: str = "") -> Path:
+        rows = [f"2026-03-01 12:00:{first + k:02d}.000{zone},{(first + k) ** 2}" for k in range(20)]
+        path = tmp_path / name
+        path.write_text("\n".join(["TIMESTAMP,x [m]", *rows]), encoding="utf-8")
+        return path
+
+    found = m4e_fmi.compare(logger("a.csv", 0), logger("b.csv", 2))
+    assert found["x"].largest == 0.0
+    assert len(found["x"].time) == 18
+    assert any("its times count from the first row of a.csv" in note for note in found.notes)
+    found = m4e_fmi.compare(logger("a.csv", 0), logger("b.csv", 2, "Z"))
+    assert found["x"].largest == 21.0**2 - 19.0**2
+    assert any("each counts from its own first row" in note for note in found.notes)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])

@@ -17,7 +17,6 @@ from fmpy.validation import validate_fmu
 from support.command_line import BUOY, EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.report import report_of_run
 from m4e_fmi.results import results_file as results
 from m4e_fmi.signals import Terminated
 
@@ -223,7 +222,9 @@ def test_reports(here, capsys):
     page = (here / "r.html").read_text("utf-8")
     for text in (SWING, SWINGS, "m4e-fmi run system.yaml --report r.html --output-file s.nc"):
         assert html.escape(text) in page
-    again = report_of_run("s.nc", "again.html").read_text("utf-8")
+    assert main(["report", "s.nc"]) == 0
+    assert "wrote s.report.html" in capsys.readouterr().out
+    again = (here / "s.report.html").read_text("utf-8")
     assert html.escape(SWINGS) in again
     assert '"flows":' in again
     assert "use .html" in refused(capsys, *short, "--report", "r.pdf")

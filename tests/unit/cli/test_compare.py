@@ -37,6 +37,23 @@ def test_exit_codes_and_text(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "ours.csv", "far.csv", "--no-plot"]) == 0
 
 
+def test_a_part_of_the_reference_is_no_pass(
+    files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = (files / "near.csv").read_text("utf-8").splitlines()
+    (files / "failed.csv").write_text("\n".join(rows[:302]), encoding="utf-8")
+    command = ["compare", "failed.csv", "ours.csv", "--tolerance", "0.01", "--no-plot"]
+    assert main(command) == 1
+    said = capsys.readouterr().out
+    assert "not within: failed.csv lacks 15 to 30 s of the reference" in said
+    assert "in the times of both, all 2 variables are within 1 % of the range" in said
+    assert main([*command, "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["within"] is False
+    assert found["lacking"] == [[15.0, 30.0]]
+    assert main([*command, "--stop-time", "15"]) == 0
+
+
 @pytest.mark.usefixtures("files")
 def test_json_and_picture(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "ours.csv", "far.csv", "--json", "--tolerance", "0.1"]) == 0

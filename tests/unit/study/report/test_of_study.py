@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +83,17 @@ def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -
     assert only.unit == "MWh"
     assert only.values[..., 0].sum() == pytest.approx(energy)
     assert "most_tension</td>" not in text
+
+
+def test_columns_of_energies_are_there_for_powers_only(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path, failing=False))
+    assert "energy of a year</th>" in annual(result)
+    heights = replace(result, units={**result.units, "mean_power": "m"})
+    text = annual(heights)
+    heads = re.findall(r"<th [^>]*>(.*?)</th>", text)
+    assert heads == ["damping", "quantity", "mean by probability", "states"]
+    rows = re.findall(r"<tr><td>.*?</tr>", text)
+    assert [row.count("<td") for row in rows] == [len(heads)] * len(DAMPINGS)
 
 
 def test_a_state_without_a_value_leaves_the_mean_unknown(tmp_path: Path) -> None:
