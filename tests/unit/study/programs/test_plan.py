@@ -175,3 +175,22 @@ def test_values_that_no_simulation_has_are_told_with_their_lines(tmp_path: Path)
     with pytest.raises(InputError) as caught:
         made(written_study(tmp_path, text + wrong + wanted))
     assert [problem.line for problem in caught.value.problems] == [6, 7, 8]
+
+
+def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> None:
+    """As for single simulations: no variable is called so, the states are a quaternion."""
+    (tmp_path / "top.model.yaml").write_text(
+        "name: top\ndimensions: 3\ngravity: 0\n"
+        "parameters: {m: {value: 2, unit: kg}}\n"
+        "bodies: {hull: {mass: m, inertia: [1, 2, 3]}}\n"
+        "joints: {free: {type: floating, child: hull}}\n",
+        encoding="utf-8",
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "name: tops\nmodel: top.model.yaml\nsimulation: {stop_time: 0.1}\n"
+        "start: {body.hull.phi: 30 deg}\nvary: {m: [2, 4]}\n"
+        "wanted: {phi: {variable: body.hull.phi, statistic: mean}}\n",
+        encoding="utf-8",
+    )
+    np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
