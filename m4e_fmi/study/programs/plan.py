@@ -21,7 +21,7 @@ from m4e_fmi.code_hash import code_hash
 from m4e_fmi.errors import RunError
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
-from m4e_fmi.runtime.engine import Control, Run, ensemble
+from m4e_fmi.runtime.engine import LANES, Control, Run, ensemble
 from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
@@ -33,7 +33,9 @@ from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.runs.statistics_of import computed
 
 CHUNK = 512
-"""Runs in one call of the library."""
+"""Most runs in one call of the library."""
+CALLS = 8
+"""Calls that each thread makes at least, if there are so many runs: those that are done are kept."""
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 Batch = dict[int, Record]
 
@@ -129,7 +131,8 @@ class ProgramPlan:
             if not len(runs):
                 continue
             single = bool(single_because(group, self._names))
-            for part in np.array_split(runs, max(1, -(-len(runs) // (1 if single else CHUNK)))):
+            size = 1 if single else _runs_in_call(len(runs), jobs)
+            for part in np.split(runs, range(size, len(runs), size)):
                 make = self._single if single else self._chunk
                 calls.append(lambda make=make, group=group, part=part: make(group, part))
         yield from _in_threads(calls, jobs)
@@ -218,6 +221,12 @@ class ProgramPlan:
     def _names(self) -> list[str]:
         study = self.named.study
         return list(dict.fromkeys((*(w.variable for w in study.wanted), *study.series)))
+
+
+def _runs_in_call(count: int, jobs: int) -> int:
+    """Runs in one call of the library, of `count` runs in `jobs` threads: full passes of it."""
+    passes = -(-count // (CALLS * jobs * LANES))
+    return min(CHUNK, LANES * passes)
 
 
 def _column(run: Run, outputs: Sequence[str], places: Mapping[str, int], name: str) -> np.ndarray:

@@ -68,6 +68,13 @@ def test_kept_members_are_not_made_again(tmp_path: Path) -> None:
     assert made(path).kept == 20
 
 
+def test_few_runs_are_shared_among_the_threads(tmp_path: Path) -> None:
+    """Each makes several calls of the library: what is done is told, and kept."""
+    done: list[int] = []
+    made(written_study(tmp_path, STUDY), jobs=2, progress=lambda now, _: done.append(now))
+    assert sorted(np.diff(done)) == [4, 8, 8]
+
+
 def test_a_run_that_fails_does_not_stop_the_others(tmp_path: Path) -> None:
     text = STUDY.replace("of: {k: [30, 50], ", "of: {").replace(
         "sample:", "vary: {joint.rail.u: [0, 1.0e+300]}\nsample:"
