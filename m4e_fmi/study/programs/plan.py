@@ -35,7 +35,7 @@ from m4e_fmi.study.runs.statistics_of import computed
 CHUNK = 512
 """Most runs in one call of the library."""
 CALLS = 8
-"""Calls that each thread makes at least, if there are so many runs: those that are done are kept."""
+"""Least calls of each thread, where there are so many runs: what is done is kept."""
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 Batch = dict[int, Record]
 
