@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,12 +73,13 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
             if not section.scatter.run_all:
                 not_run += states_without_time(probability[0], shares)
     problems += [*_twice(axes, document), *_crossed(axes, document)]
-    named = _with_short_names(axes)
+    taken = {*RESERVED, *section.wanted}
+    named = _with_short_names(axes, taken)
     problems += [
-        document.problem(axis.varied[0].location, f"a dimension cannot be called {axis.name!r}",
-                         "choose another name with 'as'")
-        for axis in named
-        if axis.name in RESERVED or axis.name in section.wanted
+        document.problem(at, f"a dimension or column cannot be called {name!r}",
+                         "choose another name with 'as', or in 'wanted'")
+        for name, at in _coordinates(named)
+        if name in taken
     ]  # fmt: skip
     problems += _same_names(named, document)
     short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
@@ -249,10 +250,15 @@ def _crossed(axes: Sequence[Axis], document: Document) -> list[Problem]:
     ]
 
 
+def _coordinates(axes: Sequence[Axis]) -> list[tuple[str, Location]]:
+    """Names of the coordinates of the result and their places: dimensions, and columns of them."""
+    names = [(a.name, a.varied[0].location) for a in axes]
+    return names + [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
+
+
 def _same_names(axes: Sequence[Axis], document: Document) -> list[Problem]:
     """Coordinates of the result that would have one name."""
-    names = [(a.name, a.varied[0].location) for a in axes]
-    names += [(v.name, v.location) for a in axes if len(a.varied) > 1 for v in a.varied]
+    names = _coordinates(axes)
     counts = Counter(name for name, _ in names)
     return [
         document.problem(at, f"two dimensions or columns are called {name!r}", "choose with 'as'")
@@ -261,10 +267,13 @@ def _same_names(axes: Sequence[Axis], document: Document) -> list[Problem]:
     ]
 
 
-def _with_short_names(axes: Sequence[Axis]) -> list[Axis]:
-    """The same, with names as short as they are unique: the last segments of dotted ones."""
+def _with_short_names(axes: Sequence[Axis], taken: Collection[str]) -> list[Axis]:
+    """The same, with names as short as they are unique: the last segments of dotted ones.
+
+    Names that are `taken` are made longer.
+    """
     full = [v.name for axis in axes for v in axis.varied]
-    short = short_names(full)
+    short = short_names(full, taken)
     result = []
     for axis in axes:
         varied = tuple(replace(v, name=short[v.name]) for v in axis.varied)
@@ -273,14 +282,14 @@ def _with_short_names(axes: Sequence[Axis]) -> list[Axis]:
     return result
 
 
-def short_names(full: Sequence[str]) -> Mapping[str, str]:
-    """For each dotted name the fewest last segments that no other one ends in."""
+def short_names(full: Sequence[str], taken: Collection[str] = ()) -> Mapping[str, str]:
+    """For each dotted name the fewest last segments that no other one ends in, and none `taken`."""
     parts = {name: name.split(".") for name in full}
     found = dict[str, str]()
     for name, own in parts.items():
-        counts = range(1, len(own) + 1)
-        alone = (n for n in counts if sum(o[-n:] == own[-n:] for o in parts.values()) == 1)
-        found[name] = _plain("_".join(own[-next(alone, len(own)) :]))
+        known = {n: _plain("_".join(own[-n:])) for n in range(1, len(own) + 1)}
+        alone = (n for n in known if sum(o[-n:] == own[-n:] for o in parts.values()) == 1)
+        found[name] = next((known[n] for n in alone if known[n] not in taken), known[len(own)])
     return found
 
 

@@ -335,11 +335,15 @@ def _setting_problems(study: Study, targets: Mapping[str, Target]) -> Iterator[P
 
 
 def _with_start(study: Study, program: Program, model: Model | None) -> Program:
-    """The program with the start values of the study and, to be checked, of its first run."""
-    first = study.grid.values(study.grid.runs[0])
+    """The program with the start values of the study; checked with those of its first run.
+
+    Angles of attitudes among them become states. What varies keeps the program's value.
+    """
     known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
+    first = {n: v for n, v in study.grid.values(study.grid.runs[0]).items() if n in known}
     given = study.start
-    started(program, {**given, **{n: v for n, v in first.items() if n in known}}, model)
-    units = {v.name: v.unit for v in (*program.parameters, *program.inputs, *program.states)}
-    numbers = {n: number_in(units[n], v) for n, v in given.items() if n in units}
-    return program.with_start(numbers)
+    checked = started(program, {**first, **given}, model)
+    variables = (*checked.parameters, *checked.inputs, *checked.states)
+    return program.with_start(
+        {v.name: v.start for v in variables if v.name in given or v.name not in first}
+    )

@@ -21,7 +21,7 @@ from m4e_fmi.code_hash import code_hash
 from m4e_fmi.errors import RunError
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
-from m4e_fmi.runtime.engine import Control, Run, ensemble
+from m4e_fmi.runtime.engine import LANES, Control, Run, ensemble
 from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate

@@ -19,8 +19,6 @@ from m4e_fmi.study.shown.summary import UNSCALED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST_CURVES = 8
-"""Curves in one panel."""
 MOST_WRITTEN = 120
 """Cells of a map whose numbers are written."""
 
@@ -68,19 +66,28 @@ def _shown(outcome: StudyOutcome, wanted: Wanted) -> tuple[str, Averaged]:
 
 
 def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
+    alone = [axis for axis in found.axes if len(axis) == 1]
+    found = _long(found)
     axes = found.axes
-    long = [k for k, axis in enumerate(axes) if len(axis) > 1]
     if len(axes) == 1 and len(axes[0].varied) > 1:
         _histogram(panel, found.mean, text)
-    elif len(axes) >= 2 and len(long) >= 2:
+    elif len(axes) >= 2:
         first = (0,) * (len(axes) - 2)
-        rest = ", ".join(f"{a.name} {a.labels[0]}" for a in axes[2:])
+        rest = ", ".join(f"{a.name} {a.labels[0]}" for a in (*axes[2:], *alone))
         _map(panel, axes, found.mean[(..., *first)], outcome)
         panel.set_title(f"{text}, {rest}" if rest else text, fontsize=9)
     elif axes:
         _curve(panel, found, text, outcome)
     else:
         panel.bar([text], [float(found.mean)], color=COLOURS[0])
+
+
+def _long(found: Averaged) -> Averaged:
+    """The same without the axes of one point; with the first one if all have one."""
+    axes = tuple(axis for axis in found.axes if len(axis) > 1) or found.axes[:1]
+    shape = tuple(map(len, axes))
+    parts = (found.mean, found.half_width, found.missing)
+    return Averaged(axes, *(part.reshape(shape) for part in parts))
 
 
 def _label(axis: Axis, outcome: StudyOutcome) -> str:
@@ -110,17 +117,13 @@ def _map(panel: Axes, axes: tuple[Axis, ...], values: np.ndarray, outcome: Study
 
 
 def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> None:
-    """Values over the first axis, with their confidence."""
-    axis = found.axes[0]
+    """Values over their only axis, with their confidence."""
+    (axis,) = found.axes
     at = np.arange(len(axis)) if not axis.is_numbers else np.array(axis.points, float)[:, 0]
-    mean = found.mean.reshape(len(axis), -1)
-    width = np.nan_to_num(found.half_width.reshape(len(axis), -1))
-    for column in range(min(mean.shape[1], MOST_CURVES)):
-        colour = BODY_COLOURS[column % len(BODY_COLOURS)]
-        panel.errorbar(
-            at, mean[:, column], yerr=width[:, column], color=colour, marker="o", ms=3, capsize=2,
-            lw=1.2,
-        )  # fmt: skip
+    width = np.nan_to_num(found.half_width)
+    panel.errorbar(
+        at, found.mean, yerr=width, color=BODY_COLOURS[0], marker="o", ms=3, capsize=2, lw=1.2
+    )
     if not axis.is_numbers:
         panel.set_xticks(at.tolist(), axis.labels)
     panel.set_xlabel(_label(axis, outcome), fontsize=9)

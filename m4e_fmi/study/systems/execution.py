@@ -9,6 +9,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import (
@@ -21,7 +22,9 @@ from concurrent.futures import (
 )
 from contextlib import contextmanager, suppress
 from functools import partial
+from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
+from types import ModuleType
 
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.runs.record import Record
@@ -139,14 +142,29 @@ def _open_blobs() -> Callable[[Task, Lacking], dict[str, bytes]]:
     return read
 
 
+class _Process(SpawnProcess):
+    """A new process with one thread for numerical libraries, that does not run the user's script.
+
+    What it makes is in modules; a script that begins a study would begin another in each process.
+    """
+
+    def start(self) -> None:
+        """Begin the process."""
+        with _one_thread(), _no_script():
+            super().start()
+
+
+class _Context(SpawnContext):
+    Process = _Process
+
+
 @contextmanager
 def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
-    """New processes of this machine, whose numerical libraries have one thread."""
+    """New processes of this machine."""
     before = set(multiprocessing.active_children())
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker)
+    pool = ProcessPoolExecutor(jobs, mp_context=_Context(), initializer=_worker)
     try:
-        with one_thread(), suppress(BrokenExecutor):  # told by the first task
+        with suppress(BrokenExecutor):  # told by the first task
             for _ in range(jobs):
                 pool.submit(os.getpid)  # each begins a process
         yield pool
@@ -162,7 +180,7 @@ def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
 
 
 @contextmanager
-def one_thread() -> Generator[None]:
+def _one_thread() -> Generator[None]:
     """Processes that begin meanwhile have numerical libraries with one thread."""
     kept = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
@@ -173,6 +191,17 @@ def one_thread() -> Generator[None]:
             os.environ.pop(name, None)
             if value is not None:
                 os.environ[name] = value
+
+
+@contextmanager
+def _no_script() -> Generator[None]:
+    """Processes that begin meanwhile do not import the main module, which they find by its name."""
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
 def _worker() -> None:

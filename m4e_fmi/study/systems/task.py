@@ -12,6 +12,7 @@ import math
 import os
 import pickle
 import shutil
+import threading
 import time as clock
 from collections.abc import Mapping
 from contextlib import suppress
@@ -32,6 +33,7 @@ from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.statistics_of import computed
 
 RESULTS = "run.nc"
+_one_run = threading.Lock()
 MEMORY, LEAST_FREE = Path("/dev/shm"), 2**28
 """Folder in memory of Linux, and the bytes that it must have left to be used."""
 
@@ -88,8 +90,15 @@ class Lacking:
 def perform(task: Task, sent: Mapping[str, bytes] | None = None) -> Record | Lacking:
     """Make the run of a task. `sent` are contents that the worker may lack.
 
-    A run that fails is a record of its failure.
+    A run that fails is a record of its failure. In one process there is one run at a time, as of
+    FMUs and netCDF's library many cannot be called by two threads.
     """
+    with _one_run:
+        return _performed(task, sent)
+
+
+def _performed(task: Task, sent: Mapping[str, bytes] | None) -> Record | Lacking:
+    """As `perform`, by one thread."""
     place = _place()
     for content, data in (sent or {}).items():
         place.put(task.blobs[content], data)

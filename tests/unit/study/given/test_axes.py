@@ -114,7 +114,11 @@ def test_decimal_commas_of_a_scatter_diagram_are_read(tmp_path: Path) -> None:
         ),
         ("sample: {method: sobol, count: 6, of: {x: [0, 1]}}\n", "take 4 or 8"),
         ("sample: {method: sobol, count: 4, of: {x: [1, 1]}}\n", "is not below"),
-        ("vary: {failure: [1]}\n", "a dimension cannot be called 'failure'"),
+        ("vary: {failure: [1]}\n", "cannot be called 'failure'"),
+        (
+            "sample: {method: sobol, count: 2, of: {a: [0, 1], x: [0, 1]}}\n",
+            "cannot be called 'a'",
+        ),
         ("table: {file: none.csv, columns: {x: X}}\n", "no such file"),
         ("scatter: {file: t.csv, rows: x, columns: y, total: 2}\n", "add up to 3, more than"),
     ],
@@ -128,6 +132,15 @@ def test_what_is_no_dimension_is_refused(tmp_path: Path, text: str, said: str) -
 def test_short_names_are_as_short_as_they_are_unique() -> None:
     found = short_names(["hydro.waves.seed", "gauge.waves.seed", "pto.damping"])
     assert list(found.values()) == ["hydro_waves_seed", "gauge_waves_seed", "damping"]
+
+
+def test_columns_are_not_called_as_what_is_wanted(tmp_path: Path) -> None:
+    """The result would have two variables of one name, which is refused after all runs."""
+    found = grid(
+        tmp_path,
+        "sample: {method: sobol, count: 2, of: {pto.a: [1, 2], pto.time: [0, 1], pto.b: [0, 1]}}\n",
+    )
+    assert [v.name for v in found.axes[0].varied] == ["pto_a", "pto_time", "b"]
 
 
 def test_a_mistake_in_one_of_two_forms_is_told_once(tmp_path: Path) -> None:

@@ -90,6 +90,13 @@ def test_kept_members_are_not_made_again(tmp_path: Path) -> None:
     assert made(path).kept == 20
 
 
+def test_few_runs_are_shared_among_the_threads(tmp_path: Path) -> None:
+    """Each makes several calls of the library: what is done is told, and kept."""
+    done: list[int] = []
+    made(written_study(tmp_path, STUDY), jobs=2, progress=lambda now, _: done.append(now))
+    assert sorted(np.diff(done)) == [4, 8, 8]
+
+
 def test_a_run_that_fails_does_not_stop_the_others(tmp_path: Path) -> None:
     text = STUDY.replace("of: {k: [30, 50], ", "of: {").replace(
         "sample:", "vary: {joint.rail.u: [0, 1.0e+300]}\nsample:"
@@ -197,3 +204,22 @@ def test_values_that_no_simulation_has_are_told_with_their_lines(tmp_path: Path)
     with pytest.raises(InputError) as caught:
         made(written_study(tmp_path, text + wrong + wanted))
     assert [problem.line for problem in caught.value.problems] == [6, 7, 8]
+
+
+def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> None:
+    """As for single simulations: no variable is called so, the states are a quaternion."""
+    (tmp_path / "top.model.yaml").write_text(
+        "name: top\ndimensions: 3\ngravity: 0\n"
+        "parameters: {m: {value: 2, unit: kg}}\n"
+        "bodies: {hull: {mass: m, inertia: [1, 2, 3]}}\n"
+        "joints: {free: {type: floating, child: hull}}\n",
+        encoding="utf-8",
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "name: tops\nmodel: top.model.yaml\nsimulation: {stop_time: 0.1}\n"
+        "start: {body.hull.phi: 30 deg}\nvary: {m: [2, 4]}\n"
+        "wanted: {phi: {variable: body.hull.phi, statistic: mean}}\n",
+        encoding="utf-8",
+    )
+    np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)

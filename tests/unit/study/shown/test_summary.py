@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from support.small_study import written_study
 
 from m4e_fmi.statistics.marine import annual_energy
 from m4e_fmi.study import run_study
 from m4e_fmi.study.report.result import load_study_result
-from m4e_fmi.study.shown.figure import _shown, plot_study
+from m4e_fmi.study.shown.figure import _draw, _shown, plot_study
 from m4e_fmi.study.shown.over_states import over_states, states_of
 from m4e_fmi.study.shown.summary import summary, warning_lines
 from m4e_fmi.study.shown.warnings import told_once
@@ -55,6 +56,18 @@ def test_kinds_of_warnings_are_told_once() -> None:
 def test_pictures_are_drawn(tmp_path: Path, text: str) -> None:
     outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
     assert plot_study(outcome, tmp_path / "p.png").stat().st_size > 5000
+
+
+def test_a_curve_is_over_the_axis_that_has_points(tmp_path: Path) -> None:
+    """Whichever comes first in the file: one of one point is no axis of a picture."""
+    text = STUDY.replace("[30, 40, 50]", "[40]")
+    outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
+    panel = Figure().subplots()
+    _draw(panel, _shown(outcome, outcome.study.wanted[0])[1], "swing", outcome)
+    (curve,) = panel.get_lines()[:1]
+    np.testing.assert_array_equal(curve.get_xdata(), [0.1, 0.2])
+    np.testing.assert_array_equal(curve.get_ydata(), outcome.data["swing"].values[0])
+    assert panel.get_xlabel() == "q [rad]"
 
 
 def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 from multiprocessing.process import BaseProcess
@@ -63,6 +64,21 @@ def test_a_process_that_does_not_hear_is_killed(tmp_path: Path) -> None:
     while is_there(process.pid) and time.monotonic() < end:
         time.sleep(0.05)
     assert not is_there(process.pid)
+
+
+def test_processes_do_not_run_the_script_that_begins_them(tmp_path: Path) -> None:
+    """It has no ``if __name__ == "__main__"``: each process would begin others, and die."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import os\n"
+        "from m4e_fmi.study.systems import execution\n"
+        "print('begun', flush=True)\n"
+        "with execution._processes(1) as pool:\n"
+        "    print(pool.submit(os.getenv, 'OMP_NUM_THREADS').result())\n",
+        encoding="utf-8",
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "begun\n1\n", "")
 
 
 def is_there(process: int | None) -> bool:
