@@ -10,9 +10,8 @@ import hashlib
 import json
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import groupby
 
 import numpy as np
@@ -26,14 +25,13 @@ from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
+from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import NamedProgram, Version
 from m4e_fmi.study.programs.settings import Settings
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.runs.statistics_of import computed
 
-CHUNK = 512
-"""Runs in one call of the library."""
 ENSEMBLE_METHODS = ("dop853", "rk45", "rk4")
 Batch = dict[int, Record]
 
@@ -122,17 +120,16 @@ class ProgramPlan:
 
     def records(self, missing: Sequence[int], jobs: int) -> Iterator[Batch]:
         """Records of the runs that are `missing`, by number, as they come."""
-        wanted = set(missing)
-        calls: list[Callable[[], Batch]] = []
+        yield from in_threads(self._calls(set(missing), jobs), jobs)
+
+    def _calls(self, missing: set[int], jobs: int) -> Iterator[Callable[[], Batch]]:
+        """Calls that make the runs that are `missing`."""
         for group in self.groups:
-            runs = np.array([run for run in group.runs.tolist() if run in wanted], dtype=int)
-            if not len(runs):
-                continue
-            single = bool(single_because(group, self._names))
-            for part in np.array_split(runs, max(1, -(-len(runs) // (1 if single else CHUNK)))):
-                make = self._single if single else self._chunk
-                calls.append(lambda make=make, group=group, part=part: make(group, part))
-        yield from _in_threads(calls, jobs)
+            runs = np.array([run for run in group.runs.tolist() if run in missing], dtype=int)
+            if single_because(group, self._names):
+                yield from (partial(self._single, group, runs[k : k + 1]) for k in range(len(runs)))
+            else:
+                yield from chunks(runs, Pace(jobs), partial(self._chunk, group))
 
     def _chunk(self, group: Group, runs: np.ndarray) -> Batch:
         """Records of some runs by one call of the library."""
@@ -251,22 +248,3 @@ def single_because(group: Group, wanted: Sequence[str]) -> str:
     if any(name.endswith(".work") for name in wanted):
         return "work is wanted, which is integrated beside the states"
     return ""
-
-
-def _in_threads(calls: Sequence[Callable[[], Batch]], jobs: int) -> Iterator[Batch]:
-    """Results of calls, most of which run in the C library, by so many threads."""
-    waiting = iter(calls)
-    with ThreadPoolExecutor(jobs) as pool:
-        under_way: set[Future[Batch]] = set()
-        try:
-            while True:
-                while len(under_way) < 2 * jobs and (call := next(waiting, None)) is not None:
-                    under_way.add(pool.submit(call))
-                if not under_way:
-                    return
-                done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield future.result()
-        finally:
-            for future in under_way:
-                future.cancel()
