@@ -133,12 +133,15 @@ def _records(
             if progress:
                 progress(done, len(keys))
     except (KeyboardInterrupt, Terminated) as error:
-        told = (
-            f"after {done} of {len(keys)} runs, which are kept: the same command makes the others"
-        )
-        error.add_note(told)
+        error.add_note(_interruption(done, len(keys)))
         raise
     return [by_key[key] for key in keys], kept
+
+
+def _interruption(done: int, count: int) -> str:
+    if not done:
+        return f"before the first of {count} runs was done"
+    return f"after {done} of {count} runs, which are kept: the same command makes the others"
 
 
 def _attributes(study: Study) -> dict[str, str]:

@@ -146,7 +146,7 @@ def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(jobs, mp_context=context, initializer=_worker)
     try:
-        with one_thread(), suppress(BrokenExecutor):  # told by the first task
+        with one_thread(), _interrupts_held(), suppress(BrokenExecutor):  # told by the first task
             for _ in range(jobs):
                 pool.submit(os.getpid)  # each begins a process
         yield pool
@@ -175,9 +175,27 @@ def one_thread() -> Generator[None]:
                 os.environ[name] = value
 
 
+@contextmanager
+def _interrupts_held() -> Generator[None]:
+    """Ctrl-C comes at the end; processes that begin meanwhile have it held until `_worker`.
+
+    Without, it would end them with a traceback while they import what they need.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _worker() -> None:
     """Prepare a process: Ctrl-C is for its parent, with which it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
