@@ -158,6 +158,7 @@ class Engine:
             found.m4e_program_free(self._program)
             raise RunError(f"{program.name}: no memory for {self.counts.nodes} operations")
         self._finalizer = weakref.finalize(self, _free, found, self._program, self.handle)
+        self._finalizer.atexit = False  # a thread that is left behind may be in the library then
         if lanes == 1:
             self.set_parameters([v.start for v in program.parameters])
             self.set_inputs([v.start for v in program.inputs])

@@ -145,8 +145,7 @@ def _records(
             if progress:
                 progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
-        told = f"after {done} of {count} runs, which are kept: the same command makes the others"
-        error.add_note(told)
+        error.add_note(_interruption(done, count))
         raise
     return [by_key.get(key, NO_RUN) for key in keys], kept
 
@@ -155,6 +154,12 @@ def _paces(work: Work, batch: Mapping[int, Record]) -> list[tuple[str, float, fl
     """How long runs took, by which a dry run tells the time of other ones."""
     of, spans = work.pace
     return [(of, spans[n], r.wall_time) for n, r in batch.items() if of and not r.failure]
+
+
+def _interruption(done: int, count: int) -> str:
+    if not done:
+        return f"before the first of {count} runs was done"
+    return f"after {done} of {count} runs, which are kept: the same command makes the others"
 
 
 def _attributes(study: Study) -> dict[str, str]:

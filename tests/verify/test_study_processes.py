@@ -82,7 +82,7 @@ def test_workers_of_dask_give_the_same_bits(tmp_path: Path) -> None:
     path = written_study(tmp_path, SMALL)
     here = run_study(path, build_directory=tmp_path / "here", executor=Here())
     with (
-        execution.one_thread(),
+        execution._one_thread(),
         distributed.LocalCluster(
             n_workers=3, threads_per_worker=1, dashboard_address=None, local_directory=tmp_path
         ) as cluster,

@@ -10,7 +10,6 @@ import hashlib
 import json
 import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import groupby
@@ -21,19 +20,18 @@ from m4e_fmi.code_hash import code_hash
 from m4e_fmi.errors import RunError
 from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.program import Program, kinks
-from m4e_fmi.runtime.engine import LANES, Control, Run, ensemble
+from m4e_fmi.runtime.engine import Control, Run, ensemble
 from m4e_fmi.runtime.library import library
 from m4e_fmi.shown import one_line
 from m4e_fmi.simulate import simulate
 from m4e_fmi.simulate.simulation import output_times
+from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import NamedProgram, Version
 from m4e_fmi.study.programs.settings import Settings
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.runs.statistics_of import computed
 
-CHUNK = 512
-"""Runs in one call of the library."""
 COMPILING_PAYS = 1.0
 """Seconds of processor time that the interpreter would take for what is left of a group, from which
 on its program is compiled: both give the same bits."""
@@ -50,7 +48,7 @@ class Group:
     runs: np.ndarray = field(repr=False)
 
 
-class _Pace:
+class _Compiling:
     """How fast the interpreter makes `left` runs of a group, by the first of them."""
 
     def __init__(self, left: int) -> None:
@@ -62,7 +60,7 @@ class _Pace:
         self._each = self._each or seconds / count
 
     @property
-    def compiling_pays(self) -> bool:
+    def pays(self) -> bool:
         """True if compiling the program takes less time than it saves."""
         return self._left * self._each > COMPILING_PAYS
 
@@ -142,23 +140,19 @@ class ProgramPlan:
 
     def records(self, missing: Sequence[int], jobs: int) -> Iterator[Batch]:
         """Records of the runs that are `missing`, by number, as they come."""
-        wanted = set(missing)
-        calls: list[Callable[[], Batch]] = []
-        for group in self.groups:
-            runs = np.array([run for run in group.runs.tolist() if run in wanted], dtype=int)
-            if not len(runs):
-                continue
-            if single_because(group, self._names):
-                calls += [partial(self._single, group, runs[k : k + 1]) for k in range(len(runs))]
-                continue
-            pace = _Pace(len(runs))
-            calls += [
-                partial(self._chunk, group, part, pace)
-                for part in np.array_split(runs, -(-len(runs) // CHUNK))
-            ]
-        yield from _in_threads(calls, jobs)
+        yield from in_threads(self._calls(set(missing), jobs), jobs)
 
-    def _chunk(self, group: Group, runs: np.ndarray, pace: _Pace) -> Batch:
+    def _calls(self, missing: set[int], jobs: int) -> Iterator[Callable[[], Batch]]:
+        """Calls that make the runs that are `missing`."""
+        for group in self.groups:
+            runs = np.array([run for run in group.runs.tolist() if run in missing], dtype=int)
+            if single_because(group, self._names):
+                yield from (partial(self._single, group, runs[k : k + 1]) for k in range(len(runs)))
+            else:
+                make = partial(self._chunk, group, compiling=_Compiling(len(runs)))
+                yield from chunks(runs, Pace(jobs), make)
+
+    def _chunk(self, group: Group, runs: np.ndarray, compiling: _Compiling) -> Batch:
         """Records of some runs by one call of the library."""
         began, version, used = clock.perf_counter(), group.version, clock.thread_time()
         program, names = version.program, self._names
@@ -173,9 +167,9 @@ class ProgramPlan:
         outputs = [v.name for v in program.outputs if v.name in names]
         found = ensemble(
             program, times, parameters=parameters, inputs=inputs, states=states, outputs=outputs,
-            control=control, compiled=pace.compiling_pays,
+            control=control, compiled=compiling.pays,
         )  # fmt: skip
-        pace.note(len(runs), clock.thread_time() - used)
+        compiling.note(len(runs), clock.thread_time() - used)
         each = (clock.perf_counter() - began) / len(runs)
         good = [k for k, run in enumerate(found) if not run.message]
         places = {v.name: k for k, v in enumerate(program.states)}
@@ -276,22 +270,3 @@ def single_because(group: Group, wanted: Sequence[str]) -> str:
     if any(name.endswith(".work") for name in wanted):
         return "work is wanted, which is integrated beside the states"
     return ""
-
-
-def _in_threads(calls: Sequence[Callable[[], Batch]], jobs: int) -> Iterator[Batch]:
-    """Results of calls, most of which run in the C library, by so many threads."""
-    waiting = iter(calls)
-    with ThreadPoolExecutor(jobs) as pool:
-        under_way: set[Future[Batch]] = set()
-        try:
-            while True:
-                while len(under_way) < 2 * jobs and (call := next(waiting, None)) is not None:
-                    under_way.add(pool.submit(call))
-                if not under_way:
-                    return
-                done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-                for future in done:
-                    yield future.result()
-        finally:
-            for future in under_way:
-                future.cancel()

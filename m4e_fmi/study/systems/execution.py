@@ -150,7 +150,7 @@ class _Process(SpawnProcess):
 
     def start(self) -> None:
         """Begin the process."""
-        with _one_thread(), _no_script():
+        with _one_thread(), _no_script(), _interrupts_held():
             super().start()
 
 
@@ -204,9 +204,27 @@ def _no_script() -> Generator[None]:
         sys.modules["__main__"] = script
 
 
+@contextmanager
+def _interrupts_held() -> Generator[None]:
+    """Ctrl-C comes at the end; processes that begin meanwhile have it held until `_worker`.
+
+    Without, it would end them with a traceback while they import what they need.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _worker() -> None:
     """Prepare a process: Ctrl-C is for its parent, with which it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()

@@ -89,3 +89,12 @@ def is_there(process: int | None) -> bool:
     except ProcessLookupError:
         return False
     return True
+
+
+def test_interruption_does_not_reach_a_process_that_begins() -> None:
+    """It would end with a traceback; its parent tells of the interruption, and ends it."""
+    with execution._processes(1) as pool:
+        for number in pool._processes:
+            os.kill(number, signal.SIGINT)
+        assert pool.submit(abs, -1).result(30.0) == 1
+        assert pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, []).result(30.0) == set()

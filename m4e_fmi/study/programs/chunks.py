@@ -1,0 +1,105 @@
+"""Chunks of the runs of a program, and the threads that make them.
+
+An ensemble keeps nothing before all its members are done, and nothing interrupts it. So chunks are
+sized by the time that they take: a kill loses seconds of work, and all threads have some.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time as clock
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from m4e_fmi.runtime.declarations import LANES
+
+MOST = 512
+"""Runs in one chunk."""
+LONG = 1.0
+"""Seconds that a chunk should take at most."""
+_LOOK = 0.2
+"""Seconds after which a waiting thread looks for signals, where a lock keeps them out."""
+
+Result = TypeVar("Result")
+
+
+@dataclass
+class Pace:
+    """The `size` of chunks, in runs [1], for so many threads: small first, then by their time."""
+
+    jobs: int
+    size: int = LANES
+
+    def next(self, left: int) -> int:
+        """Runs of the next chunk, of those that are `left`: each thread has two more, if it can."""
+        share = -(-left // (2 * self.jobs * LANES)) * LANES
+        return min(self.size, share, left)
+
+    def took(self, count: int, seconds: float) -> None:
+        """Learn from a chunk of `count` runs: the next ones are at most twice as large."""
+        fitting = int(count * LONG / max(seconds, 1e-9)) // LANES * LANES
+        self.size = max(LANES, min(MOST, 2 * count // LANES * LANES, fitting))
+
+
+def chunks(
+    runs: np.ndarray, pace: Pace, make: Callable[[np.ndarray], Result]
+) -> Iterator[Callable[[], Result]]:
+    """Calls that make parts of `runs` (n,) [1], each sized when it is asked for."""
+    first = 0
+    while first < len(runs):
+        count = pace.next(len(runs) - first)
+        part = runs[first : first + count]
+        first += count
+
+        def timed(part: np.ndarray = part) -> Result:
+            began = clock.perf_counter()
+            made = make(part)
+            pace.took(len(part), clock.perf_counter() - began)
+            return made
+
+        yield timed
+
+
+def in_threads(calls: Iterable[Callable[[], Result]], jobs: int) -> Iterator[Result]:
+    """Results of calls, most of which run in the C library, as they come, by so many threads.
+
+    Where the iteration ends early, as by Ctrl-C, no further call begins, and those under way are
+    left alone: no thread is waited for, and none keeps the process from its end.
+    """
+    waiting, lock, ended = iter(calls), threading.Lock(), threading.Event()
+    made: queue.SimpleQueue[tuple[Result | None, BaseException | None]] = queue.SimpleQueue()
+
+    def work() -> None:
+        try:
+            while not ended.is_set():
+                with lock:
+                    call = next(waiting, None)
+                if call is None:
+                    break
+                made.put((call(), None))
+        except BaseException as error:  # noqa: BLE001  it is raised where the results are taken
+            made.put((None, error))
+        else:
+            made.put((None, None))
+
+    threads = [threading.Thread(target=work, daemon=True) for _ in range(jobs)]
+    for thread in threads:
+        thread.start()
+    try:
+        while threads:
+            try:
+                result, error = made.get(timeout=_LOOK)
+            except queue.Empty:
+                continue
+            if error is not None:
+                raise error
+            if result is None:
+                threads.pop()
+            else:
+                yield result
+    finally:
+        ended.set()
