@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from m4e_fmi.code_hash import code_hash
-from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
+from m4e_fmi.code_hash import code_hash, imports_hash
+from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, named_files, takes_long
 from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
 from m4e_fmi.cosim.system.system import System
@@ -265,7 +265,25 @@ def _made_from(
         module = kinds()[source.name].value
         said |= {"kind": module, "folder": way_to(system.folder, fmu)}
         said |= {"config": source.config.model_dump(serialize_as_any=True)}
+        said |= {"imports": _imports(system, source)}
         package = module.partition(":")[0].partition(".")[0]
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits
         text = repr((said, code_hash(package)))
     return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
+
+
+def _imports(system: System, source: Kind) -> str:
+    """Hash of what the Python files that a component names import, but for each other.
+
+    Such a file is run when the FMU is made, whether it travels in it or not.
+    """
+    code = [path for path in named_files(system, source) if path.suffix == ".py"]
+    return imports_hash(map(_content, code), {path.stem for path in code})
+
+
+def _content(path: Path) -> bytes:
+    """The content of a file; empty if it cannot be read, which its kind reports."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

@@ -208,6 +208,17 @@ def test_an_import_beside_must_be_among_the_files(tmp_path: Path) -> None:
     assert isinstance(made(tmp_path, text, files=("gains.py",))[0], PythonSource)
 
 
+def test_a_folder_beside_cannot_be_imported(tmp_path: Path) -> None:
+    """Nor is what a refused file has imported there for others."""
+    (tmp_path / "gains").mkdir()
+    (tmp_path / "gains" / "high.py").write_text("GAIN = 2.0\n", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nimport gains.high")
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"imports the folder gains beside it.*'files'"):
+            made(tmp_path, text)
+    assert not {"gains", "gains.high"} & sys.modules.keys()
+
+
 @pytest.mark.parametrize(
     ("file", "files", "message"),
     [
