@@ -20,7 +20,8 @@ _PREFIXES = {
     "µ": 1e-6, "u": 1e-6, "n": 1e-9, "p": 1e-12,
 }  # fmt: skip
 _SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "0123456789-..\u00b5\u03a9")
-_FACTOR = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?$")
+_SYMBOL = re.compile(r"[A-Za-zµ°%Ω]+")
+_FACTOR = re.compile(rf"({_SYMBOL.pattern})\^?(-?\d+)?$")
 
 
 POWER = "W"
@@ -40,8 +41,30 @@ class Unit:
     factor: float = 1.0
 
     def same_dimension(self, other: Unit) -> bool:
-        """True if values in one unit can be converted to the other."""
-        return self.exponents == other.exponents
+        """True if values in one unit can be converted to the other: see `difference`."""
+        return not self.difference(other)
+
+    def difference(self, other: Unit) -> str:
+        """Why values in this unit cannot be converted to the other; empty if they can.
+
+        A moment and an energy are of one dimension, and told apart by their units' names; units
+        such as kg.m2/s2 may be of both.
+        """
+        if self.exponents != other.exponents:
+            return f"{self.si_text} is not {other.si_text}"
+        if {self._named, other._named} == {"a moment", "an energy"}:
+            return f"{self._named} is not {other._named}"
+        return ""
+
+    @property
+    def _named(self) -> str:
+        """The quantity that the text names, of the two in kg.m2/s2; empty for neither or others."""
+        if self.exponents != _NAMED["J"][0]:
+            return ""
+        symbols = _SYMBOL.findall(self.text)
+        if any(symbol.endswith(("J", "W", "Wh")) for symbol in symbols):
+            return "an energy"
+        return "a moment" if any(symbol.endswith(("N", "Nm")) for symbol in symbols) else ""
 
     @property
     def si_text(self) -> str:
@@ -144,7 +167,7 @@ class Quantity:
     def in_unit(self, unit: Unit, offset: float = 0.0) -> float:
         """The number in `unit`; ValueError if that is of another dimension."""
         if not self.unit.same_dimension(unit):
-            raise ValueError(f"it is in {unit.text}: {self.unit.si_text} is not {unit.si_text}")
+            raise ValueError(f"it is in {unit.text}: {self.unit.difference(unit)}")
         shift = (self.offset - offset) / unit.factor
         return self.value * (self.unit.factor / unit.factor) + shift
 

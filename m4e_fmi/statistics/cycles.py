@@ -17,10 +17,9 @@ from m4e_fmi.shown import short
 from m4e_fmi.statistics.record import (
     Floats,
     UndefinedError,
-    check_finite,
     check_varies,
-    checked_runs,
     is_constant,
+    of_one_run,
     weights,
 )
 
@@ -56,14 +55,7 @@ def peaks(time: ArrayLike, values: ArrayLike, *, level: float | None = None) -> 
 
     InputError as `checked_runs`, for several runs, and where the record has no cycles to count.
     """
-    t, x = checked_runs(time, values)
-    if len(x) != 1:
-        raise InputError.single(f"expected the values of one run, got {len(x)} runs")
-    try:
-        check_finite(t, x[0])
-        return peaks_of(t, x[0], level)
-    except UndefinedError as error:
-        raise InputError.single(str(error)) from None
+    return of_one_run(time, values, lambda t, x: peaks_of(t, x, level))
 
 
 def peaks_of(time: Floats, run: Floats, level: float | None = None) -> Peaks:

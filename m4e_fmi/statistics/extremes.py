@@ -26,7 +26,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.cycles import peaks_of, zero_crossing_period
 from m4e_fmi.statistics.moments import standard_deviation
-from m4e_fmi.statistics.record import Floats, UndefinedError, check_finite, checked_runs, weights
+from m4e_fmi.statistics.record import Floats, UndefinedError, of_one_run, weights
 from m4e_fmi.statistics.spectra import spectrum_of
 
 TAIL = 0.5
@@ -97,15 +97,9 @@ def _checked(
     values: ArrayLike,
     duration: float,
 ) -> Extreme:
-    t, x = checked_runs(time, values)
-    if len(x) != 1 or not duration > 0.0:
-        message = f"expected one run and a positive duration, got {len(x)} and {duration:g} s"
-        raise InputError.single(message)
-    try:
-        check_finite(t, x[0])
-        return model(t, x[0], duration)
-    except UndefinedError as error:
-        raise InputError.single(str(error)) from None
+    if not duration > 0.0:
+        raise InputError.single(f"expected a positive duration, got {duration:g} s")
+    return of_one_run(time, values, lambda t, x: model(t, x, duration))
 
 
 def _of_peaks(

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.errors import InputError
 
 Floats = NDArray[np.float64]
+Found = TypeVar("Found")
 CONSTANT = 1e-12
 """Range over the largest magnitude up to which values count as constant: rounding."""
 
@@ -44,6 +48,24 @@ def checked_runs(time: ArrayLike, values: ArrayLike) -> tuple[Floats, Floats]:
         message = f"the time decreases in row {k}: {t[k - 1]:g} s, then {t[k]:g} s"
         raise InputError.single(message, "sort the rows")
     return t, x.reshape(-1, len(t))
+
+
+def of_one_run(
+    time: ArrayLike, values: ArrayLike, found: Callable[[Floats, Floats], Found]
+) -> Found:
+    """The result of `found` for the record `values` (n,), in their unit, at `time` (n,) [s].
+
+    InputError as `checked_runs`, for several runs, values that are not finite, and where it is not
+    defined.
+    """
+    t, x = checked_runs(time, values)
+    if len(x) != 1:
+        raise InputError.single(f"expected the values of one run, got {len(x)} runs")
+    try:
+        check_finite(t, x[0])
+        return found(t, x[0])
+    except UndefinedError as error:
+        raise InputError.single(str(error)) from None
 
 
 def check_finite(time: Floats, run: Floats) -> None:

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.record import (
     Floats,
     UndefinedError,
-    check_finite,
     check_varies,
-    checked_runs,
     even_rows,
+    of_one_run,
 )
 
 SEGMENTS = 4
@@ -104,14 +102,7 @@ def spectrum(time: ArrayLike, values: ArrayLike, *, segment: float | None = None
     InputError as `checked_runs`, for several runs, constant or short records, and time steps that
     are unequal by more than some rows between (`even_rows`).
     """
-    t, x = checked_runs(time, values)
-    if len(x) != 1:
-        raise InputError.single(f"expected the values of one run, got {len(x)} runs")
-    try:
-        check_finite(t, x[0])
-        return spectrum_of(t, x[0], segment)
-    except UndefinedError as error:
-        raise InputError.single(str(error)) from None
+    return of_one_run(time, values, lambda t, x: spectrum_of(t, x, segment))
 
 
 def spectrum_of(time: Floats, run: Floats, segment: float | None = None) -> Spectrum:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from support.browser import Page, browser
 from support.driven import driven
 from support.fmu3_instance import Instance3
 from support.fmu_instance import Instance
@@ -16,6 +17,13 @@ from support.plane import plane
 from support.python_programs import PYTHON_PROGRAMS
 
 from m4e_fmi.fmu import build_fmu
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """A page of one browser for all tests of a file."""
+    with browser(tmp_path_factory.mktemp("browser")) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.browser import CHROMIUM, Page, browser
+from support.browser import CHROMIUM, Page
 from support.floating_boxes import floating_boxes
 
 from m4e_fmi.cosim import Results, load, run
@@ -43,12 +42,6 @@ def wheel(count: int) -> str:
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("browser")) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Animations: two examples, and a mesh with a sphere."""
     folder = tmp_path_factory.mktemp("pages")
@@ -76,11 +69,7 @@ def boxes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Results]:
 
 def canvas(page: Page) -> np.ndarray:
     """What of the canvas is darker than paper and ground, (height, width) [1]."""
-    x, y, width, height = (
-        round(page.value(f"document.querySelector('.view').getBoundingClientRect().{side}"))
-        for side in ("x", "y", "width", "height")
-    )
-    return page.picture()[y + 2 : y + height - 2, x + 2 : x + width - 2].sum(axis=2) < 690
+    return page.seen(".view").sum(axis=2) < 690
 
 
 def show(page: Page, time: float) -> None:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import itertools
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import CHROMIUM, Page, browser
+from support.browser import CHROMIUM, Page
 from support.floating_boxes import floating_boxes
 from support.report_pages import LONGEST_OPENING, opened, settled
 
@@ -18,12 +17,6 @@ from m4e_fmi.cosim import Outcome, Results, load, run
 from m4e_fmi.report import report_of_run
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("browser")) as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")
@@ -61,11 +54,7 @@ def dark_share(page: Page, selector: str) -> float:
     """Share of pixels of an element that differ from its corner."""
     page.value(f"document.querySelector('{selector}').scrollIntoView({{block: 'center'}})")
     settled(page)
-    x, y, width, height = (
-        round(page.value(f"document.querySelector('{selector}').getBoundingClientRect().{side}"))
-        for side in ("x", "y", "width", "height")
-    )
-    seen = page.picture()[max(y, 0) + 2 : y + height - 2, x + 2 : x + width - 2]
+    seen = page.seen(selector)
     return float((np.abs(seen - seen[3, 3]).max(axis=2) > 30).mean())
 
 

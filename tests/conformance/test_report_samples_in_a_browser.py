@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.signal import welch
-from support.browser import CHROMIUM, Page, browser
+from support.browser import CHROMIUM, Page
 from support.report_pages import opened, settled
 from support.reports import results_of
 
@@ -18,12 +17,6 @@ from m4e_fmi.report import report_of_run
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
 HOSTILE = "a<img src=x onerror=alert(1)></script>%{y}$x^$"
-
-
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("browser")) as opened_page:
-        yield opened_page
 
 
 def test_no_sample_is_lost_and_a_spike_is_always_seen(page: Page, tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import fcntl
 import io
 import json
 import os
@@ -120,10 +119,22 @@ class Page:
         with Image.open(io.BytesIO(base64.b64decode(shot["data"]))) as image:
             return np.asarray(image.convert("RGB"), dtype=int)
 
+    def seen(self, selector: str) -> np.ndarray:
+        """What is seen of an element within its edge, (height, width, 3) bytes [1]."""
+        x, y, width, height = (
+            round(
+                self.value(f"document.querySelector('{selector}').getBoundingClientRect().{side}")
+            )
+            for side in ("x", "y", "width", "height")
+        )
+        return self.picture()[max(y, 0) + 2 : y + height - 2, x + 2 : x + width - 2]
+
 
 @contextmanager
 def browser(folder: Path) -> Iterator[Page]:
     """A page of a browser that keeps its files in `folder`; it ends afterwards."""
+    import fcntl  # which Windows has not
+
     ours, its_answers = os.pipe()
     its_calls, to = os.pipe()
 

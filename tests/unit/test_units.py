@@ -114,6 +114,19 @@ def test_refused_with_the_part_that_is_not_understood(text: str, part: str) -> N
     assert part in str(caught.value)
 
 
+@pytest.mark.parametrize("moment", ["N.m", "Nm", "kN.m", "m.N"])
+@pytest.mark.parametrize("energy", ["J", "MJ", "Wh", "kW.h", "W.s"])
+def test_a_moment_is_no_energy(moment: str, energy: str) -> None:
+    """Though both are kg.m2/s2, which is either."""
+    one, other, either = map(parse_unit, (moment, energy, "kg.m2/s2"))
+    assert not one.same_dimension(other)
+    assert one.difference(other) == "a moment is not an energy"
+    assert other.difference(one) == "an energy is not a moment"
+    assert one.same_dimension(either)
+    assert other.same_dimension(either)
+    assert parse_unit(f"{moment}/rad").same_dimension(parse_unit(f"{energy}/rad"))
+
+
 def test_dimension_and_not_spelling_decides() -> None:
     assert parse_unit("N").same_dimension(parse_unit("kg.m/s2"))
     assert parse_unit("deg").same_dimension(parse_unit("rad"))

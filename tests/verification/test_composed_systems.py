@@ -75,7 +75,9 @@ def test_stated_errors_of_examples(
     system, program, folder = example
     changed = system.changed(algorithm=algorithm)
     outcome = run(changed, build_directory=folder, results=tmp_path / "results.nc")
-    for error in reference(outcome, program).errors:
+    found = reference(outcome, program)
+    assert found.errors
+    for error in found.errors:
         assert error.actual <= 3 * error.stated + NOISE, str(error.source)
 
 

@@ -97,9 +97,20 @@ def stability_text(found: Sequence[Stability], water: Water) -> str:
 
 
 def _lines(one: Stability, water: Water) -> Iterator[str]:
+    yield f"body {one.name}, in the reference pose:"
+    for name, values, unit in _hydrostatic_rows(one, water):
+        yield f"  {name:<44}" + "".join(f" {round(v, 9) + 0.0:12.6g}" for v in values) + f"  {unit}"
+    if one.inertias:
+        yield "  moments of inertia of that mass about x, y, z through G:"
+    for shape, tensor in one.inertias.items():
+        yield from _inertia_lines(shape, tensor, water.density * one.hydrostatics.volume)
+    yield from _righting_lines(one)
+
+
+def _hydrostatic_rows(one: Stability, water: Water) -> Sequence[tuple[str, Sequence[float], str]]:
+    """Names, values and units of the hydrostatics of a hull."""
     known = one.hydrostatics
     area, along, _ = known.waterplane
-    yield f"body {one.name}, in the reference pose:"
     rows: list[tuple[str, Sequence[float], str]] = [
         ("displaced volume", (known.volume,), "m3"),
         ("mass of the displaced water", (water.density * known.volume,), "kg"),
@@ -114,22 +125,26 @@ def _lines(one: Stability, water: Water) -> Iterator[str]:
         known.metacentric_height(one.center),
     )
     above = known.center_of_buoyancy[2] - one.center[2]
-    rows += [
+    return [
+        *rows,
         ("metacentre above B, in heel and pitch (BM)", [h - above for h in heights], "m"),
         ("metacentre above G, in heel and pitch (GM)", heights, "m"),
     ]
-    for name, values, unit in rows:
-        yield f"  {name:<44}" + "".join(f" {round(v, 9) + 0.0:12.6g}" for v in values) + f"  {unit}"
-    if one.inertias:
-        yield "  moments of inertia of that mass about x, y, z through G:"
-    for shape, tensor in one.inertias.items():
-        moments = water.density * known.volume * tensor.diagonal()
-        cells = "".join(f" {v:12.6g}" for v in moments)
-        yield f"    {shape:<42}{cells}  kg.m2"
-        xy, yz, zx = water.density * known.volume * tensor[[0, 1, 2], [1, 2, 0]]
-        if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
-            yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
-    if not one.curves and area == 0.0:
+
+
+def _inertia_lines(shape: str, tensor: np.ndarray, mass: float) -> Iterator[str]:
+    """Of a `tensor` (3, 3) [m2] times the `mass` [kg]."""
+    moments = mass * tensor.diagonal()
+    cells = "".join(f" {v:12.6g}" for v in moments)
+    yield f"    {shape:<42}{cells}  kg.m2"
+    xy, yz, zx = mass * tensor[[0, 1, 2], [1, 2, 0]]
+    if max(map(abs, (xy, yz, zx))) > PRODUCTS * moments.max():
+        yield f"    {'  with I_xy, I_yz, I_zx':<42} {xy:12.6g} {yz:12.6g} {zx:12.6g}  kg.m2"
+
+
+def _righting_lines(one: Stability) -> Iterator[str]:
+    """Pose at rest and righting arms, or why they are not known."""
+    if not one.curves and one.hydrostatics.waterplane[0] == 0.0:
         yield (
             "  righting arms: all of the hull is under water, in balance at any depth: the arm is "
             "GM times the sine of the angle"

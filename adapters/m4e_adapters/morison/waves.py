@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,7 +21,6 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
     point_in_space,
 )
 from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
 from m4e_adapters.morison.config import Member, MorisonConfig
@@ -149,23 +148,12 @@ class MemberWaves(FlowWaves):
     """Waves on the members of `config`: `m4e_fmi.analysis.response.WaveForces`."""
 
     config: MorisonConfig
-    configured: Sequence[WaveSystem] = field(repr=False)
 
     @property
     def inputs(self) -> list[str]:
         """The elevation at x = y = 0, and of each member the loads and velocities."""
         names = (v.name for name in self.config.members for v in wave_inputs(self.config, name))
         return [ELEVATION, *names]
-
-    @property
-    def systems(self) -> Sequence[WaveSystem]:
-        """As `configured`."""
-        return self.configured
-
-    @property
-    def surroundings(self) -> tuple[float, float]:
-        """Depth [m] and gravity [m/s2]."""
-        return self.config.water.depth, self.config.water.gravity
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]

@@ -7,8 +7,8 @@ frequency and direction: those of linear waves at the place of the point, of mov
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,6 @@ import numpy as np
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
 from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
-from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     depth_profiles,
@@ -36,23 +35,12 @@ class PointWaves(FlowWaves):
     """Waves at the points of `config`: `m4e_fmi.analysis.response.WaveForces`."""
 
     config: SeaConfig
-    configured: Sequence[WaveSystem] = field(repr=False)
 
     @property
     def inputs(self) -> list[str]:
         """The elevation at x = y = 0, and what the water does at each point."""
         points = (*self.config.points, *self.config.moving_points)
         return [ELEVATION, *(v.name for point in points for v in point_inputs(self.config, point))]
-
-    @property
-    def systems(self) -> Sequence[WaveSystem]:
-        """As `configured`."""
-        return self.configured
-
-    @property
-    def surroundings(self) -> tuple[float, float]:
-        """Depth [m] and gravity [m/s2]."""
-        return self.config.water.depth, self.config.water.gravity
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]

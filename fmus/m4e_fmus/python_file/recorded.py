@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import random
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 from m4e_fmi.program.evaluation import evaluated
@@ -30,17 +32,23 @@ CLOSE = 1e-9
 
 
 def recorded(path: Path, shown: str, *, name: str, variables: Variables, lines: Lines) -> Program:
-    """The program of the class in the file; CannotBeRecordedError if it has none."""
+    """The program of the class in the file; CannotBeRecordedError if it has none.
+
+    The file is recorded without those beside it, whose changes would go unnoticed.
+    """
     check(lines.source)
-    try:
-        program, again = (
-            _program(path, shown, name=name, variables=variables, lines=lines) for _ in range(2)
-        )
-    except UserCodeError as error:
-        raise CannotBeRecordedError(str(error)) from None
-    if program != again:
-        raise CannotBeRecordedError("it computes something else each time")
-    _compare(program, path, shown, variables)
+    with TemporaryDirectory() as folder:
+        alone = Path(shutil.copy(path, folder))
+        try:
+            program, again = (
+                _program(alone, shown, name=name, variables=variables, lines=lines)
+                for _ in range(2)
+            )
+        except UserCodeError as error:
+            raise CannotBeRecordedError(str(error)) from None
+        if program != again:
+            raise CannotBeRecordedError("it computes something else each time")
+        _compare(program, alone, shown, variables)
     return program
 
 
@@ -102,20 +110,28 @@ def _scalar(value: Value, name: str) -> Scalar | float:
 
 
 def _compare(program: Program, path: Path, shown: str, variables: Variables) -> None:
-    """CannotBeRecordedError unless the program gives what the code does, at sampled places."""
+    """CannotBeRecordedError unless the program gives what the code does, at sampled places.
+
+    Where the code fails there is nothing to compare; it must not fail everywhere.
+    """
     user = UserClass(loaded(path, shown, f"compared_{path.stem}"), path, shown)
     groups = {g: variables[g] for g in ("parameters", "inputs", "states")}
     seen = Values({k: v for group in groups.values() for k, v in group.items()})
     nodes = [*program.rates, *program.results]
-    generator = random.Random(1)
+    generator, compared = random.Random(1), 0
     for k in range(SAMPLES):
         values = _sample(groups, generator, k=k)
         time = 0.0 if k == 0 else generator.uniform(0.0, 100.0)
         given = evaluated(program.tape, nodes, {**values, "time": time})
         own = _own(user, variables, seen.filled(values), time)
-        for node, value in zip(nodes, own, strict=True) if own else ():
-            if abs(value - given[node]) > CLOSE * (1.0 + abs(value)):
+        if own is None:
+            continue
+        compared += 1
+        for node, value in zip(nodes, own, strict=True):
+            if not abs(value - given[node]) <= CLOSE * (1.0 + abs(value)):  # also if it is nan
                 raise CannotBeRecordedError("its results are not those of what it records")
+    if not compared:
+        raise CannotBeRecordedError("it fails at all values that were tried")
 
 
 def _sample(

@@ -181,7 +181,7 @@ def loaded(
     """The file as a module called `name`, run once; `prepare` gets the module before.
 
     It may import modules beside it, which nobody else gets: those that it `travels` with, by file
-    name (None: all). UserCodeError, which shows the file as
+    name (None: all), and no folders. UserCodeError, which shows the file as
     `shown`, for whatever happens when it is run.
     """
     spec = importlib.util.spec_from_file_location(name, path, loader=_Fresh(name, str(path)))
@@ -191,6 +191,7 @@ def loaded(
     if prepare is not None:
         prepare(module)
     beside = {file.stem for file in path.parent.glob("*.py")}
+    folders = set(_folders_beside(path))
     others = {key: sys.modules.pop(key) for key in beside & sys.modules.keys()}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.modules[name] = module
@@ -203,10 +204,16 @@ def loaded(
     finally:
         sys.path.remove(str(path.parent))
         sys.dont_write_bytecode = writes
-        imported = beside & sys.modules.keys()
+        new = {key for key in sys.modules if key.partition(".")[0] in folders}
+        imported = beside & sys.modules.keys() | new
         for key in (name, *imported):
             sys.modules.pop(key, None)
         sys.modules.update(others)
+    if travels is not None and new:
+        raise UserCodeError(
+            f"{shown}: imports the folder {min(new)} beside it, which does not travel with it: "
+            "name its files in 'files', and import them as modules beside it"
+        )
     files = [f"{key}.py" for key in sorted(imported)]
     left = [file for file in files if travels is not None and file not in travels]
     if left:
@@ -214,6 +221,15 @@ def loaded(
             f"{shown}: imports {left[0]} beside it, which must be among its 'files'"
         )
     return module
+
+
+def _folders_beside(path: Path) -> Iterator[str]:
+    """Folders beside a file that can be imported for no other reason than that they are there."""
+    for folder in path.parent.iterdir():
+        name = folder.name
+        known = name in sys.modules or not name.isidentifier() or not folder.is_dir()
+        if not known and importlib.util.find_spec(name) is None:
+            yield name
 
 
 def told(error: BaseException, path: Path, shown: str) -> str:

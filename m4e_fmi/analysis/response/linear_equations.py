@@ -44,11 +44,15 @@ class Held:
         return cls(left[:, :known].T * rows, columns[:, None] * right[:known].T)
 
     def step(self, A: Floats, rates: Floats) -> Floats:
-        """The change (n,) that makes `rates` (n,) zero as far as they are held, by A (n, n), SI."""
+        """The change (n,) that makes `rates` (n,) zero as far as they are held, by A (n, n), SI.
+
+        RunError if nothing holds a mean in these equations that is held at rest.
+        """
         try:
             inner = np.linalg.solve(self.rows @ A @ self.columns, self.rows @ rates)
         except np.linalg.LinAlgError:
-            return np.zeros(len(rates))
+            message = "what holds the mean at rest does not hold it in this sea"
+            raise RunError(message, "take a lower sea, or simulate") from None
         return np.asarray(-self.columns @ inner, dtype=float)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
-from m4e_fmi.cosim.preparation.trial_instances import Instances
+from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Variable
@@ -76,7 +76,7 @@ class AtRest:
             while True:
                 with _named(instance):
                     while len(rows) <= count:
-                        _step(instance, self._new.step)
+                        stepped(instance, self._new.step)
                         rows.append(read())
                 seen = np.array(rows)
                 limits = TOLERANCE * self.sizes(seen[-1])
@@ -159,11 +159,3 @@ class _Reader:
         if not np.isfinite(self._view).all():
             self._instance.not_finite(self._names, self._view)
         return self._view.copy()
-
-
-def _step(instance: Instance, size: float) -> None:
-    """A step of `size` [s]."""
-    status = instance.stepper()(instance.time, size, 1)
-    if status > WARNING:
-        instance.fail(status, "fmi2DoStep", size)
-    instance.time += size

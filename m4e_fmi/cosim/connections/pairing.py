@@ -257,7 +257,7 @@ class Pairing:
         give, take = self._variable(source).dimension, self._variable(target).dimension
         if give is None or take is None or give.same_dimension(take):
             return True
-        remedy = f"connect other variables: {give.si_text} is not {take.si_text}"
+        remedy = f"connect other variables: {give.difference(take)}"
         if not written.both_ways:
             remedy += "; or write ', units ignored' behind the connection"
         self._reject(f"{source} is in {give.text}, {target} expects {take.text}", remedy)

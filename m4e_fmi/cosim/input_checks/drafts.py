@@ -45,7 +45,9 @@ def drafted(system: System, component: Component, tell: Tell | None = None) -> D
     source, lines = component.source, list[str]()
     assert not isinstance(source, FmuFile)
     with files_read() as files:
-        _note_named(system, source)
+        if isinstance(source, Kind):
+            for path in named_files(system, source):  # however the kind reads them
+                depends_on(path)
         made = _made(system, component.name, source, tell or lines.append)
     return Draft(made, files, tuple(lines))
 
@@ -64,15 +66,13 @@ def _made(system: System, name: str, source: ModelFile | Kind, progress: Tell) -
     return module.make(source.config, name=name, folder=system.folder, progress=progress)
 
 
-def _note_named(system: System, source: ModelFile | Kind) -> None:
-    """Note the files that the configuration of a kind names, however the kind reads them."""
-    if isinstance(source, ModelFile):
-        return
+def named_files(system: System, source: Kind) -> Iterator[Path]:
+    """The files that are there and that the configuration of a kind names."""
     for text in _texts(source.config.model_dump(serialize_as_any=True)):
         try:
             path = system.folder / text
             if path.is_file():
-                depends_on(path)
+                yield path
         except (OSError, ValueError):  # a text that no file can be called by
             continue
 

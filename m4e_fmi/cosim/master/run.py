@@ -24,6 +24,7 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
+from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.results.results_file import stream_of
 
 
@@ -77,12 +78,7 @@ def run(
     resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    scene = None
-    if results is not None:
-        scene = scene_of(system)
-        if animated:
-            variables = with_followed(system, variables, scene)
-        system = thinned(system, variables, tell)
+    system, scene, variables = _shown(system, results, variables, tell, animated=animated)
     options = Options(
         results=results,
         scene=scene,
@@ -127,10 +123,7 @@ def start(
     """
     if not isinstance(system, Prepared):
         system = prepare(system, build_directory=build_directory, tell=tell)
-    scene = None
-    if results is not None:
-        scene = scene_of(system)
-        system = thinned(system, variables, tell)
+    system, scene, variables = _shown(system, results, variables, tell)
     options = Options(
         results=results,
         scene=scene,
@@ -151,6 +144,26 @@ def start(
         if writer and not master.done:
             writer.close(f"stopped at t = {master.network.time:.9g} s")
     execution.end(begun.outcome)
+
+
+def _shown(
+    system: Prepared,
+    results: str | Path | None,
+    variables: Sequence[str],
+    tell: Callable[[str], None] | None,
+    *,
+    animated: bool = False,
+) -> tuple[Prepared, Scene | None, Sequence[str]]:
+    """The system with the settings of its results, their scene, and the variables that they have.
+
+    Without `results` it is as it was, and there is no scene.
+    """
+    if results is None:
+        return system, None, variables
+    scene = scene_of(system)
+    if animated:
+        variables = with_followed(system, variables, scene)
+    return thinned(system, variables, tell), scene, variables
 
 
 def _no_checkpoints(system: Prepared, remedy: str) -> list[str]:

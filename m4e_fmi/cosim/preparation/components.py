@@ -5,15 +5,15 @@ from __future__ import annotations
 import hashlib
 import sys
 import sysconfig
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from m4e_fmi.code_hash import code_hash
-from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
+from m4e_fmi.code_hash import code_hash, imports_hash
+from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, named_files, takes_long
 from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
 from m4e_fmi.cosim.system.system import System
@@ -69,13 +69,11 @@ def ready_fmus(
     drafts: Mapping[str, Draft] | None = None,
 ) -> dict[str, ReadyFmu]:
     """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
-    folder = Path(build_directory) / file_stem(system.name)
-    stems = file_stems(component.name for component in system.components)
+    folder, fmus = _places(system, build_directory)
     remove_leftovers(folder)
     tell = _once(tell or _silent)
     if native is None:
         native = NATIVE and _library_is_there(tell)
-    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
     if drafts is None:
         drafts = _checked(system, fmus, native=native)
     files: dict[str, ReadyFmu] = {}
@@ -102,16 +100,11 @@ def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[
 
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
-    ready = {
-        c.name: fmus[c.name]
-        for c in system.components
-        if not isinstance(c.source, FmuFile)
-        and _current(
-            fmus[c.name], _made_from(system, c.name, c.source, fmus[c.name], native=native)
-        )
-    }
-    if all(c.name in ready or isinstance(c.source, FmuFile) for c in system.components):
+    outdated = set(_outdated(system, fmus, native=native))
+    if not outdated:
         return {}
+    made = (c.name for c in system.components if not isinstance(c.source, FmuFile))
+    ready = {name: fmus[name] for name in made if name not in outdated}
     problems, drafts = checked_inputs(system, ready=ready)
     if problems:
         raise InputError(problems)
@@ -125,37 +118,35 @@ def waiting(
 
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
-    folder = Path(build_directory) / file_stem(system.name)
-    stems = file_stems(component.name for component in system.components)
-    fmus = {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
+    _, fmus = _places(system, build_directory)
     native = NATIVE and _library_is_there(_silent)
     drafts = _checked(system, fmus, native=native)
-    later = tuple(
-        c.name
-        for c in system.components
-        if isinstance(c.source, Kind)
-        and takes_long(c.source)
-        and not _current(
-            fmus[c.name], _made_from(system, c.name, c.source, fmus[c.name], native=native)
-        )
-    )
-    return later, drafts
+    long = {c.name for c in system.components if takes_long(c.source)}
+    return tuple(n for n in _outdated(system, fmus, native=native) if n in long), drafts
 
 
 def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
     """Components whose FMU would be built: it is not there, or made from something else."""
+    _, fmus = _places(system, build_directory)
+    native = NATIVE and _library_is_there(_silent)
+    return tuple(_outdated(system, fmus, native=native))
+
+
+def _places(system: System, build_directory: str | Path) -> tuple[Path, dict[str, Path]]:
+    """The folder of a system's FMUs, and the place of the FMU of each component."""
     folder = Path(build_directory) / file_stem(system.name)
     stems = file_stems(component.name for component in system.components)
-    native = NATIVE and _library_is_there(_silent)
-    found = []
+    return folder, {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
+
+
+def _outdated(system: System, fmus: Mapping[str, Path], *, native: bool) -> Iterator[str]:
+    """Components whose FMU is not what would be built now."""
     for component in system.components:
         name, source = component.name, component.source
-        if isinstance(source, FmuFile):
-            continue
-        fmu = folder / f"{stems[name]}.fmu"
-        if not _current(fmu, _made_from(system, name, source, fmu, native=native)):
-            found.append(name)
-    return tuple(found)
+        if not isinstance(source, FmuFile) and not _current(
+            fmus[name], _made_from(system, name, source, fmus[name], native=native)
+        ):
+            yield name
 
 
 def _current(fmu: Path, made_from: str) -> BuildRecord | None:
@@ -265,7 +256,25 @@ def _made_from(
         module = kinds()[source.name].value
         said |= {"kind": module, "folder": way_to(system.folder, fmu)}
         said |= {"config": source.config.model_dump(serialize_as_any=True)}
+        said |= {"imports": _imports(system, source)}
         package = module.partition(":")[0].partition(".")[0]
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits
         text = repr((said, code_hash(package)))
     return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
+
+
+def _imports(system: System, source: Kind) -> str:
+    """Hash of what the Python files that a component names import, but for each other.
+
+    Such a file is run when the FMU is made, whether it travels in it or not.
+    """
+    code = [path for path in named_files(system, source) if path.suffix == ".py"]
+    return imports_hash(map(_content, code), {path.stem for path in code})
+
+
+def _content(path: Path) -> bytes:
+    """The content of a file; empty if it cannot be read, which its kind reports."""
+    try:
+        return path.read_bytes()
+    except OSError:
+        return b""

@@ -12,6 +12,7 @@ from itertools import pairwise, permutations
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
+from m4e_fmi.cosim.preparation.double_drag import moved_together
 from m4e_fmi.cosim.system.component import Kind, kind_module
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
@@ -27,11 +28,7 @@ def double_buoyancy(system: System, wiring: Wiring) -> Iterator[str]:
 
     Parts of a surface, such as members, are within it where any of their corners is.
     """
-    moved: dict[Port, list[Port]] = {}
-    for link in wiring.links:
-        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
-            moved.setdefault(link.source, []).append(link.target)
-    for source, takers in moved.items():
+    for source, takers in moved_together(wiring).items():
         surfaces = {port: _displaced(system, port) for port in takers} if len(takers) > 1 else {}
         for one, other in permutations(surfaces, 2):
             names = [

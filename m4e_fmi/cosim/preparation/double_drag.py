@@ -18,11 +18,7 @@ def double_drag(
     system: System, descriptions: Mapping[str, Description], wiring: Wiring
 ) -> Iterator[str]:
     """A line on each two components that move with one body and both have drag on it."""
-    moved: dict[Port, list[Port]] = {}
-    for link in wiring.links:
-        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
-            moved.setdefault(link.source, []).append(link.target)
-    for source, takers in moved.items():
+    for source, takers in moved_together(wiring).items():
         acting = [port for port in takers if _has_drag(system, descriptions, port)]
         for one, other in combinations(acting, 2):
             body, first, second = (str(p).removesuffix(".z") for p in (source, one, other))
@@ -30,6 +26,15 @@ def double_drag(
                 f"{first} and {second} both have drag on {body}: right for different parts of it; "
                 "of the same part leave it to one of them"
             )
+
+
+def moved_together(wiring: Wiring) -> dict[Port, list[Port]]:
+    """Heights that components take, by the height of the body that they follow."""
+    moved: dict[Port, list[Port]] = {}
+    for link in wiring.links:
+        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
+            moved.setdefault(link.source, []).append(link.target)
+    return moved
 
 
 def _has_drag(system: System, descriptions: Mapping[str, Description], port: Port) -> bool:

@@ -35,6 +35,14 @@ def driven_inputs(wiring: Wiring) -> dict[str, tuple[str, ...]]:
     return {name: tuple(sorted(inputs)) for name, inputs in found.items()}
 
 
+def stepped(instance: Instance, size: float) -> None:
+    """Make a step of `size` [s]; RunError as the methods of an instance."""
+    status = instance.stepper()(instance.time, size, 1)
+    if status > WARNING:
+        instance.fail(status, "fmi2DoStep", size)
+    instance.time += size
+
+
 class Instances:
     """New instances of a component, initialised with its start values."""
 
@@ -100,11 +108,7 @@ class Subject:
     @not_lost()
     def step(self, size: float) -> None:
         """A step of `size` [s]."""
-        instance = self._instance
-        status = instance.stepper()(instance.time, size, 1)
-        if status > WARNING:
-            instance.fail(status, "fmi2DoStep", size)
-        instance.time += size
+        stepped(self._instance, size)
 
     def moved_together(self, sign: float = 1.0) -> list[Value]:
         """All inputs moved from their start, each by another share of its size."""

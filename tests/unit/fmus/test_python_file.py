@@ -208,6 +208,17 @@ def test_an_import_beside_must_be_among_the_files(tmp_path: Path) -> None:
     assert isinstance(made(tmp_path, text, files=("gains.py",))[0], PythonSource)
 
 
+def test_a_folder_beside_cannot_be_imported(tmp_path: Path) -> None:
+    """Nor is what a refused file has imported there for others."""
+    (tmp_path / "gains").mkdir()
+    (tmp_path / "gains" / "high.py").write_text("GAIN = 2.0\n", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nimport gains.high")
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"imports the folder gains beside it.*'files'"):
+            made(tmp_path, text)
+    assert not {"gains", "gains.high"} & sys.modules.keys()
+
+
 @pytest.mark.parametrize(
     ("file", "files", "message"),
     [
@@ -231,6 +242,50 @@ def test_a_list_of_the_class_is_refused(tmp_path: Path) -> None:
     """It would be shared, and not be saved for rollback."""
     with pytest.raises(InputError, match=r"Delay.past is a list of the class.*\n.*start"):
         made(tmp_path, DELAY.replace("parameters =", "past = []\n    parameters ="))
+
+
+def test_a_file_beside_that_is_read_is_not_recorded(tmp_path: Path) -> None:
+    """It must be among the files; its changes would go unnoticed."""
+    (tmp_path / "gain.txt").write_text("2.0", encoding="utf-8")
+    text = HYDRAULICS.replace(
+        "import math",
+        "import math\nfrom pathlib import Path\n\n"
+        "GAIN = float((Path(__file__).parent / 'gain.txt').read_text())",
+    )
+    found, (line,) = made(tmp_path, text)
+    assert isinstance(found, PythonSource)
+    assert re.search(r"force\.py:6: FileNotFoundError: .*gain\.txt", line)
+
+
+ROOT = """
+import math
+
+class Force:
+    inputs = {"x": "m"}
+    outputs = {"f": "N"}
+
+    def calculate(self, t, v):
+        try:
+            return {"f": math.sqrt(v.x)}
+        except ValueError:
+            return {"f": 0.0}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (ROOT, "its results are not those of what it records"),
+        (ROOT.replace("v.x", "-1 - v.x**2").replace("ValueError", "KeyError"), "fails at all"),
+    ],
+)
+def test_code_that_fails_is_recorded_only_where_it_does_not(
+    tmp_path: Path, text: str, reason: str
+) -> None:
+    """A program has no value where code raises: what the code then does is lost."""
+    found, (line,) = made(tmp_path, text)
+    assert isinstance(found, PythonSource)
+    assert reason in line
 
 
 def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift
-from m4e_fmi.program import Scalar, cos, maximum, minimum, sin
+from m4e_adapters.hydrodynamics.seas.excitation import multiples
+from m4e_fmi.program import Scalar, maximum, minimum
 
 Number = Scalar | float
 FALL = 4  # power of the frequency below a table
@@ -86,7 +87,7 @@ def at_direction(
     what the rows are of, in N/m2 and N.m/m2.
     """
     _, orders, motions = table.shape
-    turns = _multiples(angle, orders - 1)
+    turns = multiples(angle, orders - 1)
     half = orders * motions
     for row, offset in zip(rows, offsets.tolist(), strict=True):
         drift: list[Number] = [0.0] * motions
@@ -98,13 +99,3 @@ def at_direction(
                 odd = sine * real + cosine * imaginary
                 drift[m] = drift[m] + even * c - odd * s
         yield drift
-
-
-def _multiples(angle: Number, most: int) -> list[tuple[Number, Number]]:
-    """cos jb and sin jb of an angle b, j = 0 … `most`."""
-    first = (cos(angle), sin(angle))
-    found: list[tuple[Number, Number]] = [(1.0, 0.0)]
-    for _ in range(most):
-        c, s = found[-1]
-        found.append((c * first[0] - s * first[1], s * first[0] + c * first[1]))
-    return found

@@ -60,7 +60,7 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
         return None
     problems = list(_overlaps(lids))
     found: list[tuple[Panels, float]] = []
-    side = min(math.sqrt(_mean_area(hull.panels)) for hull in hulls)
+    side = min(math.sqrt(np.linalg.norm(hull.panels.normals, axis=1).mean()) for hull in hulls)
     surfaces = [hull.closed for hull in hulls]
     hull_lines = [[s.vertices[loop] for loop in loops(waterline(s))] for s in surfaces]
     for k, lid in enumerate(lids):
@@ -79,13 +79,6 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
     panels = joined(*(part for part, _ in found))
     rates = np.repeat([rate for _, rate in found], [len(part.faces) for part, _ in found])
     return DampedLid(panels, rates)
-
-
-def _mean_area(panels: Panels) -> float:
-    """Mean area [m2] of panels."""
-    corners = panels.corners
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return 0.5 * float(np.linalg.norm(normals, axis=1).mean())
 
 
 def _overlaps(lids: Sequence[GapLid]) -> Iterator[Problem]:

@@ -32,9 +32,8 @@ def check_as_drawn(panels: Panels, name: str, *, scale: float) -> None:
             "of a mesh in mm write 'scale: 0.001' beside it",
         )
     corners = panels.corners
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     longest = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).max(axis=1)
-    flat = np.flatnonzero(np.linalg.norm(normals, axis=1) < 2 * FLAT * longest**2)
+    flat = np.flatnonzero(np.linalg.norm(panels.normals, axis=1) < FLAT * longest**2)
     if len(flat):
         raise InputError.single(
             f"body {name!r}: {len(flat)} panels have no area, the first "

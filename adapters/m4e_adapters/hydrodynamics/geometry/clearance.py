@@ -86,20 +86,14 @@ def narrowest_gap(first: Panels, second: Panels) -> Gap | None:
     return Gap(float(distance[k]), (float(x), float(y), float(z)), float(larger[k]))
 
 
-def _normals(panels: Panels) -> np.ndarray:
-    """Normals of the panels, (nf, 3), as long as their areas [m2]."""
-    corners = panels.corners
-    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-
-
 def sides_of(panels: Panels) -> np.ndarray:
     """Sides [m] of the squares that are as large as the panels, (nf,)."""
-    return np.sqrt(np.linalg.norm(_normals(panels), axis=1))
+    return np.sqrt(np.linalg.norm(panels.normals, axis=1))
 
 
 def _behind(panels: Panels, inwards: float) -> np.ndarray:
     """A point behind the middle of each panel, by that share of its side, (nf, 3)."""
-    normals, sides = _normals(panels), sides_of(panels)
+    normals, sides = panels.normals, sides_of(panels)
     units = normals / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
     return panels.centers - inwards * sides[:, None] * units
 

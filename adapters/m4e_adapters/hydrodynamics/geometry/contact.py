@@ -47,7 +47,7 @@ def common_walls(
         found.append(shares == 1.0)
     if not all(walls.any() for walls in found):
         raise SlidingError("they have no wall in common")
-    areas = _areas(first.corners[found[0]])
+    areas = first.normals[found[0]]
     units = areas / np.sqrt(np.linalg.norm(areas, axis=1))[:, None]
     least, *_, most = np.linalg.eigvalsh(units.T @ units)
     if least > ALONG * most:
@@ -58,7 +58,7 @@ def common_walls(
 def _shares(panels: Panels, wall: Panels) -> np.ndarray:
     """Share of each of the `panels` that lies on a `wall` which faces it, (nf,) [1]."""
     points = points_on(panels, inset=INSET).reshape(len(panels.faces), -1, 3)
-    areas, sides = _areas(panels.corners), sides_of(panels)
+    areas, sides = panels.normals, sides_of(panels)
     normals = areas / np.linalg.norm(areas, axis=1)[:, None]
     triangles, facing, length = _triangles(wall)
     shares = np.zeros(len(points))
@@ -106,8 +106,3 @@ def _on(
         nearest = np.clip(along, 0.0, 1.0)[:, :, None] * edge
         distance = np.minimum(distance, np.linalg.norm(away - nearest, axis=2))
     return (np.abs(height) <= within) & (within_edges | (distance <= beside))
-
-
-def _areas(corners: np.ndarray) -> np.ndarray:
-    """Vector areas (n, 3) [m2] of panels with these `corners` (n, 4, 3) [m]."""
-    return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])

@@ -48,6 +48,19 @@ class Panels:
         corners = self.corners
         return np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
 
+    @property
+    def triangle_faces(self) -> np.ndarray:
+        """The panels as triangles, (nt, 3) indices, none of them empty."""
+        a, b, c, d = self.faces.T
+        triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+        return triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+
+    @property
+    def normals(self) -> np.ndarray:
+        """Normals of the panels, (nf, 3), as long as their areas [m2]."""
+        corners = self.corners
+        return 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+
     def merged(self) -> Panels:
         """The same surface: coincident vertices made one; no empty panels, no vertices of none."""
         from scipy.sparse import coo_array

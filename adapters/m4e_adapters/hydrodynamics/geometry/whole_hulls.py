@@ -6,11 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Shape, Sphere
+from m4e_adapters.hydrodynamics.config import Cylinder, Revolved, Shape, Sphere
 from m4e_adapters.hydrodynamics.config.numbers import Place
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import revolved_panels, sphere_panels
-from m4e_adapters.hydrodynamics.geometry.unions.solids import ends_are_known, triangles_of, union_of
+from m4e_adapters.hydrodynamics.geometry.unions.solids import (
+    box_to,
+    ends_are_known,
+    raised,
+    triangles_of,
+    union_of,
+)
 from m4e_fmi.errors import InputError
 
 BELOW = 2.0
@@ -27,7 +33,7 @@ def whole_shape(shape: Shape, panels: int) -> Panels | None:
     if shape.revolved is not None:
         return _revolved(shape.revolved, panels)
     if shape.box is not None and shape.box.freeboard is not None:
-        return _box(shape.box, shape.box.freeboard)
+        return box_to(shape.box, shape.box.freeboard)
     if shape.cylinder is not None and shape.cylinder.freeboard is not None:
         return _cylinder(shape.cylinder, shape.cylinder.freeboard, panels)
     return None
@@ -51,31 +57,17 @@ def whole_union(name: str, shape: Shape, center: Place, folder: Path) -> Panels 
 def _sphere(shape: Sphere, panels: int) -> Panels:
     depth = BELOW * shape.radius
     below = shape.model_copy(update={"center_z": -depth})
-    return _raised(sphere_panels(below, panels), shape.center_z + depth)
+    return raised(sphere_panels(below, panels), shape.center_z + depth)
 
 
 def _revolved(shape: Revolved, panels: int) -> Panels:
     heights = [z for _, z in shape.profile]
     depth = max(heights) + BELOW * (max(heights) - min(heights))
     profile = tuple((radius, z - depth) for radius, z in shape.profile)
-    return _raised(revolved_panels(shape.model_copy(update={"profile": profile}), panels), depth)
+    return raised(revolved_panels(shape.model_copy(update={"profile": profile}), panels), depth)
 
 
 def _cylinder(shape: Cylinder, freeboard: float, panels: int) -> Panels:
     profile = ((shape.radius, -shape.draft), (shape.radius, freeboard))
     x, y = shape.center_x, shape.center_y
     return _revolved(Revolved(profile=profile, center_x=x, center_y=y), panels)
-
-
-def _box(shape: Box, freeboard: float) -> Panels:
-    """Six panels, which are exact."""
-    x, y = 0.5 * shape.length, 0.5 * shape.width
-    middle = np.array([shape.center_x, shape.center_y])
-    ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
-    corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, freeboard)]
-    sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
-    return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
-
-
-def _raised(panels: Panels, height: float) -> Panels:
-    return Panels(panels.vertices + np.array([0.0, 0.0, height]), panels.faces)

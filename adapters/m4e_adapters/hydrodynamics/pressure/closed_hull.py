@@ -188,7 +188,4 @@ def _check_shells(panels: Panels, wrong: Wrong) -> None:
 
 def body_triangles(panels: Panels, center: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (nv, 3) [m] from `center` [m], and triangles (nt, 3) of them, none of them empty."""
-    a, b, c, d = panels.faces.T
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return panels.vertices - np.array(point_in_space(center)), triangles[kept]
+    return panels.vertices - np.array(point_in_space(center)), panels.triangle_faces

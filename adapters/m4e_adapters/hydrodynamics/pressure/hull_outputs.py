@@ -65,7 +65,7 @@ class HullOutputs:
                 given[place] if (place := f"{name}.{key}") in given else kept[key] for key in POSE
             ]
             load = self._last[name] = hull.at(pose[:3], pose[3:], time)
-            if not isfinite(load.hydrostatic.sum() + load.froude_krylov.sum()):
+            if not isfinite(sum(pose) + load.hydrostatic.sum() + load.froude_krylov.sum()):
                 raise ValueError(f"{name} has no finite pressure at x, y, z = {pose[:3]} m")
             found[f"{name}.neutral_mass"] = body["neutral_mass"]
             found |= {f"{name}.{key}": value for key, value in self._of(load)}

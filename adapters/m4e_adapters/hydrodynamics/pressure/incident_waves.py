@@ -69,7 +69,8 @@ class IncidentWaves:
     def head(self, points: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Pressure head and elevation (np,) [m] at `points` (np, 3) [m].
 
-        Above the surface the head is the height below it, which is negative.
+        Above the surface the head is the height below it, which is negative. Below the bed waves
+        add what they add on it.
         """
         rows = max(1, BLOCK // len(self._k))
         parts = [self._head(points[k : k + rows], time) for k in range(0, len(points), rows)]
@@ -87,6 +88,7 @@ class IncidentWaves:
         level = -head[wet]
         if math.isfinite(self._depth):
             level = level * self._depth / (self._depth + elevation[wet])
+            level = np.maximum(level, -self._depth)
         falling = self._decay(level)
         falling *= cosines[wet]
         head[wet] = falling @ (self._reflected * amplitude) - points[wet, 2]
@@ -99,7 +101,10 @@ class IncidentWaves:
         return cosine(turns)
 
     def _decay(self, level: np.ndarray) -> np.ndarray:
-        """2 cosh k(z' + d)/e^{kd} (np, n), e^{kz'} in deep water, at `level` z' (np,) [m] ≤ 0."""
+        """2 cosh k(z' + d)/e^{kd} (np, n), e^{kz'} in deep water.
+
+        `level` (np,) [m] are the heights z', from −d to 0.
+        """
         falling = np.exp(np.multiply.outer(level, self._k))
         if math.isinf(self._depth):
             return falling

@@ -49,7 +49,7 @@ def excitation_of(
         turns = [(1.0, 0.0)]
     else:
         most = coefficients.harmonics.shape[1] // 2
-        turns = _multiples(waves.direction - heading, most)
+        turns = multiples(waves.direction - heading, most)
     rows = []
     for k, own in enumerate(_at_centers(coefficients, waves, turns)):
         c, s = waves.along(k)
@@ -203,7 +203,7 @@ def _hermite(omega: Number, knots: Sequence[float]) -> tuple[list[Number], list[
     return values, slopes
 
 
-def _multiples(angle: Number, most: int) -> list[Pair]:
+def multiples(angle: Number, most: int) -> list[Pair]:
     """cos jb and sin jb of an angle b, j = 0 … `most`."""
     first: Pair = (cos(angle), sin(angle))
     found: list[Pair] = [(1.0, 0.0)]

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.config import Current, Water
 from m4e_adapters.hydrodynamics.seas.recorded_waves import Number
 from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights, wave_doubts
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
@@ -62,8 +64,29 @@ class SystemWaves(ABC):
         )
 
 
+class InWater(Protocol):
+    """A configuration with water."""
+
+    @property
+    def water(self) -> Water: ...
+
+
+@dataclass(frozen=True)
 class FlowWaves(SystemWaves):
     """Waves whose forces follow from the flow of water alone, without coefficients that end."""
+
+    config: InWater
+    configured: Sequence[WaveSystem] = field(repr=False)
+
+    @property
+    def systems(self) -> Sequence[WaveSystem]:
+        """As `configured`."""
+        return self.configured
+
+    @property
+    def surroundings(self) -> tuple[float, float]:
+        """Depth [m] and gravity [m/s2]."""
+        return self.config.water.depth, self.config.water.gravity
 
     @property
     def highest(self) -> float:

@@ -154,6 +154,7 @@ def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of
     assert below.hydrostatic[4] == pytest.approx(-weight * math.sin(0.2), rel=5e-3)
 
 
+@pytest.mark.filterwarnings("error")
 def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
     text = GOOD.replace("depth: 50", "depth: 5") + "dimensions: 2\n"
     source = hull_pressure.make(
@@ -176,8 +177,11 @@ def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
     (aground,) = outputs.doubts(32.0)
     assert "float reaches down to z = -5.8 m (t = 32 s), below the sea bed at z = -5 m" in aground
     assert [*outputs.doubts(33.0)] == []
+    deep, abyss = (outputs.at({**pose, "float.z": z}, 33.0) for z in (-9.0, -1e6))
+    for name in ("float.hydrostatic_force_z", "float.wetted_volume"):
+        assert abyss[name] == pytest.approx(deep[name], rel=1e-8)
     with pytest.raises(ValueError, match="no finite pressure"):
-        outputs.at({**pose, "float.z": -1e300}, 34.0)
+        outputs.at({**pose, "float.z": math.nan}, 34.0)
 
 
 def test_cosines_of_turns() -> None:

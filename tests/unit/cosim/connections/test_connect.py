@@ -53,6 +53,8 @@ HYDRO = described(
     ("small[1,1]", "calculatedParameter", "kg"),
     ("hot", "calculatedParameter", "degC"),
     ("warm", "parameter", "K"),
+    ("moment", "parameter", "N.m"),
+    ("energy", "output", "kJ"),
 )
 BOTH = {"buoy": BUOY, "hydro": HYDRO}
 
@@ -180,6 +182,7 @@ def test_units_are_converted_before_factor_and_offset(
         ("hydro.displacement -> buoy.body.float.force_x", "is constant", "connect it to a par"),
         ("hydro.power -> buoy.body.float.force_x", "in W, buoy", "kg.m2/s3 is not kg.m/s2"),
         ("hydro.power -> buoy.body.float.force_x", "in W, buoy", "units ignored"),
+        ("hydro.energy -> hydro.moment", "in kJ, hydro.moment", "an energy is not a moment"),
         ("hydro.float.force_x * 0 -> buoy.body.float.force_x", "factor 0", "no factor 0"),
         ("hydro.float.force_x * a -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),
         ("hydro.float.force_x / 2 -> buoy.body.float.force_x", "more than a variable", "a.y * 2.5"),

@@ -382,6 +382,49 @@ def test_all_code_of_a_kind_counts(brought: Callable[..., list[str]], tmp_path: 
     assert brought("two") == again
 
 
+FORCE = """\
+import numpy
+from gauge_tools import GAIN
+
+class Force:
+    inputs = {"x": "m"}
+    outputs = {"force": "N"}
+
+    def calculate(self, t, v):
+        return {"force": GAIN * v.x + GAIN}
+"""
+
+
+def test_what_a_python_file_imports_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module that its module imports, by content, and an installed package, by version."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(str(site))
+    (site / "gauge_tools.py").write_text("from gauge_basis import GAIN\n")
+    case = Case({"kind": "python", "file": "force.py"}, {"force.py": FORCE}, "", "", "a.force")
+    project = Project(tmp_path / "project", case)
+
+    def result(gain: float) -> tuple[bool, float]:
+        (site / "gauge_basis.py").write_text(f"GAIN = {gain}\n")
+        for name in ("gauge_tools", "gauge_basis"):  # as in another process
+            sys.modules.pop(name, None)
+        package_hash.cache_clear()
+        return project.run()
+
+    assert result(2.0) == (True, 2.0)
+    assert result(2.0) == (False, 2.0)
+    assert result(3.0) == (True, 3.0)
+    system = load_system(project.folder / "system.yaml")
+    assert not components.missing_fmus(system, project.folder / "build")
+    usual = code_module.version
+    monkeypatch.setattr(
+        code_module, "version", lambda name: "99" if name == "numpy" else usual(name)
+    )
+    assert components.missing_fmus(system, project.folder / "build") == ("a",)
+    for name in ("gauge_tools", "gauge_basis"):
+        sys.modules.pop(name, None)
+
+
 @pytest.mark.parametrize(
     ("one", "two"),
     [

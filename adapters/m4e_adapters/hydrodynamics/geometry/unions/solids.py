@@ -133,7 +133,7 @@ def _drawn(part: Part) -> Panels:
         radii, heights = map(list, zip(*part.revolved.profile, strict=True))
         return _turned(radii, heights, part.revolved)
     if part.box is not None:
-        return _box(part.box)
+        return box_to(part.box, _top(part.box))
     shape = getattr(part, part.kind)
     draw: Callable[..., Panels] = {
         "sphere": sphere_panels,
@@ -142,7 +142,7 @@ def _drawn(part: Part) -> Panels:
     }[part.kind]
     depth = 3.0 * (shape.radius + abs(shape.center_z))  # drawn where none of it is cut off
     lowered = shape.model_copy(update={"center_z": -depth})
-    return _raised(draw(lowered, FACETS), depth + shape.center_z)
+    return raised(draw(lowered, FACETS), depth + shape.center_z)
 
 
 def _top(shape: Cylinder | Box) -> float:
@@ -160,17 +160,18 @@ def _turned(radii: list[float], heights: list[float], shape: Placed) -> Panels:
     return shifted(turned(r[kept], z[kept], AROUND, volume, pivot=heights[0]), shape)
 
 
-def _box(shape: Box) -> Panels:
-    """Six panels, which are exact."""
+def box_to(shape: Box, top: float) -> Panels:
+    """The closed surface of a box up to the height `top` [m]: six panels, which are exact."""
     x, y = 0.5 * shape.length, 0.5 * shape.width
     middle = np.array([shape.center_x, shape.center_y])
     ring = middle + np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
-    corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, _top(shape))]
+    corners = [np.column_stack([ring, np.full(4, z)]) for z in (-shape.draft, top)]
     sides = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
     return Panels(np.concatenate(corners), np.array([[3, 2, 1, 0], [4, 5, 6, 7], *sides]))
 
 
-def _raised(panels: Panels, height: float) -> Panels:
+def raised(panels: Panels, height: float) -> Panels:
+    """The surface, higher by `height` [m]."""
     return Panels(panels.vertices + np.array([0.0, 0.0, height]), panels.faces)
 
 
@@ -220,12 +221,9 @@ def _with_freeboard(panels: Panels, rim: list[tuple[int, int]]) -> Panels:
 
 def _solid_of(panels: Panels, wrong: Callable[[str, str], InputError] | None = None) -> Solid:
     manifold = library("manifold3d")
-    a, b, c, d = panels.faces.T
-    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    triangles = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
     mesh = manifold.Mesh64(
         vert_properties=np.ascontiguousarray(panels.vertices, dtype=np.float64),
-        tri_verts=np.ascontiguousarray(triangles, dtype=np.uint64),
+        tri_verts=np.ascontiguousarray(panels.triangle_faces, dtype=np.uint64),
     )
     solid = manifold.Manifold(mesh)
     if wrong is not None and solid.volume() <= 0.0:
