@@ -382,3 +382,45 @@ def test_kinds_of_dicts_and_tuples_are_not_taken_for_plain_ones() -> None:
 def test_what_cannot_be_saved_is_named() -> None:
     with pytest.raises(CannotBeSavedError, match=r"self.files\['log'\] is of type StringIO"):
         encoded({"log": io.StringIO()}, "self.files")
+
+
+SAMPLED = """
+import random
+
+import numpy as np
+
+class Counter:
+    inputs = {"rod.vz": "m/s"}
+    outputs = {"rod.force_z": "N"}
+    count = 0
+
+    def start(self, v):
+        self.n = 0
+        self.rng = random.Random(1)
+
+    def step(self, t, h, v):
+        PLACE
+        return {"rod.force_z": 100.0 * number}
+"""
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["Counter.count += 1; number = Counter.count", "number = np.random.randn()"],
+)
+def test_a_state_outside_of_the_object_is_told_and_never_made_again(
+    tmp_path: Path, place: str
+) -> None:
+    path = system(tmp_path, SAMPLED.replace("PLACE", place))
+    prepared = prepare(load_system(path), build_directory=tmp_path / "build")
+    (warning,) = [line for line in prepared.warnings if "rollback" in line]
+    assert "hydraulics: " in warning
+    assert "give another rod.force_z" in warning
+    assert "keep all that changes, random generators with a seed too, in attributes" in warning
+
+
+def test_a_state_in_attributes_is_not_told(tmp_path: Path) -> None:
+    place = "self.n += 1; number = self.n + self.rng.random()"
+    path = system(tmp_path, SAMPLED.replace("PLACE", place))
+    prepared = prepare(load_system(path), build_directory=tmp_path / "build")
+    assert not [line for line in prepared.warnings if "rollback" in line]
