@@ -102,7 +102,7 @@ def test_an_error_is_told_with_its_place(here, capsys):
     assert error["text"] in captured.err
     assert one(found, "end")["exit_code"] == 2
     told = Path("a.log").read_text("utf-8")
-    assert " ERROR    error: " in told
+    assert f" ERROR    {PENDULUM.name}:" in told
     assert told.endswith("exit code 2\n")
 
 
