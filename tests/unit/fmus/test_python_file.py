@@ -208,6 +208,25 @@ def test_an_import_beside_must_be_among_the_files(tmp_path: Path) -> None:
     assert isinstance(made(tmp_path, text, files=("gains.py",))[0], PythonSource)
 
 
+def test_an_import_from_a_folder_beside_is_refused_and_read_anew(tmp_path: Path) -> None:
+    """It would not travel; a notebook would go on with what it has imported before."""
+    (tmp_path / "lib").mkdir()
+    text = HYDRAULICS.replace("import math", "import math\n\nfrom lib.gains import GAIN")
+    for gain in ("2.0", "no number"):
+        (tmp_path / "lib" / "gains.py").write_text(f"GAIN = float('{gain}')\n", encoding="utf-8")
+        message = "imports from the folder lib beside it" if gain == "2.0" else "ValueError"
+        with pytest.raises(InputError, match=message):
+            made(tmp_path, text, files=("lib/gains.py",))
+    assert not [name for name in sys.modules if name.partition(".")[0] == "lib"]
+
+
+def test_a_folder_with_the_name_of_a_package_is_no_package(tmp_path: Path) -> None:
+    (tmp_path / "fractions").mkdir()
+    (tmp_path / "fractions" / "notes.py").write_text("", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nfrom fractions import Fraction")
+    assert made(tmp_path, text)[1] == ["force.py is recorded as a program"]
+
+
 @pytest.mark.parametrize(
     ("file", "files", "message"),
     [
