@@ -20,6 +20,8 @@ Value = Any
 """A number, a list of them, or what records in their place."""
 GROUPS = ("parameters", "inputs", "outputs", "states")
 METHODS = ("start", "rates", "calculate", "step")
+_NOT_THEIRS = {"m4e_fmi", "m4e_fmus", "m4e_adapters"}
+"""Folders of this package's own code, beside a file in a source tree."""
 
 
 class UserCodeError(Exception):
@@ -190,9 +192,9 @@ def loaded(
     module = importlib.util.module_from_spec(spec)
     if prepare is not None:
         prepare(module)
-    beside = {file.stem for file in path.parent.glob("*.py")}
-    folders = set(_folders_beside(path))
-    others = {key: sys.modules.pop(key) for key in beside & sys.modules.keys()}
+    folders = {file.parent.name for file in path.parent.glob("*/*.py")} - _NOT_THEIRS
+    beside = {file.stem for file in path.parent.glob("*.py")} | folders
+    others = {key: sys.modules.pop(key) for key in _those_of(beside)}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
@@ -204,18 +206,26 @@ def loaded(
     finally:
         sys.path.remove(str(path.parent))
         sys.dont_write_bytecode = writes
-        new = {key for key in sys.modules if key.partition(".")[0] in folders}
-        imported = beside & sys.modules.keys() | new
-        for key in (name, *imported):
-            sys.modules.pop(key, None)
+        imported = {key: sys.modules.pop(key) for key in _those_of(beside)}
+        sys.modules.pop(name, None)
         sys.modules.update(others)
-    if travels is not None and new:
+    if travels is None:
+        return module
+    inside = sorted(
+        {
+            top
+            for key, each in imported.items()
+            if (top := key.partition(".")[0]) in folders
+            and Path(getattr(each, "__file__", None) or "").is_relative_to(path.parent / top)
+        }
+    )
+    if inside:
         raise UserCodeError(
-            f"{shown}: imports the folder {min(new)} beside it, which does not travel with it: "
-            "name its files in 'files', and import them as modules beside it"
+            f"{shown}: imports from the folder {inside[0]} beside it, but files travel without "
+            f"folders: put what it needs beside {shown}, and among its 'files'"
         )
-    files = [f"{key}.py" for key in sorted(imported)]
-    left = [file for file in files if travels is not None and file not in travels]
+    files = sorted(f"{key}.py" for key in imported.keys() - folders)
+    left = [file for file in files if "." not in file[:-3] and file not in travels]
     if left:
         raise UserCodeError(
             f"{shown}: imports {left[0]} beside it, which must be among its 'files'"
@@ -223,13 +233,9 @@ def loaded(
     return module
 
 
-def _folders_beside(path: Path) -> Iterator[str]:
-    """Folders beside a file that can be imported for no other reason than that they are there."""
-    for folder in path.parent.iterdir():
-        name = folder.name
-        known = name in sys.modules or not name.isidentifier() or not folder.is_dir()
-        if not known and importlib.util.find_spec(name) is None:
-            yield name
+def _those_of(names: Container[str]) -> list[str]:
+    """The imported modules that are, or are in, those of these names."""
+    return [key for key in sys.modules if key.partition(".")[0] in names]
 
 
 def told(error: BaseException, path: Path, shown: str) -> str:

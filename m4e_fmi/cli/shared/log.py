@@ -18,7 +18,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Generator, Iterable, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -34,6 +34,7 @@ from m4e_fmi.cli.shared.events import (
     Written,
     as_json,
 )
+from m4e_fmi.cli.shared.output import alone
 from m4e_fmi.errors import is_other
 from m4e_fmi.shown import cleaned, one_line
 
@@ -291,11 +292,13 @@ def _is_kept(record: logging.LogRecord) -> bool:
 
 
 class _Events(logging.Handler):
-    """Events, as JSON on standard output."""
+    """Events, as JSON on standard output, where nobody else prints meanwhile."""
 
     def __init__(self, began: float) -> None:
         super().__init__()
         self._began = began
+        self._taken = ExitStack()
+        self._out = self._taken.enter_context(alone())
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write the event of a record, or one of its line."""
@@ -305,7 +308,13 @@ class _Events(logging.Handler):
             kind = Warned if record.levelno >= logging.WARNING else Line
             event = kind(cleaned(text))
         if event is not None:
-            print(as_json(event, time.perf_counter() - self._began), flush=True)
+            text = as_json(event, time.perf_counter() - self._began)
+            print(text, file=self._out, flush=True)
+
+    def close(self) -> None:
+        """Give the standard output back."""
+        self._taken.close()
+        super().close()
 
 
 class _File(logging.Handler):

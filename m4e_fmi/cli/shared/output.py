@@ -8,12 +8,14 @@ import sys
 from collections.abc import Generator, Iterable
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
+from typing import TextIO, cast
 
 from m4e_fmi.shown import cleaned
 
 _OWN = re.compile(r"\r(?:\x1b\[K)?")
 """Begins a line anew: of a counter or a progress bar, at the start of what is written."""
+STANDARD_OUTPUT, STANDARD_ERROR = 1, 2
+"""Numbers of these files."""
 
 
 class Clean:
@@ -82,6 +84,42 @@ def clean_output() -> Generator[None]:
             yield
         finally:
             sys.stdout, sys.stderr = before
+
+
+@contextmanager
+def alone() -> Generator[TextIO]:
+    """The standard output for the caller alone: what others print goes to the standard error.
+
+    Others are FMUs and Python code of users, here and in processes that are started meanwhile.
+    """
+    usual = own = sys.stdout
+    with ExitStack() as stack:
+        if _number(usual) == STANDARD_OUTPUT:
+            usual.flush()
+            kept = os.fdopen(os.dup(STANDARD_OUTPUT), "w", encoding=usual.encoding)
+            stack.callback(_given_back, kept)
+            os.dup2(STANDARD_ERROR, STANDARD_OUTPUT)
+            own = cast("TextIO", Clean(kept, "the standard output"))
+        sys.stdout = sys.stderr
+        try:
+            yield own
+        finally:
+            sys.stdout = usual
+
+
+def _number(stream: TextIO) -> int:
+    """The number of the file of a stream, -1 if it has none."""
+    try:
+        return stream.fileno()
+    except (AttributeError, OSError, ValueError):
+        return -1
+
+
+def _given_back(kept: TextIO) -> None:
+    """Let the standard output lead to where `kept` does, and close that."""
+    os.dup2(kept.fileno(), STANDARD_OUTPUT)
+    with suppress(OSError):
+        kept.close()
 
 
 def _take_closed() -> None:

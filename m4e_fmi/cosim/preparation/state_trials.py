@@ -6,7 +6,7 @@ returns, and makes them again. Where its outputs are others then, the component 
 go back. If there are to be checkpoints, another instance goes on from the state as bytes (of FMUs
 in processes of their own); where it does not, checkpoints have no states. FMUs of models and of the
 kinds that come with this package are not tried, nor are native ones that it has built: all that
-they know is kept.
+they know is kept. Python code of users is tried.
 """
 
 from __future__ import annotations
@@ -38,9 +38,17 @@ GROSS, TOLERANCE = 0.2, 1e-3
 """The same where one of the trajectories has gone on, and the other begins anew."""
 OWN_KINDS = "m4e_fmus.", "m4e_adapters."
 """Packages of the kinds that come with this one."""
-
+USERS_CODE = "m4e_fmus.python_file."
+"""That of the kind whose FMUs have code of users, unless they are native."""
 
 _ROLLBACK = "rollback (canGetAndSetFMUstate), but {}: run without rollback"
+_ADVICE = (
+    "`m4e-fmi validate {}` tells more (groups state and state_elsewhere), to be mended in the FMU"
+)
+_ADVICE_ON_CODE = (
+    "keep all that changes, random generators with a seed too, in attributes of self, as numbers, "
+    "lists, dicts or arrays; or give the class save and restore"
+)
 _BYTES = "states as bytes (canSerializeFMUstate), but {}: run without states in checkpoints"
 
 
@@ -58,7 +66,7 @@ def without_forgetful(
     result = dict(descriptions)
     driven = driven_inputs(wiring)
     known: dict[object, tuple[str, str]] = {}
-    told: dict[tuple[str, str], list[str]] = {}
+    told: dict[tuple[str, str, str], list[str]] = {}
     saved = system.simulation.has_checkpoints
     for component in system.components:
         description = descriptions[component.name]
@@ -66,46 +74,58 @@ def without_forgetful(
             continue
         if _is_own(component.source, description):
             continue
+        coded = _is_code_of_kind(component.source)
+        advice = _ADVICE_ON_CODE if coded else _ADVICE.format(description.path.name)
         inputs = driven.get(component.name, ())
         start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
         key = description.path, start, component.step_size, inputs
         if key not in known:
             new = Instances(component, description, system.simulation, hosts.get(component.name))
-            fault, lost = _fault(new, description, inputs), ""
+            fault, lost = _fault(new, description, inputs, repeats=coded), ""
             if saved and description.serializes_state and component.name in hosts and not fault:
                 lost = _fault_of_bytes(new, description)
             known[key] = _ROLLBACK.format(fault) if fault else "", lost and _BYTES.format(lost)
         for why, change in zip(known[key], ("saves_state", "serializes_state"), strict=True):
             if why:
                 result[component.name] = replace(description, **{change: False})
-                told.setdefault((description.path.name, why), []).append(component.name)
+                told.setdefault((description.path.name, why, advice), []).append(component.name)
     return result, [
-        f"{', '.join(names)}: {fmu} declares {why}; `m4e-fmi validate {fmu}` tells more (groups "
-        "state and state_elsewhere), to be mended in the FMU"
-        for (fmu, why), names in told.items()
+        f"{', '.join(names)}: {fmu} declares {why}; {advice}"
+        for (fmu, why, advice), names in told.items()
     ]
+
+
+def _is_code_of_kind(source: FmuFile | ModelFile | Kind) -> bool:
+    """True if the component is a Python file of the user."""
+    return isinstance(source, Kind) and type(source.config).__module__.startswith(USERS_CODE)
 
 
 def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> bool:
     """True if the FMU is made of nothing but this package's code."""
-    if isinstance(source, Kind):
-        return type(source.config).__module__.startswith(OWN_KINDS)
     if isinstance(source, ModelFile):
         return True
+    if isinstance(source, Kind) and not _is_code_of_kind(source):
+        return type(source.config).__module__.startswith(OWN_KINDS)
     if not description.is_own:
         return False
     with opened(description.path, description.content) as file, ZipFile(file) as archive:
         return PYTHON not in archive.namelist()
 
 
-def _fault(new: Instances, description: Description, inputs: Sequence[str]) -> str:
-    """Why an FMU cannot go back; empty if it can, or if steps cannot be made."""
+def _fault(
+    new: Instances, description: Description, inputs: Sequence[str], *, repeats: bool
+) -> str:
+    """Why an FMU cannot go back; empty if it can, or if steps cannot be made.
+
+    What no other instance repeats either, as of clocks, is no fault unless it `repeats` by all
+    means.
+    """
     outputs = [v.name for v in description.of_causality("output") if v.type in TYPES]
     for moves in (True, False):
         try:
             trajectories = _trajectories(new, outputs, inputs, moves=moves)
             different = _different(outputs, *trajectories)
-            if different:  # but for clocks and the like, which no other instance repeats either
+            if different and not repeats:
                 first, *_ = _trajectories(new, outputs, inputs, moves=moves)
                 different -= _apart(outputs, trajectories[0], first, SAME, ROUNDING)
         except _FaultError as fault:

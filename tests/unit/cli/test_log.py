@@ -102,7 +102,7 @@ def test_an_error_is_told_with_its_place(here, capsys):
     assert error["text"] in captured.err
     assert one(found, "end")["exit_code"] == 2
     told = Path("a.log").read_text("utf-8")
-    assert " ERROR    error: " in told
+    assert f" ERROR    {PENDULUM.name}:" in told
     assert told.endswith("exit code 2\n")
 
 
@@ -268,3 +268,30 @@ def test_the_page_names_every_field():
         (row,) = [line for line in text.splitlines() if line.startswith(f"| `{kind.event}` |")]
         named = re.findall(r"`(\w+)`", row)
         assert {f.name for f in fields(kind)} <= set(named), kind.event
+
+
+def test_what_code_of_users_prints_is_no_event(tmp_path):
+    """It goes to the standard error, from Python and from libraries."""
+    (tmp_path / "talk.py").write_text(
+        "import os\n"
+        "print('read')\n"
+        "class Talk:\n"
+        "    outputs = {'y': 'm'}\n"
+        "    def step(self, t, h, v):\n"
+        "        print('stepped')\n"
+        "        os.write(1, b'by a library\\n')\n"
+        "        return {'y': t}\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "talk.yaml").write_text(
+        "name: talk\n"
+        "components: {talk: {kind: python, file: talk.py}}\n"
+        "simulation: {stop_time: 0.2, step_size: 0.1}\n",
+        encoding="utf-8",
+    )
+    command = [sys.executable, "-m", "m4e_fmi", "run", "talk.yaml", "--events"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    found = [json.loads(line)["event"] for line in done.stdout.splitlines()]
+    assert (found[0], found[-1]) == ("start", "end")
+    for text in ("read", "stepped", "by a library"):
+        assert text in done.stderr

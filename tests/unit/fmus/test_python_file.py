@@ -214,9 +214,28 @@ def test_a_folder_beside_cannot_be_imported(tmp_path: Path) -> None:
     (tmp_path / "gains" / "high.py").write_text("GAIN = 2.0\n", encoding="utf-8")
     text = HYDRAULICS.replace("import math", "import math\n\nimport gains.high")
     for _ in range(2):
-        with pytest.raises(InputError, match=r"imports the folder gains beside it.*'files'"):
+        with pytest.raises(InputError, match=r"imports from the folder gains beside it.*'files'"):
             made(tmp_path, text)
     assert not {"gains", "gains.high"} & sys.modules.keys()
+
+
+def test_an_import_from_a_folder_beside_is_refused_and_read_anew(tmp_path: Path) -> None:
+    """It would not travel; a notebook would go on with what it has imported before."""
+    (tmp_path / "lib").mkdir()
+    text = HYDRAULICS.replace("import math", "import math\n\nfrom lib.gains import GAIN")
+    for gain in ("2.0", "no number"):
+        (tmp_path / "lib" / "gains.py").write_text(f"GAIN = float('{gain}')\n", encoding="utf-8")
+        message = "imports from the folder lib beside it" if gain == "2.0" else "ValueError"
+        with pytest.raises(InputError, match=message):
+            made(tmp_path, text, files=("lib/gains.py",))
+    assert not [name for name in sys.modules if name.partition(".")[0] == "lib"]
+
+
+def test_a_folder_with_the_name_of_a_package_is_no_package(tmp_path: Path) -> None:
+    (tmp_path / "fractions").mkdir()
+    (tmp_path / "fractions" / "notes.py").write_text("", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nfrom fractions import Fraction")
+    assert made(tmp_path, text)[1] == ["force.py is recorded as a program"]
 
 
 @pytest.mark.parametrize(
@@ -437,3 +456,45 @@ def test_kinds_of_dicts_and_tuples_are_not_taken_for_plain_ones() -> None:
 def test_what_cannot_be_saved_is_named() -> None:
     with pytest.raises(CannotBeSavedError, match=r"self.files\['log'\] is of type StringIO"):
         encoded({"log": io.StringIO()}, "self.files")
+
+
+SAMPLED = """
+import random
+
+import numpy as np
+
+class Counter:
+    inputs = {"rod.vz": "m/s"}
+    outputs = {"rod.force_z": "N"}
+    count = 0
+
+    def start(self, v):
+        self.n = 0
+        self.rng = random.Random(1)
+
+    def step(self, t, h, v):
+        PLACE
+        return {"rod.force_z": 100.0 * number}
+"""
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["Counter.count += 1; number = Counter.count", "number = np.random.randn()"],
+)
+def test_a_state_outside_of_the_object_is_told_and_never_made_again(
+    tmp_path: Path, place: str
+) -> None:
+    path = system(tmp_path, SAMPLED.replace("PLACE", place))
+    prepared = prepare(load_system(path), build_directory=tmp_path / "build")
+    (warning,) = [line for line in prepared.warnings if "rollback" in line]
+    assert "hydraulics: " in warning
+    assert "give another rod.force_z" in warning
+    assert "keep all that changes, random generators with a seed too, in attributes" in warning
+
+
+def test_a_state_in_attributes_is_not_told(tmp_path: Path) -> None:
+    place = "self.n += 1; number = self.n + self.rng.random()"
+    path = system(tmp_path, SAMPLED.replace("PLACE", place))
+    prepared = prepare(load_system(path), build_directory=tmp_path / "build")
+    assert not [line for line in prepared.warnings if "rollback" in line]
