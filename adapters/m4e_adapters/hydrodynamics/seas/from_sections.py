@@ -22,11 +22,11 @@ from m4e_adapters.hydrodynamics.config.waves import (
     WaveSection,
     wave_sections,
 )
+from m4e_adapters.hydrodynamics.seas.record_doubts import record_doubts
 from m4e_adapters.hydrodynamics.seas.spectra import (
     depth_factor,
     energy_below,
     record_components,
-    record_doubts,
     table_edges,
 )
 from m4e_adapters.hydrodynamics.seas.spreading import spread
