@@ -369,6 +369,7 @@ RECORD = "{spectrum: record, file: r.csv}"
         (FILE, "5,0.2", "0,0.2", "c.csv:3", "period 0 is not positive"),
         (FILE, "period,", "length,", "c.csv:1", "no column 'period'"),
         (RECORD, "\n5.0,0", "\n5.0,nan", "r.csv:12", "expected a finite number in column 'elev"),
+        (RECORD, "\n5.0,0", "\n5.0,", "r.csv:12", "fill it, or give the part before or after it"),
         (RECORD, "\n5.0,0", "\n4.5,0", "r.csv:12", "time 4.5 s is not after 4.5 s"),
         (RECORD, "\n5.0,0", "", "r.csv:12", "a gap of 1 s, between rows 0.5 s apart"),
         (RECORD, "\n5.0,0", "\n5.1,0", "r.csv:12", "times are not in equal steps: 5.1 s"),
