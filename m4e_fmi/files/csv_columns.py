@@ -27,7 +27,12 @@ SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
 """Of names of tables."""
 UTF_8, UTF_16, WINDOWS = "utf-8-sig", "utf-16", "Windows-1252"
 """Encodings of tables; those of UTF begin with a mark, or may."""
+OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[./]\d{2,4}\b")
+"""Of dates and times of day."""
+AS_SECONDS = "write dates and times of day as seconds since the first row"
 COMMAS = "separate columns by commas, and write decimal points"
+COMMENTS = ("#", "%", "!", "//")
+"""Marks of lines above tables that are no rows."""
 _LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
 MOST_PROBLEMS = 10
@@ -82,7 +87,13 @@ def read_columns(
     places = [header.index(name) for name in names]
     values = tuple([_number(row, place) for _, row in rows[1:]] for place in places)
     problems = [
-        _problem(path, lines, line, f"expected a finite number in column {header[place]!r}, {got}")
+        _problem(
+            path,
+            lines,
+            line,
+            f"expected a finite number in column {header[place]!r}, {got}",
+            _remedy(row[place] if place < len(row) else ""),
+        )
         for line, row in rows[1:]
         for place in dict.fromkeys(places)
         if not math.isfinite(_number(row, place))
@@ -264,6 +275,10 @@ def _header_problems(
         if name not in header:
             known = [entry[:_LONGEST_SHOWN] for entry in header]
             message, remedy = f"no column {name!r}", suggestion(name, known, "columns")
+            if header[0].startswith(COMMENTS):
+                beside = header[0].lstrip("".join(COMMENTS)).strip()
+                what = "this mark before" if beside == name else "the lines above"
+                remedy = f"remove {what} the names of the columns"
             if name in asked:
                 message = f"{message} in this file, {asked[name].by}"
                 remedy = f"{asked[name].remedy}; {remedy}"
@@ -271,6 +286,15 @@ def _header_problems(
         elif header.count(name) > 1:
             found.append((f"two columns are called {name!r}", "rename one of them"))
     return found
+
+
+def _remedy(entry: str) -> str:
+    """Remedy for an entry that is not a number, "" if none is certain."""
+    if OF_CLOCK.search(entry):
+        return AS_SECONDS
+    if ";" in entry:
+        return "separate the names of the columns as the numbers are, by semicolons"
+    return ""
 
 
 def _number(row: Sequence[str], place: int) -> float:

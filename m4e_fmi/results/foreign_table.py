@@ -18,18 +18,15 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import foreign_text, shortened
+from m4e_fmi.files.csv_columns import COMMENTS, OF_CLOCK, foreign_text, shortened
 from m4e_fmi.files.limits import LARGEST_RECORD
 from m4e_fmi.results.clock_times import REMEDY, Clock, without_clock
 from m4e_fmi.shown import one_line
 from m4e_fmi.units import parse_unit
 
-COMMENTS = ("#", "%", "!", "//")
-"""Beginnings of lines that are comments."""
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
 _UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
 _WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
-_OF_CLOCK = re.compile(r"\d{1,2}:\d{2}\b|\d{4}-\d{2}-\d{2}|\b\d{1,2}[./]\d{1,2}[./]\d{2,4}\b")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
@@ -219,7 +216,7 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     message = f"the last row is not one of numbers in columns: {one_line(shown)[:_LONGEST_SHOWN]!r}"
     remedy = (
         REMEDY
-        if _OF_CLOCK.search(shown)
+        if OF_CLOCK.search(shown)
         else "separate columns by ; or tabs where decimals have a comma, and leave out marks "
         "between thousands"
     )

@@ -33,6 +33,30 @@ def test_si_units_in_names_and_empty_entries_at_the_end_are_fine(tmp_path: Path)
     assert read_columns(file, (0, 1)).values == ([0.0, 1.0], [1.0, 2.0])
 
 
+DATES = "write dates and times of day as seconds since the first row"
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("time,eta\n2024-06-11T14:00:00,1\n", DATES),
+        ("time;eta\n11.06.2024 14:00;1\n", DATES),
+        ("time,eta\n14:00:00.5,1\n", DATES),
+        ("time,eta\n0,5;1,2\n", "separate the names of the columns as the numbers are"),
+        ("# buoy 44, at sea\ntime,eta\n0,1\n", "remove the lines above the names"),
+        ("# time,eta\n0,1\n", "remove this mark before the names"),
+    ],
+)
+def test_tables_of_other_forms_are_refused_with_the_remedy(
+    tmp_path: Path, text: str, remedy: str
+) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        read_columns(file, ("time", "eta"))
+    assert remedy in str(caught.value)
+
+
 @pytest.mark.parametrize("mark", [";", "\t"])
 def test_other_separators(tmp_path: Path, mark: str) -> None:
     file = tmp_path / "t.csv"

@@ -22,11 +22,11 @@ from m4e_adapters.hydrodynamics.config.waves import (
     WaveSection,
     wave_sections,
 )
+from m4e_adapters.hydrodynamics.seas.record_doubts import record_doubts
 from m4e_adapters.hydrodynamics.seas.spectra import (
     depth_factor,
     energy_below,
     record_components,
-    record_doubts,
     table_edges,
 )
 from m4e_adapters.hydrodynamics.seas.spreading import spread
@@ -218,15 +218,17 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
     omega, amplitudes, phases = record_components(record)
     energy = np.cumsum(amplitudes**2)
     middle = float(omega[np.searchsorted(energy, 0.5 * energy[-1])])
+    deviation = float(record.elevation.std())
     return FixedSea(
         **common,
         omega=omega,
         phases=phases,
         offsets=np.zeros(len(omega)),
         amplitudes=amplitudes,
-        significant_height=4.0 * math.sqrt(0.5 * float(energy[-1])),
+        significant_height=4.0 * deviation,
         peak=2 * math.pi / middle,
         tunable_phases=False,
+        untapered=deviation / math.sqrt(0.5 * float(energy[-1])),
         at=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
         ramp=0.0,
         remarks=tuple(record_doubts(section.file, record)),

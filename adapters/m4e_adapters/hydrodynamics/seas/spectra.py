@@ -7,7 +7,6 @@ part of the frequency axis exactly. Parts are chosen as those of `waves.part_edg
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,8 +16,6 @@ from m4e_adapters.hydrodynamics.seas.waves import LOGARITHMIC
 
 TAPERED = 0.05  # of a record, at each end
 NEGLIGIBLE = 1e-8  # of the energy of a record, which may be left out
-LARGEST_MEAN = 0.05  # of a record, over its standard deviation, that is no doubt
-NEAR, LARGEST_SHARE = 0.8, 1e-3  # of the highest frequency of a record; energy above that
 _KNOTS = 4000  # of a spectrum's parts
 _LOWEST = 1e-3  # lower end of the parts over the upper one, if the table begins at 0
 
@@ -76,26 +73,6 @@ def record_components(record: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarr
     energy = np.cumsum(amplitude[order] ** 2)
     kept = np.sort(order[np.searchsorted(energy, NEGLIGIBLE * energy[-1]) :])
     return omega[kept], amplitude[kept], phase[kept]
-
-
-def record_doubts(name: str, record: Samples) -> Iterator[str]:
-    """Lines on the mean of the record in the file `name`, and on steps too long for its waves."""
-    values = record.elevation
-    mean, deviation = float(values.mean()), float(values.std())
-    if abs(mean) > LARGEST_MEAN * deviation:
-        yield (
-            f"the mean of {name}, {mean:.3g} m, is left out (its standard deviation is "
-            f"{deviation:.3g} m): z = 0 is the still-water level"
-        )
-    omega, amplitudes, _ = record_components(record)
-    near = omega > NEAR * math.pi / record.interval
-    share = float(np.sum(amplitudes[near] ** 2) / np.sum(amplitudes**2))
-    if share > LARGEST_SHARE:
-        yield (
-            f"{name} has {100 * share:.2g} % of its energy in waves of less than 2.5 rows: away "
-            f"from its place about {100 * math.sqrt(share):.2g} % of the elevation is wrong: give "
-            "shorter steps, or filter it"
-        )
 
 
 def _window(count: int) -> np.ndarray:

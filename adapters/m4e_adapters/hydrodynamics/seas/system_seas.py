@@ -100,11 +100,15 @@ class FlowWaves(SystemWaves):
 
 
 def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:
-    """The sum of all systems, for `values` of their parameters; None if none is irregular."""
+    """The sum of all systems, for `values` of their parameters; None if none is irregular.
+
+    A record has the energy of all its rows, which its tapered ends take from a run's.
+    """
     if all(system.regular for system in waves):
         return None
     parts = [system.known(values) for system in waves]
     omega, amplitudes, directions = (np.concatenate(part) for part in zip(*parts, strict=True))
+    amplitudes *= np.repeat([w.in_statistics for w in waves], [len(part[0]) for part in parts])
     doubts = [text for system in waves for text in system.doubts(values)]
     return Sea(omega, amplitudes, directions, tuple(doubts))
 

@@ -147,6 +147,11 @@ class WaveSystem(ABC):
             mean + self.offsets,
         )
 
+    @property
+    def in_statistics(self) -> float:
+        """Amplitudes that statistics are of over those that a run has."""
+        return 1.0
+
     def configured(self) -> tuple[np.ndarray, np.ndarray]:
         """ω (k,) [rad/s] and amplitudes (k,) [m] as configured."""
         omega, amplitude = self._own(lambda variable: variable.start)
@@ -306,7 +311,8 @@ class FixedSea(WaveSystem):
 
     `scaled`: that height is a parameter. `tunable_phases`: the
     phases are parameters. `apart`: each is judged as a regular wave. `at` [m] is where phases
-    count, `peak` [s] the period of the largest part. `remarks` are doubts about a file.
+    count, `peak` [s] the period of the largest part. `remarks` are doubts about a file. `untapered`
+    [1] is the amplitudes' factor in statistics: that of a record without its tapered ends.
     """
 
     amplitudes: np.ndarray = field(repr=False)
@@ -318,6 +324,12 @@ class FixedSea(WaveSystem):
     at: tuple[float, float] = (0.0, 0.0)
     ramp: float | None = None
     remarks: tuple[str, ...] = ()
+    untapered: float = 1.0
+
+    @property
+    def in_statistics(self) -> float:
+        """`untapered`."""
+        return self.untapered
 
     @property
     def place(self) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +25,7 @@ FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
 UNEVEN = 2e-3  # of a step: difference of a time from equal steps that is none
 GAP = 1.5  # steps
+FILL = "fill it, or give the part before or after it"
 UNITS = {
     "time": "s",
     "elevation": "m",
@@ -145,11 +146,18 @@ def _one_of(path: Path, first: str, second: str) -> str:
 def read_record(section: Record, folder: Path) -> Samples:
     """The record of a section whose file is in `folder`; InputError with all its problems."""
     units = {name: UNITS[name] for name in ("time", "elevation")}
-    columns, (time, elevation) = _columns(folder / section.file, units)
+    try:
+        columns, (time, elevation) = _columns(folder / section.file, units)
+    except InputError as error:
+        raise InputError(
+            replace(problem, remedy=FILL) if problem.line and not problem.remedy else problem
+            for problem in error.problems
+        ) from None
     problems = list(_of_times(time))
     if len(elevation) and np.ptp(elevation) == 0.0:
         problems.append((0, "the elevation never changes", "write {spectrum: still} for no waves"))
-    _check(columns, problems, fewest=SHORTEST_RECORD, most=MOST_ROWS)
+    fewer = "take a part, or longer steps: filter it before rows are left out"
+    _check(columns, problems, fewest=SHORTEST_RECORD, most=MOST_ROWS, fewer=fewer)
     interval = float(time[-1] - time[0]) / (len(time) - 1)
     return Samples(float(time[0]), interval, elevation)
 
@@ -168,7 +176,7 @@ def _of_times(time: np.ndarray) -> Iterator[tuple[int, str, str]]:
     gaps = np.flatnonzero(steps > GAP * usual).tolist()
     for row in gaps:
         text = f"a gap of {steps[row]:g} s, between rows {usual:g} s apart"
-        yield row + 1, text, "fill it, or give the part before or after it"
+        yield row + 1, text, FILL
     if gaps:
         return
     even = time[0] + (time[-1] - time[0]) / len(steps) * np.arange(len(time))
@@ -180,13 +188,21 @@ def _of_times(time: np.ndarray) -> Iterator[tuple[int, str, str]]:
 
 
 def _check(
-    columns: Columns, problems: Sequence[tuple[int, str, str]], *, fewest: int, most: int
+    columns: Columns,
+    problems: Sequence[tuple[int, str, str]],
+    *,
+    fewest: int,
+    most: int,
+    fewer: str = "leave some out, or take a part",
 ) -> None:
-    """InputError with the `problems` (row, message, remedy) of a file, or too few or many rows."""
+    """InputError with the `problems` (row, message, remedy) of a file, or too few or many rows.
+
+    `fewer` is the remedy for too many.
+    """
     count = len(columns.lines)
     if not fewest <= count <= most:
         message = f"expected {fewest} to {most} rows, got {count}"
-        remedy = "give more" if count < fewest else "leave some out, or take a part"
+        remedy = "give more" if count < fewest else fewer
         raise InputError.single(message, remedy, str(columns.path))
     if problems:
         raise InputError(shortened([columns.problem(*problem) for problem in problems]))

@@ -271,9 +271,55 @@ def test_doubts_about_a_record_are_told(tmp_path: Path) -> None:
     rows = "\n".join(f"{a},{b + 0.1}" for a, b in zip(t, elevation(sea, t, 0.0), strict=True))
     (tmp_path / "r.csv").write_text(f"time,elevation\n{rows}\n")
     (system,) = systems(Record(spectrum="record", file="r.csv"), folder=tmp_path)
-    mean, coarse = system.doubts({})
+    mean, ends, coarse = system.doubts({})
     assert "the mean of r.csv, 0.0986 m, is left out" in mean
+    assert "tapered to 0 for 15 s at each end" in ends
     assert "% of its energy in waves of less than 2.5 rows" in coarse
+
+
+def doubts_of(folder: Path, elevation: np.ndarray, *, start: float = 0.0) -> list[str]:
+    """Doubts about a record with rows in steps of 0.5 s."""
+    rows = "".join(f"{start + 0.5 * k},{v!r}\n" for k, v in enumerate(elevation.tolist()))
+    (folder / "r.csv").write_text(f"time,elevation\n{rows}")
+    (system,) = systems(Record(spectrum="record", file="r.csv"), folder=folder)
+    return system.doubts({})
+
+
+def measured(count: int = 2400) -> np.ndarray:
+    """Rows (n,) [m] of a sea of Hs 2.5 m, in steps of 0.5 s."""
+    sea = components(Jonswap(spectrum="jonswap", **WIND))
+    return elevation(sea, 0.5 * np.arange(count), 0.0)
+
+
+def test_the_ends_of_a_record_are_told_with_the_energy_that_they_lose(tmp_path: Path) -> None:
+    """Half cosines leave 3/8 of the energy of two twentieths."""
+    sine = np.sin(2 * math.pi * 0.05 * np.arange(2400))
+    (told,) = doubts_of(tmp_path, sine)
+    assert "r.csv is 1200 s long, repeats itself, and is tapered to 0 for 60 s at each" in told
+    assert "takes 6.3 % of its energy" in told  # 2 times 0.05 times 5/8 is 6.25 %
+    assert told.endswith("take t = 60 to 1140 s")
+
+
+def test_a_record_that_begins_at_another_time_is_told(tmp_path: Path) -> None:
+    """At t = 0 it is 5 times 1200 s - 5000 s = 1000 s after its first row."""
+    later, ends = doubts_of(tmp_path, measured(), start=5000.0)
+    assert "begins at t = 5000 s and repeats itself: at t = 0 s the sea is that of 1000 s" in later
+    assert ends.endswith("take t = 5060 to 6140 s")
+
+
+def test_spikes_and_values_that_stand_still_are_told(tmp_path: Path) -> None:
+    sea = measured()
+    assert len(doubts_of(tmp_path, sea)) == 1
+    spiked = sea.copy()
+    spiked[1000] = 12.0
+    assert doubts_of(tmp_path, spiked)[0].startswith(
+        "r.csv has a row beyond 6 standard deviations, the farthest 12 m at t = 500 s"
+    )
+    stuck = sea.copy()
+    stuck[1200:1260] = 0.25
+    assert "is 0.25 m from t = 600 to 629.5 s" in doubts_of(tmp_path, stuck)[0]
+    flat_crests = np.clip(sea, -0.6, 0.6)
+    assert not any("longer than a wave" in text for text in doubts_of(tmp_path, flat_crests))
 
 
 def test_doubts_follow_the_values_of_parameters() -> None:
@@ -323,6 +369,7 @@ RECORD = "{spectrum: record, file: r.csv}"
         (FILE, "5,0.2", "0,0.2", "c.csv:3", "period 0 is not positive"),
         (FILE, "period,", "length,", "c.csv:1", "no column 'period'"),
         (RECORD, "\n5.0,0", "\n5.0,nan", "r.csv:12", "expected a finite number in column 'elev"),
+        (RECORD, "\n5.0,0", "\n5.0,", "r.csv:12", "fill it, or give the part before or after it"),
         (RECORD, "\n5.0,0", "\n4.5,0", "r.csv:12", "time 4.5 s is not after 4.5 s"),
         (RECORD, "\n5.0,0", "", "r.csv:12", "a gap of 1 s, between rows 0.5 s apart"),
         (RECORD, "\n5.0,0", "\n5.1,0", "r.csv:12", "times are not in equal steps: 5.1 s"),
