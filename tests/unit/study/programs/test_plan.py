@@ -55,9 +55,8 @@ def test_a_compiled_ensemble_has_the_same_bits(
 
     monkeypatch.setattr(Engine, "compile", noted)
     monkeypatch.setattr(plan, "COMPILING_PAYS", 0.0)
-    monkeypatch.setattr(plan, "CHUNK", 10)
     second = made(path, jobs=1, fresh=True)
-    assert compiled == [True]  # the first of two parts shows how long they take
+    assert set(compiled) == {True}  # after the first part, which shows how long they take
     for name in ("swing", "push"):
         np.testing.assert_array_equal(first.data[name], second.data[name])
 
