@@ -37,6 +37,7 @@ from m4e_fmi.cli.shared.options import (
     start_values,
 )
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.signals import Terminated
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
     from m4e_fmi.report.animation.scene import Scene
     from m4e_fmi.report.run_report.record import InputFile
-    from m4e_fmi.simulate import SimulationError
+    from m4e_fmi.simulate import Simulation
 
 
 def add(commands: argparse._SubParsersAction) -> None:
@@ -198,6 +199,7 @@ def _simulate_to(
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
     tell_event(_plan(source, output, options))
+    left: list[Simulation] = []
     try:
         with progress(options.stop_time) as moving:
             result = simulate(
@@ -211,9 +213,16 @@ def _simulate_to(
                 events=events,
                 needed=options.variables,
                 progress=moving,
+                interrupted=left.append,
             )
     except SimulationError as error:
-        raise _kept(error, output, source, options) from error
+        note = _kept(error.simulation, f"failed: {error.message}", output, source, options)
+        raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
+    except (KeyboardInterrupt, Terminated) as error:
+        ended = str(error) or "interrupted"
+        for simulation in left:
+            error.add_note(_kept(simulation, ended, output, source, options))
+        raise
     files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
     show(simulation_summary(result), Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
@@ -236,35 +245,32 @@ def _simulate_to(
 
 
 def _kept(
-    error: SimulationError, output: Path, source: _Source, options: argparse.Namespace
-) -> RunError:
-    """The error of a simulation, with the place of its rows until then, which are written here.
+    simulation: Simulation, ended: str, output: Path, source: _Source, options: argparse.Namespace
+) -> str:
+    """The place of the rows of a simulation that `ended` early, which are written here.
 
     As those of a run, they have their report; a single row replaces no earlier results.
     """
     from m4e_fmi.report import report_of_run, write_simulation
     from m4e_fmi.results.results_file import stream_of
 
-    simulation, rows = error.simulation, len(error.simulation.time)
+    rows = len(simulation.time)
     if rows == 1 and stream_of(output).is_file():
-        note = f"the simulation made no step: {output} is as it was"
-    else:
-        ended = f"failed: {error.message}"
-        count = f"{rows:,} row{'s' * (rows != 1)}"
-        try:
-            files = write_simulation(
-                simulation, output, scene=source.scene, inputs=source.inputs, ended=ended
-            )
-        except RunError as other:
-            return RunError(error.message, f"{error.remedy}; its {count}: {other}")
-        if not options.no_plot:
-            output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
-        note = f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
-        report = report_file(options, source.name)
-        with suppress(InputError):  # a single row
-            if report:
-                print_files([report_of_run(files[0], report, command=options.given)])
-    return RunError(error.message, f"{error.remedy}; {note}".strip("; "))
+        return f"the simulation made no step: {output} is as it was"
+    count = f"{rows:,} row{'s' * (rows != 1)}"
+    try:
+        files = write_simulation(
+            simulation, output, scene=source.scene, inputs=source.inputs, ended=ended
+        )
+    except RunError as error:
+        return f"its {count}: {error}"
+    if not options.no_plot:
+        output.with_suffix(".png").unlink(missing_ok=True)  # of an earlier one
+    report = report_file(options, source.name)
+    with suppress(InputError):  # a single row
+        if report:
+            print_files([report_of_run(files[0], report, command=options.given)])
+    return f"results until t = {simulation.time[-1]:.9g} s are in {files[-1]} ({count})"
 
 
 def _plan(source: _Source, output: Path, options: argparse.Namespace) -> Plan:

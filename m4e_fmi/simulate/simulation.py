@@ -139,6 +139,7 @@ def simulate(
     events: Sequence[Watch | str] = (),
     needed: Sequence[str] = (),
     progress: Progress | None = None,
+    interrupted: Callable[[Simulation], None] | None = None,
 ) -> Simulation:
     """Integrate from t = 0 to `stop_time` [s]; outputs at every `output_interval` and at the end.
 
@@ -154,9 +155,11 @@ def simulate(
 
     `events` are outputs or states whose changes of sign are found, such as `load.<stop>.gap`, by
     name for both directions; a terminal `Watch` ends the simulation, with a last row at its time.
-    `needed` names variables that the caller will look at. Raises InputError, before the simulation,
-    for unknown names and bad times, RunError if the integration fails, naming time and cause: a
-    SimulationError, which has the rows up to there, if there are any.
+    `interrupted` is called with the rows so far, at least one, before KeyboardInterrupt and
+    Terminated pass; SciPy's methods leave none. `needed` names variables that the caller will look
+    at. Raises InputError, before the simulation, for unknown names and bad times, RunError if the
+    integration fails, naming time and cause: a SimulationError, which has the rows up to there, if
+    there are any.
     """
     method, solver = _solver(method, step_size)
     if not isinstance(system, Program):
@@ -173,18 +176,6 @@ def simulate(
     variables = {v.name: v for v in (*audited.states, *audited.outputs)}
     if unknown := unknown_names(needed, variables, "there is no variable", "variables"):
         raise InputError(unknown)
-    task = Task(
-        program=watched,
-        times=np.array(output_times(stop_time, output_interval)),
-        method=method.removeprefix(SCIPY),
-        tolerance=tolerance,
-        step_size=step_size or np.inf,
-        quadratures=works,
-        watches=watches,
-        kinks=kinks(program, stop_time),
-        progress=progress,
-        explain=functools.partial(_explained, system, program),
-    )
 
     def simulation(solved: Solved) -> Simulation:
         # without what is there to be watched only
@@ -206,6 +197,23 @@ def simulate(
             tolerance=None if method == FIXED else tolerance,
         )
 
+    def leave(solved: Solved) -> None:
+        if interrupted and len(solved.times):
+            interrupted(simulation(solved))
+
+    task = Task(
+        program=watched,
+        times=np.array(output_times(stop_time, output_interval)),
+        method=method.removeprefix(SCIPY),
+        tolerance=tolerance,
+        step_size=step_size or np.inf,
+        quadratures=works,
+        watches=watches,
+        kinks=kinks(program, stop_time),
+        progress=progress,
+        explain=functools.partial(_explained, system, program),
+        leave=leave,
+    )
     try:
         return simulation(_solved(task, solver, program, shares))
     except StoppedError as error:

@@ -7,8 +7,8 @@ failure, and has the rows up to there.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime import DormandPrince, IntegrationError
 from m4e_fmi.runtime.engine import EVENT, Control, Engine, Watch, failure_text
 from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.signals import Terminated
 from m4e_fmi.simulate.instability import instability
 
 if TYPE_CHECKING:
@@ -41,7 +42,8 @@ class Task:
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
     `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
     `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
-    across them. `explain` gives the cause of a failure at a time and states.
+    across them. `explain` gives the cause of a failure at a time and states. `leave` is
+    called with the rows so far if a signal ends the integration, but by SciPy's methods.
     """
 
     program: Program
@@ -54,6 +56,7 @@ class Task:
     kinks: Sequence[float]
     progress: Progress
     explain: Explain
+    leave: Callable[[Solved], None]
 
     @property
     def start(self) -> list[float]:
@@ -114,32 +117,43 @@ def solve_compiled(task: Task) -> Solved:
     integrator = Integrator(engine, limits)
     integrator.start(times[0], task.start)
     record, last = integrator.record, task.start
-    states, reached = [np.empty((0, len(task.start)))], [times[:0]]
+    done = [(times[:0], np.empty((0, len(task.start))))]
 
     def solved() -> Solved:
-        at, x, count = np.concatenate(reached), np.concatenate(states), integrator.report.events
+        at, x = (np.concatenate(parts) for parts in zip(*done, strict=True))
+        count = integrator.report.events
         table = np.hstack([x, engine.outputs_over(at, x)])
         found = zip(record.time[:count], record.index[:count], record.state[:count], strict=True)
         events = [(float(t), int(k), state) for t, k, state in found]
         return Solved(at, table, integrator.report.evaluations, events)
 
-    for part, bound, wanted in _parts(task):
-        rows = integrator.advance(part, bound=bound)
-        report = integrator.report
-        if wanted:
-            states.append(rows)
-            reached.append(part[: len(rows)])
-        last = rows[-1] if len(rows) else last
-        if report.status == EVENT:
-            states.append(record.state[report.events - 1 : report.events])
-            reached.append(record.time[report.events - 1 : report.events])
-            break
-        if len(rows) < part.size:
-            why = task.explain(report.time, list(last))
-            raise _failure(task, failure_text(program, report), why, solved())
-        if task.progress:
-            task.progress(part[-1])
+    with _left(task, solved):
+        for part, bound, wanted in _parts(task):
+            rows = integrator.advance(part, bound=bound)
+            report = integrator.report
+            if wanted:
+                done.append((part[: len(rows)], rows))
+            last = rows[-1] if len(rows) else last
+            if report.status == EVENT:
+                at_end = slice(report.events - 1, report.events)
+                done.append((record.time[at_end], record.state[at_end]))
+                break
+            if len(rows) < part.size:
+                why = task.explain(report.time, list(last))
+                raise _failure(task, failure_text(program, report), why, solved())
+            if task.progress:
+                task.progress(part[-1])
     return _checked(task, solved())
+
+
+@contextmanager
+def _left(task: Task, solved: Callable[[], Solved]) -> Generator[None]:
+    """Leaves what is `solved` if a signal ends the block."""
+    try:
+        yield
+    except (KeyboardInterrupt, Terminated):
+        task.leave(solved().finite)
+        raise
 
 
 def _parts(task: Task) -> Iterator[tuple[np.ndarray, float, bool]]:
@@ -174,20 +188,24 @@ def solve_python(task: Task) -> Solved:
     rates, outputs = _functions(task.program)
     integrator = DormandPrince(rates, tolerance=task.tolerance, quadratures=task.quadratures)
     x, t, rows, wanted = task.start, task.times[0], [], set(task.times.tolist())
+
+    def solved() -> Solved:
+        return _solved(task, task.times[: len(rows)], rows, integrator.evaluations)
+
     try:
-        for target in sorted({*wanted, *task.kinks}):
-            x = integrator.advance(t, x, target)
-            t = target
-            if t not in wanted:
-                continue
-            rows.append([*x, *outputs(t, x)])
-            if task.progress:
-                task.progress(t)
+        with _left(task, solved):
+            for target in sorted({*wanted, *task.kinks}):
+                x = integrator.advance(t, x, target)
+                t = target
+                if t not in wanted:
+                    continue
+                rows.append([*x, *outputs(t, x)])
+                if task.progress:
+                    task.progress(t)
     except (IntegrationError, ArithmeticError, ValueError) as error:
         message = f"{task.program.name}: the integration stopped after t = {t:.6g} s: {error}"
-        known = _solved(task, task.times[: len(rows)], rows, integrator.evaluations)
-        raise _failure(task, message, task.explain(t, x), known) from error
-    return _checked(task, _solved(task, task.times, rows, integrator.evaluations))
+        raise _failure(task, message, task.explain(t, x), solved()) from error
+    return _checked(task, solved())
 
 
 def _solved(

@@ -21,6 +21,8 @@ MOSTLY_OFFSET = 0.2
 """RMS difference without its mean over that with it, below which a note says so."""
 ROUNDING = 1e-9
 """RMS difference over its divisor up to which nothing is said of it."""
+SMALL_PART = 0.05
+"""Part of a reference that may be lacking, if that is less than two of its steps."""
 _MOST_NAMED = 5
 
 
@@ -141,11 +143,13 @@ def _left_over(
 ) -> tuple[list[str], tuple[Span, ...]]:
     """A note if one file begins or ends more than two steps apart from the other.
 
-    And the times of the reference `b` that `a` lacks there. Only within `start` and `stop` [s].
+    And the times of the reference `b` that `a` lacks there. Two steps of a reference with few rows
+    are a large part of it: `SMALL_PART` is enough, then. Only within `start` and `stop` [s].
     """
     bounds = (-math.inf if start is None else start), (math.inf if stop is None else stop)
     first, last = (np.clip([f.time[k] for f in (a, b)], *bounds) for k in (0, -1))
-    least = 2.0 * max(float(np.median(np.diff(f.time))) for f in (a, b))
+    step, other_step = (float(np.median(np.diff(f.time))) for f in (a, b))
+    least = max(2.0 * step, min(2.0 * other_step, SMALL_PART * float(last[1] - first[1])))
     if max(np.ptp(first), np.ptp(last)) <= least:
         return [], ()
     spans = ", ".join(f"{f.path.name} {f.time[0]:g} to {f.time[-1]:g} s" for f in (a, b))

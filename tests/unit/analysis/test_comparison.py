@@ -288,6 +288,11 @@ def test_a_file_that_ends_early_is_within_no_tolerance() -> None:
         assert m4e_fmi.compare(one, other).is_within  # without a tolerance
     late = results(TIME[200:], z=np.sin(TIME[200:]))
     assert m4e_fmi.compare(late, whole, tolerance=0.0).lacking == ((0.0, 10.0),)
+    few = TIME[::240]  # 12 s apart, two of which are two fifths of the reference
+    reference = results(few, z=np.sin(few))
+    found = m4e_fmi.compare(results(TIME[:901], z=np.sin(TIME[:901])), reference, tolerance=0.0)
+    assert found.lacking == ((45.0, 60.0),)
+    assert m4e_fmi.compare(results(TIME[:1151], z=np.sin(TIME[:1151])), reference).lacking == ()
     assert m4e_fmi.compare(whole, results(TIME[:-2], z=np.sin(TIME[:-2]))).notes == ()
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 import m4e_fmi as m4e
 from m4e_fmi.cli import main
 from m4e_fmi.errors import RunError
+from m4e_fmi.signals import Terminated
 from m4e_fmi.simulate import SimulationError
 
 FUSE = """\
@@ -79,6 +82,37 @@ def test_the_command_writes_rows_and_report(fuse: str, capsys: pytest.CaptureFix
     assert len(kept.time) == 6
     assert kept.attributes["ended"].startswith("failed: fuse")
     assert not Path("build/fuse.png").exists()
+
+
+@pytest.mark.parametrize("method", ["dop853", "python"])
+@pytest.mark.parametrize(
+    ("signal", "code", "told"),
+    [(KeyboardInterrupt(), 130, "interrupted"), (Terminated(15), 143, "ended by SIGTERM")],
+)
+def test_a_signal_leaves_rows(
+    fuse: str,
+    method: str,
+    signal: BaseException,
+    code: int,
+    told: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    @contextmanager
+    def progress(_: float) -> Generator[Callable[[float], None]]:
+        def moving(t: float) -> None:
+            if t > 0.25:
+                raise signal
+
+        yield moving
+
+    monkeypatch.setattr("m4e_fmi.cli.simulate.progress", progress)
+    command = ["simulate", fuse, "--output-interval", "0.1", "--stop-time", "0.5"]
+    assert main([*command, "--output-file", "r.nc", "--method", method]) == code
+    assert f"{told} results until t = 0.3 s are in r.nc (4 rows)" in capsys.readouterr().err
+    kept = m4e.load("r.nc")
+    np.testing.assert_allclose(kept.time, np.arange(4) * 0.1, atol=1e-12)
+    assert kept.attributes["ended"] == told
 
 
 def test_a_single_row_replaces_no_results(fuse: str, capsys: pytest.CaptureFixture[str]) -> None:
