@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain, repeat
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,7 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
-from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.runs.store import Pace, Store
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import cores
 from m4e_fmi.study.systems.names import Named
@@ -28,8 +29,10 @@ from m4e_fmi.study.systems.task import Lacking, Task, perform
 
 MOST_TOLD = 12
 """FMUs that are named."""
-SHORT = 0.02
+SHORT = 0.01
 """Part of a run that is made for its timing."""
+ENOUGH = 1.0
+"""Seconds by which a longer run takes longer than it, which tell how long a whole one takes."""
 PER_RUN = 600
 """Bytes of a kept run without series."""
 LEAST_TOLD = 0.5
@@ -101,13 +104,10 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
 
 def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> list[str]:
     """The time of runs whose FMUs are to be built, by other runs of the system."""
-    study, times = known.study, known.system.simulation
+    study = known.study
     beside = "beside planning and the FMUs to be built"
-    with Store(folder / STORE) as store:
-        pace = store.pace(system_id(known), times.stop_time - times.start_time)
-    if pace:
-        how = f"by {pace.count} runs of this system in other studies, of {pace.span:g} s; {beside}"
-        return _told(pace.seconds, study.grid.count, jobs, how)
+    if pace := _pace(known, folder):
+        return _told(pace.seconds, study.grid.count, jobs, f"{_by_others(pace)}; {beside}")
     if missing_fmus(known.system, folder):
         return [
             "time: not known: there are neither FMUs nor kept runs of this system",
@@ -126,6 +126,17 @@ def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> l
     return _told(each, study.grid.count, jobs, how)
 
 
+def _pace(known: Named, folder: Path) -> Pace | None:
+    """How long kept runs of the system took, in whichever study."""
+    times = known.system.simulation
+    with Store(folder / STORE) as store:
+        return store.pace(system_id(known), times.stop_time - times.start_time)
+
+
+def _by_others(pace: Pace) -> str:
+    return f"by {pace.count} runs of this system in other studies, of {pace.span:g} s"
+
+
 def _system_time(
     known: Named, tasks: Sequence[Task], folder: Path, jobs: int, planning: float
 ) -> list[str]:
@@ -135,30 +146,37 @@ def _system_time(
     if kept:
         each = float(np.mean([record.wall_time for record in kept.values()]))
         how = f"by {len(kept)} kept runs"
+    elif pace := _pace(known, folder):
+        each, how = pace.seconds, _by_others(pace)
     else:
         each, how = _trial(known, tasks[0])
     return [how] if each is None else _told(each, rest, jobs, how, planning=planning)
 
 
 def _trial(known: Named, first: Task) -> tuple[float | None, str]:
-    """Seconds of a run, by short ones, and how they are known; None and a line if one fails."""
-    times, stop = known.system.simulation, first.stop_time
-    start = times.start_time
-    end = start + max(SHORT * (stop - start), 40 * times.step_size)
-    if end >= stop:
-        end = stop
-    seconds = []
-    for part in (0.5, 0.5, 1.0):  # the first loads what all runs share
+    """Seconds of a run, by short ones, and how they are known; None and a line if one fails.
+
+    Each is twice as long as the one before it, until the difference from the first is of weight.
+    """
+    times = known.system.simulation
+    whole, seconds = first.stop_time - times.start_time, list[float]()
+    span = shortest = min(whole, max(SHORT * whole, 40 * times.step_size))
+    for again in chain((True,), repeat(False)):  # the first loads what all runs share
         began = clock.perf_counter()
-        until = start + part * (end - start)
-        found = perform(replace(first, stop_time=until, start_up=start))
-        seconds.append(clock.perf_counter() - began)
+        stop = times.start_time + span
+        found = perform(replace(first, stop_time=stop, start_up=times.start_time))
         assert not isinstance(found, Lacking)
         if found.failure:
             return None, f"time: not known, a short run failed: {found.failure}"
-    rate = max(0.0, seconds[2] - seconds[1]) / (0.5 * (end - start))
-    each = seconds[2] + rate * (stop - end)
-    return each, f"by short runs, of {0.5 * (end - start):g} s and twice that"
+        seconds = [] if again else [*seconds, clock.perf_counter() - began]
+        if seconds and (span == whole or seconds[-1] - seconds[0] >= ENOUGH):
+            break
+        if not again:
+            span = min(whole, 2.0 * span)
+    if span == whole:
+        return seconds[-1], f"by a run of {span:g} s"
+    each = seconds[-1] + (seconds[-1] - seconds[0]) / (span - shortest) * (whole - span)
+    return each, f"by short runs, of {shortest:.3g} to {span:.3g} s"
 
 
 def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.small_study import written_study
+from support.small_study import Here, written_study
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system
-from m4e_fmi.study import load_study
+from m4e_fmi.study import load_study, run_study
 from m4e_fmi.study.systems.names import named
 
 STUDY = """\
@@ -93,6 +93,41 @@ def test_a_dry_run_of_a_system_names_fmus_that_are_built(
     assert "pto.damping: the key damping of the section of pto" in told
     assert "to be built, 0 are there" in told
     assert not Path("build/carts").exists()
+
+
+@pytest.mark.usefixtures("here")
+def test_a_dry_run_tells_the_time_or_what_tells_it(capsys: pytest.CaptureFixture[str]) -> None:
+    text = "name: s\nsystem: system.yaml\nstart_up: 0\nvary: {push.beyond: [held, error]}\n"
+    text += "wanted: {f: {variable: pto.force, statistic: mean}}\n"
+    written_study(Path(), text)
+
+    def told() -> str:
+        capsys.readouterr()
+        assert main(["study", "study.yaml", "--dry-run"]) == 0
+        return capsys.readouterr().out
+
+    assert "'m4e-fmi build system.yaml' with the same --build-folder builds" in told()
+    assert main(["build", "system.yaml"]) == 0
+    assert "by a run of 1 s, of the system as its file has it; beside planning" in told()
+    run_study(Path("study.yaml"), executor=Here())
+    assert "time: none, all runs are kept" in told()
+    Path("study.yaml").write_text(f"{text}simulation: {{stop_time: 0.5}}\n", "utf-8")
+    assert "by 2 runs of this system in other studies, of 1 s" in told()
+
+
+@pytest.mark.usefixtures("here")
+def test_what_does_not_occur_is_told_and_is_no_failure(capsys: pytest.CaptureFixture[str]) -> None:
+    scatter = "scatter: {file: s.csv, rows: k, columns: joint.hinge.u}\n"
+    written_study(Path(), STUDY.replace("vary: {k: [30, 40], joint.hinge.u: [0, 1]}\n", scatter))
+    Path("s.csv").write_text("k,0,1\n30,5,0\n40,0,5\n", "utf-8")
+    assert main(["study", "study.yaml", "--dry-run"]) == 0
+    line = "2 of 4 sea states do not occur and are not run"
+    assert line in capsys.readouterr().out
+    assert main(["study", "study.yaml", "--no-plot", "--report"]) == 0
+    text = capsys.readouterr().out
+    assert "carts: 2 runs, 2 made" in text
+    assert line in text
+    assert line in Path("build/carts.report.html").read_text("utf-8")
 
 
 def test_names_of_the_example_stand_for_something() -> None:

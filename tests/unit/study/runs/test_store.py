@@ -9,7 +9,7 @@ import pytest
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.store import Store
+from m4e_fmi.study.runs.store import Pace, Store
 
 RECORD = Record(
     values={"a": 0.1 + 0.2, "b": float("nan")},
@@ -37,6 +37,15 @@ def test_what_is_kept_is_not_replaced_but_on_demand(tmp_path: Path) -> None:
         assert store.found(["k"])["k"].values["a"] == RECORD.values["a"]
         second.keep({"k": other}, again=True)
         assert store.found(["k"])["k"].values["a"] == 1.0
+
+
+def test_paces_are_those_of_the_nearest_span(tmp_path: Path) -> None:
+    with Store(tmp_path / "s.sqlite") as store:
+        assert store.pace("buoy", 60.0) is None
+        paces = [("buoy", 60.0, 2.0), ("buoy", 60.0, 4.0), ("buoy", 600.0, 50.0)]
+        store.keep({"k": RECORD}, paces=[*paces, ("other", 50.0, 9.0)])
+        assert store.pace("buoy", 90.0) == Pace(60.0, 2, 4.5)
+        assert store.pace("buoy", 300.0) == Pace(600.0, 1, 25.0)
 
 
 def test_failed_runs_are_not_kept(tmp_path: Path) -> None:
