@@ -94,7 +94,9 @@ def run_study(
         records, kept = _records(work, store, fresh=fresh, progress=progress)
         study = work.study
         warnings = _warnings(work.warnings, records)
-        record = carried_record(study, records, kept=kept, warnings=warnings, notes=work.notes)
+        record = carried_record(
+            study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=work.notes
+        )
         attributes = {**_attributes(study), **record}
         found = dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes)
         path = None if output is None else Path(output)

@@ -9,10 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.cosim.load import load_system
+from m4e_fmi.report.run_report.record import InputFile
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named, named
@@ -29,14 +31,15 @@ NO_TIME = ("algorithm", "tolerance", "coupling_tolerance", "method")
 class Work:
     """The runs of a `study`: the `keys` of what each follows from, and how they are made.
 
-    `start_up` (n_runs,) [s] is the time from which on rows count. `records` makes the runs of some
-    numbers.
+    `start_up` (n_runs,) [s] is the time from which on rows count. `inputs` are files as they are
+    before the first run. `records` makes the runs of some numbers.
     """
 
     study: Study
     keys: Sequence[str] = field(repr=False)
     start_up: Sequence[float] = field(repr=False)
     labels: Labels = field(repr=False)
+    inputs: Sequence[InputFile] = field(repr=False)
     warnings: Mapping[str, int]
     notes: Sequence[str]
     records: Make = field(repr=False)
@@ -67,8 +70,9 @@ def work_of(
 
 
 def _of_system(plan: Plan, perform: Perform) -> Work:
-    plan.build()
     known = plan.versions.named
+    inputs = inputs_of(known.study)
+    plan.build()
     tasks = list(plan.tasks())
 
     def records(missing: Sequence[int]) -> Iterator[Batch]:
@@ -80,6 +84,7 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
         keys=[task.key for task in tasks],
         start_up=[task.start_up for task in tasks],
         labels=_labels(plan.versions),
+        inputs=inputs,
         warnings=dict.fromkeys(plan.warnings, len(tasks)),
         notes=(),
         records=records,
@@ -93,7 +98,8 @@ def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()
-    return Work(named.study, plan.keys, plan.start_up, labels, {}, plan.notes(), records)
+    inputs = inputs_of(named.study)
+    return Work(named.study, plan.keys, plan.start_up, labels, inputs, {}, plan.notes(), records)
 
 
 def _labels(made: Versions) -> Labels:
