@@ -9,6 +9,7 @@ Audio Electroacoust. 15, 1967: degrees of freedom and their correlation, equatio
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,10 +102,12 @@ def spectrum(time: ArrayLike, values: ArrayLike, *, segment: float | None = None
     """Spectrum of `values` (n,), in their unit, at `time` (n,) [s], in segments [s] of a length.
 
     `segment` is a quarter of the record by default; its frequencies are multiples of 2π/segment.
-    InputError as `checked_runs`, for several runs, constant or short records, and time steps that
-    are unequal by more than some rows between (`even_rows`).
+    InputError as `checked_runs`, for several runs, constant or short records, lengths that are not
+    finite, and time steps that are unequal by more than some rows between (`even_rows`).
     """
     t, x = checked_runs(time, values)
+    if segment is not None and not math.isfinite(segment):
+        raise InputError.single(f"the segment is {segment:g} s long, expected a finite length")
     if len(x) != 1:
         raise InputError.single(f"expected the values of one run, got {len(x)} runs")
     try:
