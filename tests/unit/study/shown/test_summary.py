@@ -12,7 +12,7 @@ from support.small_study import written_study
 
 from m4e_fmi.study import run_study
 from m4e_fmi.study.shown.figure import _draw, _shown, plot_study
-from m4e_fmi.study.shown.summary import summary, warning_lines
+from m4e_fmi.study.shown.summary import _lacking, summary, warning_lines
 
 STUDY = """\
 name: carts
@@ -73,6 +73,14 @@ def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("k/u,0,1e300\n30,1,2\n40,3,0\n", "utf-8")
     failed = summary(run_study(path, build_directory=tmp_path))
     assert "mean by probability: not known, 1 states" in failed
+
+
+def test_states_that_lack_a_seed_are_not_told_to_have_no_value() -> None:
+    """Of two seeds and three states: a state without any, and one that lacks in each seed."""
+    none = np.array([[False, True, False], [False, True, False]])
+    some = np.array([[False, True, False], [True, False, False]])
+    assert _lacking(none) == "1 states of the table have no value"
+    assert "2 states have no value in some of the runs" in _lacking(some)
 
 
 def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
