@@ -9,11 +9,13 @@ Audio Electroacoust. 15, 1967: degrees of freedom and their correlation, equatio
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from m4e_fmi.errors import InputError
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.record import (
     Floats,
@@ -99,9 +101,11 @@ def spectrum(time: ArrayLike, values: ArrayLike, *, segment: float | None = None
     """Spectrum of `values` (n,), in their unit, at `time` (n,) [s], in segments [s] of a length.
 
     `segment` is a quarter of the record by default; its frequencies are multiples of 2π/segment.
-    InputError as `checked_runs`, for several runs, constant or short records, and time steps that
-    are unequal by more than some rows between (`even_rows`).
+    InputError as `checked_runs`, for several runs, constant or short records, lengths that are not
+    finite, and time steps that are unequal by more than some rows between (`even_rows`).
     """
+    if segment is not None and not math.isfinite(segment):
+        raise InputError.single(f"the segment is {segment:g} s long, expected a finite length")
     return of_one_run(time, values, lambda t, x: spectrum_of(t, x, segment))
 
 

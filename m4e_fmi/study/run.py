@@ -102,7 +102,9 @@ def run_study(
         study = work.study
         warnings = _warnings(work.warnings, records)
         notes = (*work.notes, *(one.text for one in study.grid.not_run))
-        record = carried_record(study, records, kept=kept, warnings=warnings, notes=notes)
+        record = carried_record(
+            study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
+        )
         attributes = {**_attributes(study), **record}
         found = dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes)
         path = None if output is None else Path(output)

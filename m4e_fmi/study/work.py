@@ -10,10 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.cosim.load import load_system
+from m4e_fmi.report.run_report.record import InputFile
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
+from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
@@ -32,7 +34,8 @@ class Work:
     """The runs of a `study`: the `keys` of what each follows from, and how they are made.
 
     Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
-    (n_points,) [s] is the time from which on rows count. `records` makes the runs of some numbers.
+    (n_points,) [s] is the time from which on rows count. `inputs` are files as they are before the
+    first run. `records` makes the runs of some numbers.
     `pace` has the simulated time [s] of each point, by what tells how long runs take; it is empty
     where nothing does.
     """
@@ -41,6 +44,7 @@ class Work:
     keys: Sequence[str] = field(repr=False)
     start_up: Sequence[float] = field(repr=False)
     labels: Labels = field(repr=False)
+    inputs: Sequence[InputFile] = field(repr=False)
     warnings: Mapping[str, int]
     notes: Sequence[str]
     records: Make = field(repr=False)
@@ -72,8 +76,9 @@ def work_of(
 
 
 def _of_system(plan: Plan, perform: Perform) -> Work:
-    plan.build()
     known = plan.versions.named
+    inputs = inputs_of(known.study)
+    plan.build()
     tasks, points = plan.tasks(), range(known.study.grid.size)
     began = known.system.simulation.start_time
     spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
@@ -87,6 +92,7 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
         keys=[tasks[run].key if run in tasks else "" for run in points],
         start_up=[tasks[run].start_up if run in tasks else math.nan for run in points],
         labels=_labels(plan.versions),
+        inputs=inputs,
         warnings=plan.warnings,
         notes=(),
         records=records,
@@ -101,7 +107,8 @@ def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()
-    return Work(named.study, plan.keys, plan.start_up, labels, {}, plan.notes(), records)
+    inputs = inputs_of(named.study)
+    return Work(named.study, plan.keys, plan.start_up, labels, inputs, {}, plan.notes(), records)
 
 
 def _labels(made: Versions) -> Labels:

@@ -11,7 +11,7 @@ import numpy as np
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Axis, Grid, Scalar, Varied
 from m4e_fmi.study.given.study import Study, Wanted
-from m4e_fmi.study.report.record import carried_record
+from m4e_fmi.study.report.record import carried_record, inputs_of
 from m4e_fmi.study.runs.record import Record
 
 EVIL = "<img src=x onerror=alert(1)>"
@@ -47,7 +47,10 @@ def written(
         name=f"sea {EVIL}", source=source, is_model=True, grid=grid, wanted=tuple(wanted),
         series=tuple(series), text=f"name: x  # </script>{EVIL}\n",
     )  # fmt: skip
-    kept = carried_record(study, records, kept=0, warnings={f"odd {EVIL}": 2}, notes=["quick"])
+    kept = carried_record(
+        study, records, inputs=inputs_of(study), kept=0, warnings={f"odd {EVIL}": 2},
+        notes=["quick"],
+    )  # fmt: skip
     units = units or {"pto.power": "W", "line.tension": "N", "buoy.z": "m"}
     labels = Labels(
         {"Hs": ("m", f"height {EVIL}"), "Tp": ("s", "period")},

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.analysis.comparison.measures import normalised
+from m4e_fmi.analysis.comparison.measures import limit_problems, normalised
 from m4e_fmi.errors import InputError, Problem, unknown_names
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.results.gridded_file import Grid, GriddedFile, is_gridded, read_gridded
@@ -123,10 +123,11 @@ def compare_cells(
     dimensions without values must be of one size. `variables`, `tolerance` and `relative_to` as
     `compare`; an amplitude is √2 standard deviations of the cells. By default variables without a
     number in either file, and the wall time of runs, are left out, which notes tell. InputError for
-    files and names that are wrong, units that do not fit, and without common cells.
+    files, names and numbers that are wrong, units that do not fit, and without common cells.
     """
     paths = as_path(one), as_path(reference)
-    wrong = [
+    wrong = limit_problems(relative_to, tolerance=tolerance)
+    wrong += [
         Problem("is no netCDF file with numbers over dimensions", "", str(path))
         for path in paths
         if not is_gridded(path)
@@ -244,10 +245,30 @@ def _same(
     mine, theirs = a.coordinates[dimension], b.coordinates[dimension]
     if mine.dtype.kind == "f" and theirs.dtype.kind == "f":
         limit = SAME * max(np.max(np.abs(mine), initial=0.0), np.max(np.abs(theirs), initial=0.0))
-        same = np.abs(mine[:, None] - theirs[None, :]) <= limit
     else:
-        same = mine[:, None].astype(str) == theirs[None, :].astype(str)
-    here, there = np.nonzero(same)
-    if not len(here):
+        mine, theirs, limit = mine.astype(str), theirs.astype(str), 0.0
+    pairs = _pairs(mine, theirs, limit)
+    if not pairs:
         raise ValueError(f"the files have no value of {dimension} in common")
+    here, there = np.array(sorted(pairs)).T
     return here, there
+
+
+def _pairs(mine: np.ndarray, theirs: np.ndarray, limit: float) -> list[tuple[int, int]]:
+    """Places of equal values, or of numbers within a `limit` in their unit; each in one pair.
+
+    `mine` (n,) and `theirs` (m,) are numbers or texts. Of values that are there several times, the
+    first belongs to the first.
+    """
+    left, right = (np.argsort(one, kind="stable").tolist() for one in (mine, theirs))
+    found, i, j = list[tuple[int, int]](), 0, 0
+    while i < len(left) and j < len(right):
+        x, y = mine[left[i]], theirs[right[j]]
+        if x == y or (limit and abs(x - y) <= limit):
+            found.append((left[i], right[j]))
+            i, j = i + 1, j + 1
+        elif x < y:
+            i += 1
+        else:
+            j += 1
+    return found

@@ -12,8 +12,15 @@ import numpy as np
 from m4e_fmi.analysis.comparison.alignment import aligned
 from m4e_fmi.analysis.comparison.differences import Comparison, Difference, Span
 from m4e_fmi.analysis.comparison.matching import Pair, matched
-from m4e_fmi.analysis.comparison.measures import SCALES, Phase, Scales, normalised, phase, scales
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.analysis.comparison.measures import (
+    Phase,
+    Scales,
+    limit_problems,
+    normalised,
+    phase,
+    scales,
+)
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.results.compared_file import ComparedFile, read_compared
 from m4e_fmi.results.results_file import Results
 
@@ -86,15 +93,9 @@ def _check(
     stop: float | None,
     shift: float,
 ) -> None:
-    wrong = []
+    wrong = limit_problems(relative_to, tolerance=tolerance, floor=floor)
     if not math.isfinite(shift):
         wrong.append(Problem(f"time_shift is {shift:g} s, expected a finite number"))
-    if relative_to not in SCALES:
-        message = f"relative_to is {relative_to!r}"
-        wrong.append(Problem(message, suggestion(relative_to, SCALES)))
-    for name, value in (("tolerance", tolerance), ("floor", floor)):
-        if value is not None and not 0.0 <= value < math.inf:
-            wrong.append(Problem(f"the {name} is {value:g}, expected a number from 0 on"))
     if start is not None and stop is not None and not start < stop:
         wrong.append(Problem(f"start_time {start:g} s is not before stop_time {stop:g} s"))
     if wrong:

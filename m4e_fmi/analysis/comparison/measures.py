@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.analysis.points import Floats
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.moments import standard_deviation
 from m4e_fmi.statistics.record import UndefinedError, even_rows, is_constant
@@ -57,6 +58,19 @@ def scales(time: Floats, reference: Floats) -> Scales:
     deviation = standard_deviation(time, reference) if time[-1] > time[0] else 0.0
     largest = float(np.max(np.abs(reference)))
     return Scales(float(np.ptp(reference)), math.sqrt(2.0) * deviation, largest)
+
+
+def limit_problems(relative_to: str, **limits: float | None) -> list[Problem]:
+    """Problems of the name of a divisor, and of `limits` by name, which are numbers from 0 on."""
+    wrong = []
+    if relative_to not in SCALES:
+        wrong.append(Problem(f"relative_to is {relative_to!r}", suggestion(relative_to, SCALES)))
+    wrong += [
+        Problem(f"the {name} is {value:g}, expected a number from 0 on")
+        for name, value in limits.items()
+        if value is not None and not 0.0 <= value < math.inf
+    ]
+    return wrong
 
 
 def normalised(difference: Floats, scale: float) -> Floats:

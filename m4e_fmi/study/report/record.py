@@ -54,11 +54,15 @@ def carried_record(
     study: Study,
     records: Sequence[Record],
     *,
+    inputs: Sequence[InputFile],
     kept: int,
     warnings: Mapping[str, int],
     notes: Sequence[str],
 ) -> dict[str, str]:
-    """The attribute by which results carry the record of a study that has ended."""
+    """The attribute by which results carry the record of a study that has ended.
+
+    `inputs` are the files that it was made of, as they were when it began.
+    """
     known = [one for one in records if not math.isnan(one.coupling_error)]
     worst = max(known, key=lambda one: one.coupling_error, default=None)
     record = StudyRecord(
@@ -70,14 +74,14 @@ def carried_record(
         notes=tuple(notes),
         made=study.grid.count - kept,
         kept=kept,
-        inputs=_inputs(study),
+        inputs=tuple(inputs),
         versions=versions(),
     )
     return {ATTRIBUTE: json.dumps(asdict(record), separators=(",", ":"))}
 
 
-def _inputs(study: Study) -> tuple[InputFile, ...]:
-    """Files that the study was made of, but its own, whose text is an attribute of the results."""
+def inputs_of(study: Study) -> tuple[InputFile, ...]:
+    """Files that a study is made of, but its own, whose text is an attribute of the results."""
     if study.is_model:
         found = input_file(study.source, study.source.name)
         return (found,) if found else ()

@@ -80,9 +80,7 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     grid, values = outcome.study.grid, outcome.data[wanted.name].values
     name, found = over_states(grid, values, states, wanted)
     if np.isnan(found.mean).all():
-        rows = states.last(grid.axes, values)
-        lacking = int(np.isnan(rows).reshape(-1, rows.shape[-1]).any(axis=0).sum())
-        yield f"  {name}: not known, {lacking} states of the table have no value"
+        yield f"  {name}: not known, {_lacking(np.isnan(states.last(grid.axes, values)))}"
         return
     yield from _told(name, shown, found.scaled(scale))
     if (
@@ -113,6 +111,16 @@ def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
     cells = [[label, _cell(scaled, place)] for label, place in zip(labels, places, strict=True)]
     yield from _lines(cells[1:])
+
+
+def _lacking(missing: np.ndarray) -> str:
+    """Why sums over states are not known, of which values are `missing` (…, n_states)."""
+    rows = missing.reshape(-1, missing.shape[-1])
+    count = int(rows.all(axis=0).sum())
+    if count:
+        return f"{count} states of the table have no value"
+    some = int(rows.any(axis=0).sum())
+    return f"each seed and design lacks some state: {some} states have no value in some of the runs"
 
 
 def _told(name: str, unit: str, found: Averaged) -> Iterator[str]:

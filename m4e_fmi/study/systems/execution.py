@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -163,20 +163,28 @@ def _processes(jobs: int) -> Generator[ProcessPoolExecutor]:
     """New processes of this machine."""
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(jobs, mp_context=_Context(), initializer=_worker)
+    begun: list[Future[int]] = []
     try:
         with suppress(BrokenExecutor):  # told by the first task
-            for _ in range(jobs):
-                pool.submit(os.getpid)  # each begins a process
+            begun.extend(pool.submit(os.getpid) for _ in range(jobs))  # each begins a process
         yield pool
     except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in set(multiprocessing.active_children()) - before:
-            process.terminate()
-        for process in set(multiprocessing.active_children()) - before:
-            process.join(PATIENCE)
-            process.kill()
+        _end(pool, before)
         raise
-    pool.shutdown()
+    if all(one.done() for one in begun):
+        pool.shutdown()
+    else:  # none is ready yet: there was nothing to make
+        _end(pool, before)
+
+
+def _end(pool: ProcessPoolExecutor, before: Collection[BaseProcess]) -> None:
+    """End the processes of a pool at once; those that were there `before` it live on."""
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in set(multiprocessing.active_children()) - {*before}:
+        process.terminate()
+    for process in set(multiprocessing.active_children()) - {*before}:
+        process.join(PATIENCE)
+        process.kill()
 
 
 @contextmanager

@@ -103,6 +103,29 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path) -> None:
         compare_cells(one, one, variables=["pwer"])
 
 
+def test_values_that_are_there_twice_belong_together_in_their_order(tmp_path: Path) -> None:
+    one = study(tmp_path / "a.nc", heights=[1.0, 1.0, 3.0])
+    found = compare_cells(one, one)["power"]
+    assert found.largest == 0.0
+    assert found.values.shape == POWER.shape
+
+
+def test_many_values_take_no_square_of_memory(tmp_path: Path) -> None:
+    """All pairs of them would be 80 GB."""
+    path, count = tmp_path / "a.nc", 100_000
+    with netcdf(path) as file:
+        file.createDimension("sample", count)
+        file.createVariable("sample", "f8", ("sample",))[:] = np.arange(count)[::-1]
+        file.createVariable("power", "f8", ("sample",))[:] = np.arange(count)
+    assert compare_cells(path, path)["power"].largest == 0.0
+
+
+def test_wrong_numbers_are_told_together(tmp_path: Path) -> None:
+    one = study(tmp_path / "a.nc")
+    with pytest.raises(InputError, match=r"relative_to is 'rage'(.|\n)*the tolerance is -1"):
+        compare_cells(one, one, relative_to="rage", tolerance=-1.0)
+
+
 def test_files_without_a_number_have_nothing_to_compare(tmp_path: Path) -> None:
     empty = study(tmp_path / "c.nc", np.full((3, 4), np.nan))
     with pytest.raises(InputError, match="no numbers in common"):

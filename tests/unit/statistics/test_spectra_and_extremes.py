@@ -32,6 +32,12 @@ def error(values: np.ndarray) -> float:
     return float(np.std(values, ddof=1)) / np.sqrt(len(values))
 
 
+@pytest.mark.parametrize("length", [np.nan, np.inf])
+def test_segments_of_no_length_are_wrong_input(length: float) -> None:
+    with pytest.raises(InputError, match="expected a finite length"):
+        spectrum(TIME, np.sin(TIME), segment=length)
+
+
 def test_the_integral_of_a_spectrum_is_the_variance(sea: np.ndarray) -> None:
     for run in sea[:5]:
         found = spectrum(TIME, run)

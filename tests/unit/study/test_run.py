@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import hashlib
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -204,6 +206,20 @@ def test_series_of_adaptive_steps_have_times_of_their_own(tmp_path: Path) -> Non
     assert data["pto.force"].dims == data["time"].dims == ("damping", "k", "row")
     ends = data["time"].max("row")
     np.testing.assert_array_equal(ends, 1.0)
+
+
+def test_files_are_told_as_they_were_before_the_first_run(tmp_path: Path) -> None:
+    """They may be edited while a study runs; the result is that of what it began with."""
+    path = written_study(tmp_path, STUDY.replace("[2, 6]", "[2]"))
+
+    def broken(done: int, _: int) -> None:
+        if done:
+            (tmp_path / "system.yaml").write_text("name: [", encoding="utf-8")
+
+    record = json.loads(made(path, progress=broken).data.attrs["record"])
+    (told,) = (one for one in record["inputs"] if one["name"] == "system.yaml")
+    assert told["text"] == SYSTEM
+    assert told["sha256"] == hashlib.sha256(SYSTEM.encode()).hexdigest()
 
 
 def test_two_studies_do_not_write_one_file(tmp_path: Path) -> None:

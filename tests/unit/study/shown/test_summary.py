@@ -15,7 +15,7 @@ from m4e_fmi.study import run_study
 from m4e_fmi.study.report.result import load_study_result
 from m4e_fmi.study.shown.figure import _draw, _shown, plot_study
 from m4e_fmi.study.shown.over_states import over_states, states_of
-from m4e_fmi.study.shown.summary import summary, warning_lines
+from m4e_fmi.study.shown.summary import _lacking, summary, warning_lines
 from m4e_fmi.study.shown.warnings import told_once
 
 STUDY = """\
@@ -131,6 +131,14 @@ def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
     np.testing.assert_array_equal(sums[0], sums[1])
     year = annual_energy(swing.transpose(..., "q"), outcome.data["probability"])
     assert np.isfinite([year.energy, year.error]).all()
+
+
+def test_states_that_lack_a_seed_are_not_told_to_have_no_value() -> None:
+    """Of two seeds and three states: a state without any, and one that lacks in each seed."""
+    none = np.array([[False, True, False], [False, True, False]])
+    some = np.array([[False, True, False], [True, False, False]])
+    assert _lacking(none) == "1 states of the table have no value"
+    assert "2 states have no value in some of the runs" in _lacking(some)
 
 
 def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
