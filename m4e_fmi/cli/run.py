@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Collection, Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -220,11 +220,10 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
-    from m4e_fmi.cosim import ExportError, prepare, run, system_program
+    from m4e_fmi.cosim import prepare, run, system_program
     from m4e_fmi.cosim.master.recording import scene_of
     from m4e_fmi.cosim.master.run import begun_at
-    from m4e_fmi.report import report_of_run, run_numbers, run_summary
-    from m4e_fmi.results.results_file import stream_of
+    from m4e_fmi.report import run_numbers, run_summary
 
     file = output.absolute()  # an FMU may change the working folder
     animation = animation_file(options, system.name, (".html",))
@@ -241,28 +240,45 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     times = system.simulation
     animated = animation is not None or (report is not None and scene_of(prepared) is not None)
     told: list[str] = []
-    since = _changed(output)
 
     def heed(line: str) -> None:
         told.append(line)
         warn(line)
 
+    with (
+        _shown_if_it_fails(output, report, options.given, told),
+        progress(times.stop_time, start=times.start_time) as moving,
+    ):
+        outcome = run(
+            prepared,
+            results=output,
+            progress=moving,
+            check=options.check,
+            variables=options.variables,
+            tell=say,
+            warn=heed,
+            beside=[file.with_suffix(".png")],
+            resume=options.resume,
+            real_time=options.real_time,
+            certify=options.certify,
+            animated=animated,
+        )
+    show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
+    _write_beside(outcome, (output, file), program, animation, report, options.given)
+
+
+@contextmanager
+def _shown_if_it_fails(
+    output: Path, report: Path | None, command: str, told: Collection[str]
+) -> Generator[None]:
+    """Shows what there is of a run that fails: its summary, or the report of its rows."""
+    from m4e_fmi.cosim import ExportError
+    from m4e_fmi.report import report_of_run, run_numbers, run_summary
+    from m4e_fmi.results.results_file import stream_of
+
+    since = _changed(output)
     try:
-        with progress(times.stop_time, start=times.start_time) as moving:
-            outcome = run(
-                prepared,
-                results=output,
-                progress=moving,
-                check=options.check,
-                variables=options.variables,
-                tell=say,
-                warn=heed,
-                beside=[file.with_suffix(".png")],
-                resume=options.resume,
-                real_time=options.real_time,
-                certify=options.certify,
-                animated=animated,
-            )
+        yield
     except ExportError as error:
         show(run_summary(error.outcome, told), Summary(*run_numbers(error.outcome)))
         print_files(filter(None, [error.outcome.path]))
@@ -271,10 +287,8 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     except RunError:
         if report and _changed(output) != since:  # rows of this run, not of an earlier one
             with suppress(InputError):  # a single row
-                print_files([report_of_run(stream_of(output), report, command=options.given)])
+                print_files([report_of_run(stream_of(output), report, command=command)])
         raise
-    show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
-    _write_beside(outcome, (output, file), program, animation, report, options.given)
 
 
 def _write_beside(

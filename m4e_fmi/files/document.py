@@ -19,11 +19,11 @@ from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_named, check_suff
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import LARGEST_YAML
 from m4e_fmi.files.section_errors import complaints, found_at
-from m4e_fmi.files.sections import Location, Section, SectionType, rejected
+from m4e_fmi.files.sections import Location, Section, SectionType, rejected, rejected_at
 from m4e_fmi.files.yaml_tree import Place, Places, problem_at, read_yaml
 from m4e_fmi.shown import one_line
 
-__all__ = ["Document", "Location", "Section", "SectionType", "rejected"]
+__all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
 
 _MOST_PRUNINGS = 20
 

@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic.fields import FieldInfo
-from pydantic_core import PydanticCustomError
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 Location = tuple[str | int, ...]
 """Keys and indices (from 0) that lead to a value from the top of a file, or of a section."""
@@ -42,6 +42,11 @@ def rejected(message: str, remedy: str = "") -> PydanticCustomError:
     """The error a validator raises to reject a value with a remedy."""
     context = {"message": message, "remedy": remedy}
     return PydanticCustomError("rejected", "{message}", context)
+
+
+def rejected_at(place: Location, message: str, remedy: str) -> InitErrorDetails:
+    """The error of what is rejected at a `place` below a section, for a ValidationError."""
+    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
 class Word:

@@ -68,47 +68,49 @@ def _joint_type_findings(
     at: Location, joint: Joint, types: Mapping[str, JointType]
 ) -> Iterator[Finding]:
     """Keys that a joint of this type does not have, or needs."""
-    joint_type = types[joint.type]
-    if joint_type.is_free:
-        if joint.parent != GROUND:
-            message = f"a {joint.type} joint is always to the ground"
-            yield Finding((*at, "parent"), message, "leave 'parent' out")
-        for field in ("parent_to_joint", "joint_to_child"):
-            if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
-                message = f"a {joint.type} joint has no {field}"
-                place = "x, z" if types is JOINT_TYPES[2] else "x, y, z"
-                remedy = f"give the start position under 'initial': {place}"
-                yield Finding((*at, field), message, remedy)
+    if types[joint.type].is_free:
+        yield from _of_free(at, joint, types)
+    yield from _axes(at, joint, types)
+    yield from _reaction_axes(at, joint, types[joint.type])
+    yield from _coordinate(at, joint, types)
+
+
+def _of_free(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
+    if joint.parent != GROUND:
+        message = f"a {joint.type} joint is always to the ground"
+        yield Finding((*at, "parent"), message, "leave 'parent' out")
+    for field in ("parent_to_joint", "joint_to_child"):
+        if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
+            message = f"a {joint.type} joint has no {field}"
+            place = "x, z" if types is JOINT_TYPES[2] else "x, y, z"
+            remedy = f"give the start position under 'initial': {place}"
+            yield Finding((*at, field), message, remedy)
+
+
+def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
     for field in AXES_OF_JOINTS:
-        having = [name for name, t in types.items() if field in t.vectors]
-        if (field in joint_type.vectors) == (getattr(joint, field) is not None):
+        needed = field in types[joint.type].vectors
+        if needed == (getattr(joint, field) is not None):
             continue
-        words, entries = (
-            field.replace("_", " "),
-            "[x, z]" if types is JOINT_TYPES[2] else "[x, y, z]",
-        )
+        words = field.replace("_", " ")
         article = "an" if words == "axis" else "a"
-        if field in joint_type.vectors:
-            message, remedy = (
-                f"a {joint.type} joint needs {article} {words}",
-                f"add '{field}: {entries}'",
-            )
+        having = [name for name, t in types.items() if field in t.vectors]
+        remedy = "leave it out"
+        if needed:
+            message = f"a {joint.type} joint needs {article} {words}"
+            remedy = f"add '{field}: {'[x, z]' if types is JOINT_TYPES[2] else '[x, y, z]'}'"
         elif having:
-            message, remedy = (
-                f"only a {' or '.join(having)} joint has {article} {words}",
-                "leave it out",
-            )
+            message = f"only a {' or '.join(having)} joint has {article} {words}"
         else:
-            message, remedy = (
-                f"joints of the plane turn about +Y and have no {words}",
-                "leave it out",
-            )
+            message = f"joints of the plane turn about +Y and have no {words}"
         yield Finding((*at, field), message, remedy)
-    yield from _reaction_axes(at, joint, joint_type)
+
+
+def _coordinate(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
     if joint.coordinate not in (None, *get_args(AngleReference)):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
         yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif joint_type.chooses_angle or joint.coordinate is None:
+    elif types[joint.type].chooses_angle or joint.coordinate is None:
         return
     elif joint.coordinate == "relative" or types is JOINT_TYPES[3]:
         names = " or ".join(name for name, t in types.items() if t.chooses_angle)

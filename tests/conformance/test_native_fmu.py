@@ -17,7 +17,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from support.driven import driven
 from support.fmu_answers import ERROR, answers
-from support.fmu_instance import Instance
+from support.fmu_instance import Instance, dependency_kinds
 from support.model_exchange import exchange
 from support.native_programs import NATIVE_PROGRAMS as PROGRAMS
 from support.native_programs import pendulum
@@ -55,15 +55,7 @@ class TestDescription:
     def test_dependencies_and_their_kinds(self, native_fmus: dict[str, Path]) -> None:
         description: Any = fmpy.read_model_description(str(native_fmus["driven"]))
 
-        def kinds(unknowns: list[Any]) -> dict[str, dict[str, str]]:
-            return {
-                u.variable.name: dict(
-                    zip([v.name for v in u.dependencies], u.dependenciesKind, strict=True)
-                )
-                for u in unknowns
-            }
-
-        outputs = kinds(description.outputs)
+        outputs = dependency_kinds(description.outputs)
         assert outputs["x"] == {"x": "constant"}
         assert outputs["a"] == {"force": "fixed", "x": "tunable", "v": "fixed"}
         assert outputs["height"] == {"x": "constant", "lift": "constant"}
@@ -71,10 +63,10 @@ class TestDescription:
         assert outputs["energy"] == {"x": "dependent"}
         assert outputs["swing"] == {"x": "constant", "lift": "dependent"}
         assert "momentum" not in outputs
-        rates = kinds(description.derivatives)
+        rates = dependency_kinds(description.derivatives)
         assert list(rates) == ["der(x)", "a"]
         assert rates["der(x)"] == {"v": "constant"}
-        first = kinds(description.initialUnknowns)
+        first = dependency_kinds(description.initialUnknowns)
         both = {"stiffness": "dependent", "mass": "dependent"}
         assert first["frequency"] == both
         assert first["height"] == {"x": "constant", "lift": "constant"}

@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
 from support.fmu3_instance import Instance3
 from support.fmu_answers import ERROR, answers
-from support.fmu_instance import Instance
+from support.fmu_instance import Instance, dependency_kinds
 from support.native_programs import NATIVE_PROGRAMS_3 as PROGRAMS
 from support.native_programs import pendulum
 from support.plane import plane
@@ -75,15 +75,7 @@ class TestDescription:
     def test_structure(self, load_native_3: Load) -> None:
         description = load_native_3().description
 
-        def kinds(unknowns: list[Any]) -> dict[str, dict[str, str]]:
-            return {
-                u.variable.name: dict(
-                    zip([v.name for v in u.dependencies], u.dependenciesKind, strict=True)
-                )
-                for u in unknowns
-            }
-
-        outputs = kinds(description.outputs)
+        outputs = dependency_kinds(description.outputs)
         assert outputs["body.ball.position"] == {"body.ball.position": "constant"}
         assert outputs["body.ball.acceleration"] == {
             "body.ball.force": "tunable",
@@ -91,9 +83,9 @@ class TestDescription:
             "time": "dependent",
         }
         assert outputs["turn"] == {"body.ball.moment_y": "constant"}
-        rates = kinds(description.derivatives)
+        rates = dependency_kinds(description.derivatives)
         assert list(rates) == ["der(body.ball.position)", "body.ball.acceleration"]
-        first = kinds(description.initialUnknowns)
+        first = dependency_kinds(description.initialUnknowns)
         assert first["weight"] == {"mass": "constant"}
         assert set(first["body.ball.acceleration"]) == {
             *("time", "mass", "stiffness", "gain", "body.ball.force", "body.ball.position")

@@ -58,6 +58,19 @@ def largest_error(found: Sequence[Any], expected: Sequence[Any]) -> float:
     return float(max(differences) / (1 + max(map(abs, expected))))
 
 
+def check_tangent(
+    program: Program, values: Mapping[str, float], along: Mapping[str, float]
+) -> None:
+    """The tangent `along` a direction is that of difference quotients, at `values` by name."""
+    expected = quotients(program, [*program.rates, *program.results], values, along)
+    change = tangent(program, along)
+    directions = {f"d({name})": value for name, value in along.items()}
+    with mpmath.workdps(50):
+        exact = exact_values(change, change.results, {**values, **directions})
+        # 50 digits, conditions below 1e4, twice
+        assert largest_error(exact, expected) < 1e-40
+
+
 @pytest.mark.verifies(
     "derivatives of rates and outputs along states, inputs, parameters",
     independent="difference quotients, mpmath in 100 digits",
@@ -75,13 +88,7 @@ def test_tangents_of_trees(seed: int, algorithm: str) -> None:
     values = random_values(program, seed) | {"time": 0.7}
     r = random.Random(seed)
     along = {name: r.uniform(-1, 1) for name in values}
-    expected = quotients(program, [*program.rates, *program.results], values, along)
-    change = tangent(program, along)
-    directions = {f"d({name})": value for name, value in along.items()}
-    with mpmath.workdps(50):
-        exact = exact_values(change, change.results, {**values, **directions})
-        # 50 digits, conditions below 1e4, twice
-        assert largest_error(exact, expected) < 1e-40
+    check_tangent(program, values, along)
 
 
 @pytest.mark.verifies(
@@ -96,13 +103,7 @@ def test_tangents_in_space(seed: int, algorithm: type[Recursion] | type[ClosedFo
     program = recorded(model, topology(model), algorithm)
     values, r = random_values(program, seed), random.Random(seed)
     along = {name: r.uniform(-1, 1) for name in values}
-    expected = quotients(program, [*program.rates, *program.results], values, along)
-    change = tangent(program, along)
-    directions = {f"d({name})": value for name, value in along.items()}
-    with mpmath.workdps(50):
-        exact = exact_values(change, change.results, {**values, **directions})
-        # 50 digits, conditions below 1e4, twice
-        assert largest_error(exact, expected) < 1e-40
+    check_tangent(program, values, along)
 
 
 @pytest.mark.verifies(

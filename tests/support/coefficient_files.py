@@ -6,6 +6,10 @@ import lzma
 from collections.abc import Callable, Collection
 from pathlib import Path
 
+import numpy as np
+
+from m4e_fmi.simulate import Simulation
+
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 SPHERE, FLAP = DATA / "oes10_sphere.h5", DATA / "oswec.nc"
 RM3_SERIES = DATA / "rm3_decay_wec_sim.csv"
@@ -68,3 +72,13 @@ def rm3_system(folder: Path, modes: Collection[int] = ()) -> Path:
 def changed(path: Path, change: Callable[[list[str]], list[str]]) -> None:
     """Change the lines of a text file."""
     path.write_text("\n".join([*change(path.read_text("utf-8").splitlines()), ""]), "utf-8")
+
+
+def check_heave_only(found: Simulation) -> None:
+    """The heave of RM3's bodies is that of WEC-Sim, to 5e-4 m; nothing moves otherwise."""
+    times, *others = np.loadtxt(RM3_SERIES, delimiter=",").T
+    for body, other in zip(("float", "spar"), others, strict=True):
+        heave = np.interp(times, found.time, found[f"wec.body.{body}.z"])
+        assert np.sqrt(np.mean((heave - other) ** 2)) < 5e-4
+        for motion in ("x", "y", "phi", "theta", "psi"):
+            assert np.abs(found[f"wec.body.{body}.{motion}"]).max() < 1e-6

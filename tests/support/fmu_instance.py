@@ -16,6 +16,16 @@ from m4e_fmi.fmu.importer.messages import Messages
 DISCARD = 2
 
 
+def dependency_kinds(unknowns: Iterable[Any]) -> dict[str, dict[str, str]]:
+    """The kinds of dependencies by name, of each of FMPy's `unknowns` by name."""
+    return {
+        u.variable.name: dict(
+            zip([v.name for v in u.dependencies], u.dependenciesKind, strict=True)
+        )
+        for u in unknowns
+    }
+
+
 class Instance:
     """An instance of the FMU at `path`, unpacked into `folder`; variables are called by name.
 

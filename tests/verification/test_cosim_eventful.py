@@ -14,7 +14,7 @@ from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, run
-from m4e_fmi.cosim.error_estimate import repeated_windows, step_doubling
+from m4e_fmi.cosim.error_estimate import repeated_windows, step_doubling, stretch_errors
 
 Fmus = Callable[[str], Path]
 
@@ -108,7 +108,7 @@ def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> 
 def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     # as in a run of 2,048 steps for each 256
     monkeypatch.setattr(step_doubling, "FIRST", 256)
-    monkeypatch.setattr(step_doubling, "MANY", 6)
+    monkeypatch.setattr(stretch_errors, "MANY", 6)
     monkeypatch.setattr(repeated_windows, "A_FEW", 4)
     system = eventful_system(
         c_fmu,
@@ -134,7 +134,7 @@ def test_the_order_of_kinks_is_measured_where_they_are(
 ) -> None:
     # all kinks are in the second half of the only window, where they make most of the error
     monkeypatch.setattr(step_doubling, "FIRST", 512)
-    monkeypatch.setattr(step_doubling, "MANY", 6)
+    monkeypatch.setattr(stretch_errors, "MANY", 6)
     monkeypatch.setattr(repeated_windows, "A_FEW", 4)
     monkeypatch.setattr(repeated_windows, "MEASURED", 32)
     system = eventful_system(
@@ -173,7 +173,7 @@ def springs(fmus: Fmus, hard: float, mild: float, later: float, steps: int) -> E
 )
 def test_hard_contacts_after_many_mild_ones(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(step_doubling, "FIRST", 512)
-    monkeypatch.setattr(step_doubling, "MANY", 8)
+    monkeypatch.setattr(stretch_errors, "MANY", 8)
     true, stated, outcome = springs(c_fmu, 100.0, 0.05, 1250, 2200).true_and_stated()
     assert true / 3 < stated < 5 * true
     assert isinstance(outcome.certificate, CouplingErrorReport)
@@ -230,7 +230,7 @@ def test_changes_in_every_step_leave_an_estimate_or_a_reason(
 ) -> None:
     """A window without a step of another length tells nothing; kinks are followed all the same."""
     monkeypatch.setattr(step_doubling, "FIRST", 64)
-    monkeypatch.setattr(step_doubling, "MANY", 4)
+    monkeypatch.setattr(stretch_errors, "MANY", 4)
     system = springs(c_fmu, 100.0, 5.0, 0, 300).system
     kinds = FmuFile(build_kinds(2, ["state"], tmp_path))
     encoder = (Component("a", kinds, {"period": 0.04}), Component("b", kinds, {"period": 0.0}))

@@ -32,7 +32,7 @@ from m4e_adapters.hydrodynamics.seas.water.kinematics import Stretching
 from m4e_adapters.moordyn.mooring import SHORTEST
 from m4e_adapters.moordyn.stability import damping_of_ratio
 from m4e_fmi.errors import suggestion
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected, rejected_at
 
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 Positive = Annotated[float, Field(gt=0, le=1e15, allow_inf_nan=False)]
@@ -194,7 +194,7 @@ class MooringConfig(Section):
     ) -> AnyWaves | Literal["none"]:
         if value != "none" and info.data.get("dimensions", 2) == 2:
             found = waves_beyond_the_plane(value)
-            _raise("waves", [_wrong(place, text, remedy) for place, text, remedy in found])
+            _raise("waves", [rejected_at(place, text, remedy) for place, text, remedy in found])
         return value
 
     @property
@@ -245,7 +245,7 @@ class MooringConfig(Section):
         for name in value:
             if name in (info.data.get("fairleads", ())):
                 text = f"{name!r} is also the name of a fairlead"
-                wrong.append(_wrong((name,), text, "give the anchor another name"))
+                wrong.append(rejected_at((name,), text, "give the anchor another name"))
         _raise("anchors", wrong)
         return value
 
@@ -257,13 +257,15 @@ class MooringConfig(Section):
         for name, line in value.items():
             if line.from_ == line.to:
                 text = f"{name} begins and ends at {line.to!r}"
-                wrong.append(_wrong((name, "from"), text, "let it begin at an anchor"))
+                wrong.append(rejected_at((name, "from"), text, "let it begin at an anchor"))
         if fairleads is not None:
             used = {end for line in value.values() for end in (line.from_, line.to)}
             idle = [name for name in fairleads if name not in used] if value else []
             if idle:
                 text = f"no line ends at fairlead {', '.join(map(repr, idle))}"
-                wrong.append(_wrong((), text, "add a line with 'to: …', or remove the fairlead"))
+                wrong.append(
+                    rejected_at((), text, "add a line with 'to: …', or remove the fairlead")
+                )
         _raise("lines", wrong)
         return value
 
@@ -325,7 +327,7 @@ def _other_dimensions(places: dict[str, Place], dimensions: int) -> list[InitErr
     if dimensions == 2:
         remedy += ", and places in space need 'dimensions: 3'"
     return [
-        _wrong((name,), f"{name}: expected {form}, got {len(place)} entries", remedy)
+        rejected_at((name,), f"{name}: expected {form}, got {len(place)} entries", remedy)
         for name, place in places.items()
         if len(place) != dimensions
     ]
@@ -343,12 +345,10 @@ def _below_seabed(
     for name, (*_, z) in places.items():
         if water and z < -water.depth:
             text = f"{what} {name!r} at z = {z:g} m lies below the seabed at {-water.depth:g} m"
-            wrong.append(_wrong((name,), text, f"use z >= {-water.depth:g}, or a larger depth"))
+            wrong.append(
+                rejected_at((name,), text, f"use z >= {-water.depth:g}, or a larger depth")
+            )
     return wrong
-
-
-def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
-    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
 def _raise(title: str, wrong: list[InitErrorDetails]) -> None:

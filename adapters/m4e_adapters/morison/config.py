@@ -9,12 +9,12 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves, current_problems
+from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves
 from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import NotNegative, Place, Positive
-from m4e_adapters.hydrodynamics.config.waves import waves_beyond_the_plane
+from m4e_adapters.hydrodynamics.config.waves import flow_problems
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected_at
 
 FIXED = "fixed"
 TAKEN = ("wave", "current", FIXED)
@@ -98,15 +98,9 @@ class MorisonConfig(Section):
     @model_validator(mode="after")
     def _consistent(self) -> MorisonConfig:
         wrong = [*self._names(), *self._places()]
-        problems = current_problems(
-            self.current, depth=self.water.depth, dimensions=self.dimensions
+        wrong += flow_problems(
+            self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
         )
-        wrong += [_wrong(*problem) for problem in problems]
-        if self.dimensions == 2:
-            wrong += [
-                _wrong(("waves", *place), message, remedy)
-                for place, message, remedy in waves_beyond_the_plane(self.waves)
-            ]
         if wrong:
             raise ValidationError.from_exception_data("morison", wrong)
         return self
@@ -120,23 +114,23 @@ class MorisonConfig(Section):
             for name in names:
                 if name in TAKEN or (key == "members" and name in self.bodies):
                     text = f"{name!r} is the name of something else here"
-                    yield _wrong((key, name), text, "give it another name")
+                    yield rejected_at((key, name), text, "give it another name")
         for name, member in self.members.items():
             if member.body is not None and member.body not in self.bodies:
                 text = f"there is no body {member.body!r}"
                 known = ", ".join(self.bodies) or "none"
                 remedy = f"add it under 'bodies' (there: {known}), or leave out 'body': fixed"
-                yield _wrong(("members", name, "body"), text, remedy)
+                yield rejected_at(("members", name, "body"), text, remedy)
             if member.flooded and member.buoyancy:
                 text = "a flooded member has no buoyancy"
-                yield _wrong(("members", name, "buoyancy"), text, "remove one of the two")
+                yield rejected_at(("members", name, "buoyancy"), text, "remove one of the two")
         for body in self.bodies:
             if not self.of_body(body):
                 text = f"{body!r} has no members"
-                yield _wrong(("bodies", body), text, "remove it, or name it at its members")
+                yield rejected_at(("bodies", body), text, "remove it, or name it at its members")
         if self.reference_point is not None and not self.of_body(None):
             text = "'reference_point' has no effect: no member is fixed"
-            yield _wrong(("reference_point",), text, "remove it")
+            yield rejected_at(("reference_point",), text, "remove it")
 
     def _places(self) -> Iterator[InitErrorDetails]:
         axes = "[x, z]" if self.dimensions == 2 else "[x, y, z]"
@@ -151,19 +145,15 @@ class MorisonConfig(Section):
         wrong = {keys for keys, place in given.items() if len(place) != self.dimensions}
         for keys in wrong:
             text = f"{len(given[keys])} coordinates, expected {axes}"
-            yield _wrong(keys, text, f"write {axes}, or change 'dimensions'")
+            yield rejected_at(keys, text, f"write {axes}, or change 'dimensions'")
         for name, member in self.members.items():
             ends = [("members", name, "ends", k) for k in range(2)]
             if wrong & {*ends}:
                 continue
             if member.length < 1e-6:
-                yield _wrong(ends[0][:3], "both ends are at one place", "give another place")
+                yield rejected_at(ends[0][:3], "both ends are at one place", "give another place")
             for keys, end in zip(ends, member.ends, strict=True):
                 if end[-1] < -self.water.depth - 1e-9:
                     text = f"the end is {-self.water.depth - end[-1]:g} m below the sea bed"
                     remedy = "z = 0 is the still-water level, the bed is water.depth below it"
-                    yield _wrong(keys, text, remedy)
-
-
-def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
-    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+                    yield rejected_at(keys, text, remedy)

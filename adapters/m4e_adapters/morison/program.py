@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, places_in_space, point_in_space
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin, record_elevation_input
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import (
     RecordedCurrent,
@@ -36,7 +36,7 @@ from m4e_adapters.morison.loads import (
 )
 from m4e_adapters.morison.motion import BodyMotion, record_body
 from m4e_adapters.morison.vectors import Number
-from m4e_adapters.morison.waves import ELEVATION, MemberWaves, load_in_waves
+from m4e_adapters.morison.waves import MemberWaves, load_in_waves
 from m4e_fmi.program import Program, Recorder, Variable
 
 SLENDER = 0.2
@@ -90,9 +90,7 @@ def members_in_waves(
     flow = RecordedFlow(
         water=config.water, time=recorder.time, waves=[], current=_current(recorder, config)
     )
-    text = "elevation of the undisturbed water at x = y = 0"
-    elevation = recorder.input(Variable(ELEVATION, "m", text))
-    recorder.output(elevation_at_origin(config.dimensions), elevation)
+    record_elevation_input(recorder, config.dimensions)
 
     def load(member: str, body: BodyMotion) -> MemberLoad:
         known = record_coefficients(recorder, member, config.members[member])

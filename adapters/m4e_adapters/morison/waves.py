@@ -20,6 +20,7 @@ from m4e_adapters.hydrodynamics.geometry.motions import (
     places_in_space,
     point_in_space,
 )
+from m4e_adapters.hydrodynamics.seas.sea import ELEVATION_INPUT
 from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import RecordedFlow
@@ -38,7 +39,6 @@ from m4e_adapters.morison.vectors import ZERO, Number, Vector, add, difference, 
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable
 
-ELEVATION = "wave.elevation_input"
 COARSER = 3
 """Segments of a member over those for the drag here."""
 NEAR = 0.1
@@ -153,7 +153,7 @@ class MemberWaves(FlowWaves):
     def inputs(self) -> list[str]:
         """The elevation at x = y = 0, and of each member the loads and velocities."""
         names = (v.name for name in self.config.members for v in wave_inputs(self.config, name))
-        return [ELEVATION, *names]
+        return [ELEVATION_INPUT, *names]
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]

@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves, current_problems
+from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves
 from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import Place
-from m4e_adapters.hydrodynamics.config.waves import waves_beyond_the_plane
-from m4e_fmi.files.document import Section, rejected
+from m4e_adapters.hydrodynamics.config.waves import flow_problems
+from m4e_fmi.files.document import Section, rejected_at
 
 Points = dict[Annotated[str, Field(pattern=NAME)], Place]
 TAKEN = {"wave": "waves", "current": "current"}
@@ -37,15 +37,9 @@ class SeaConfig(Section):
     @model_validator(mode="after")
     def _of_its_dimensions(self) -> SeaConfig:
         wrong = [*self._places()]
-        of_current = current_problems(
-            self.current, depth=self.water.depth, dimensions=self.dimensions
+        wrong += flow_problems(
+            self.waves, self.current, depth=self.water.depth, dimensions=self.dimensions
         )
-        wrong += [_wrong(*problem) for problem in of_current]
-        if self.dimensions == 2:
-            wrong += [
-                _wrong(("waves", *place), message, remedy)
-                for place, message, remedy in waves_beyond_the_plane(self.waves)
-            ]
         if wrong:
             raise ValidationError.from_exception_data("sea", wrong)
         return self
@@ -56,18 +50,14 @@ class SeaConfig(Section):
             for name, place in points.items():
                 if name in TAKEN:
                     text = f"{name!r} is the name of the {TAKEN[name]}"
-                    yield _wrong((key, name), text, "give the point another name")
+                    yield rejected_at((key, name), text, "give the point another name")
                 if key == "moving_points" and name in self.points:
                     text = f"{name!r} stays and moves"
-                    yield _wrong((key, name), text, "give one of the two points another name")
+                    yield rejected_at((key, name), text, "give one of the two points another name")
                 if len(place) != self.dimensions:
                     text = f"{name!r} has {len(place)} coordinates, expected {axes}"
-                    yield _wrong((key, name), text, f"write {axes}, or change 'dimensions'")
+                    yield rejected_at((key, name), text, f"write {axes}, or change 'dimensions'")
                 elif place[-1] < -self.water.depth:
                     text = f"{name!r} is {-self.water.depth - place[-1]:g} m below the sea bed"
                     remedy = "z = 0 is the still-water level, the bed is water.depth below it"
-                    yield _wrong((key, name), text, remedy)
-
-
-def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
-    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+                    yield rejected_at((key, name), text, remedy)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.sea import ELEVATION_INPUT, record_elevation_input
 from m4e_adapters.hydrodynamics.seas.system_seas import FlowWaves
 from m4e_adapters.hydrodynamics.seas.water.current import record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
@@ -27,8 +27,6 @@ from m4e_adapters.sea.config import SeaConfig
 from m4e_adapters.sea.program import AXES, record_outputs, record_place, tell_doubts
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
 
-ELEVATION = "wave.elevation_input"
-
 
 @dataclass(frozen=True)
 class PointWaves(FlowWaves):
@@ -40,7 +38,10 @@ class PointWaves(FlowWaves):
     def inputs(self) -> list[str]:
         """The elevation at x = y = 0, and what the water does at each point."""
         points = (*self.config.points, *self.config.moving_points)
-        return [ELEVATION, *(v.name for point in points for v in point_inputs(self.config, point))]
+        return [
+            ELEVATION_INPUT,
+            *(v.name for point in points for v in point_inputs(self.config, point)),
+        ]
 
     def per_amplitude(
         self, omega: np.ndarray, directions: np.ndarray, values: Mapping[str, float]
@@ -85,9 +86,7 @@ def sea_in_waves(
     for system in systems:
         system.record(recorder, in_space=in_space)
     current = record_current(recorder, config.current, depth=water.depth, in_space=in_space)
-    text = "elevation of the undisturbed water at x = y = 0"
-    elevation = recorder.input(Variable(ELEVATION, "m", text))
-    recorder.output(elevation_at_origin(config.dimensions), elevation)
+    record_elevation_input(recorder, config.dimensions)
     for point in (*config.points, *config.moving_points):
         _, _, z = record_place(recorder, config, point)
         given = {v.name: recorder.input(v) for v in point_inputs(config, point)}

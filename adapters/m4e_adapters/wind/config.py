@@ -10,7 +10,7 @@ from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import Finite, NotNegative, Place, Positive
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected_at
 
 
 class WindArea(Section):
@@ -51,17 +51,13 @@ class WindConfig(Section):
         if self.dimensions == 2 and self.direction not in (0.0, 180.0):
             text = f"wind direction {self.direction:g} deg leaves the X-Z plane"
             remedy = "write 0 (it blows to +X), 180 (to -X), or 'dimensions: 3' on top"
-            yield _details(("direction",), text, remedy)
+            yield rejected_at(("direction",), text, remedy)
         axes = "[x, z]" if self.dimensions == 2 else "[x, y, z]"
         for name, point in self.points.items():
             if name == "wind":
                 text = "'wind' is the name of the wind"
-                yield _details(("points", name), text, "give the point another name")
+                yield rejected_at(("points", name), text, "give the point another name")
             if len(point.at) != self.dimensions:
                 text = f"'at' has {len(point.at)} coordinates, expected {axes}"
                 remedy = f"write {axes}, or change 'dimensions'"
-                yield _details(("points", name, "at"), text, remedy)
-
-
-def _details(place: tuple[str, ...], message: str, remedy: str) -> InitErrorDetails:
-    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
+                yield rejected_at(("points", name, "at"), text, remedy)

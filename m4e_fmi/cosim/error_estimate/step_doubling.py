@@ -16,7 +16,8 @@ Where steps of twice the length are not possible (they fail or grow without boun
 would end at jumps, values were set between the run's steps, a component's own points are not met) a
 window is repeated at H/2, and the error of y is |y − z| 2^p / (2^p − 1).
 Values are set there as in the run. This costs twice the steps of the window again. Beyond its
-window an error may go on growing: see `windows`. `repeated_windows` repeats them.
+window an error may go on growing: see `windows`. `repeated_windows` repeats them, and
+`stretch_errors` decides which.
 
 **Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
 *stretches*. One that is rougher than all windows, apart from its kinks, becomes a window too, whose
@@ -30,7 +31,7 @@ that of smooth motions, of which all these stretches are windows. It ends where 
 died out. Kinks smaller than a tenth of the error that is known already are ignored.
 
 **Many kinks** that matter less than smooth steps (lines that touch the seabed make one every few
-steps) are no more followed than all smooth steps are repeated. After MANY, windows stand for all
+steps) are no more followed than all smooth steps are repeated. After `MANY`, windows stand for all
 kinks that are not rougher than theirs, and steps of twice the length are made about these too. That
 holds if the errors of the followed run are less than a third of those of windows, and do not grow;
 where none is followed, if the errors of smooth motions and kinks together fall by the order of the
@@ -46,22 +47,12 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.kinks import (
-    NOISE,
-    SMALL,
-    about,
-    events,
-    first_of_each,
-    rougher,
-    smooth_roughness,
-)
-from m4e_fmi.cosim.error_estimate.repeated_steps import FAR, Recorded
+from m4e_fmi.cosim.error_estimate.repeated_steps import FAR
 from m4e_fmi.cosim.error_estimate.repeated_windows import RepeatedWindows
 from m4e_fmi.cosim.error_estimate.roughness import Roughness
 from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot, StepDoublingState
-from m4e_fmi.cosim.error_estimate.step_times import refined
-from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
-from m4e_fmi.cosim.error_estimate.windows import Told, pieces
+from m4e_fmi.cosim.error_estimate.stretch import Stretch
+from m4e_fmi.cosim.error_estimate.stretch_errors import StretchErrors
 from m4e_fmi.cosim.exchange.failures import LostError
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
 from m4e_fmi.cosim.exchange.network import Change, Network
@@ -76,12 +67,6 @@ FIRST, SHARE = 2048, 16
 """Steps of the first window; octaves over windows after it."""
 PART = 4
 """Steps of the run over those of a stretch without windows."""
-MANY = 32
-"""Kinks after which windows stand for others like them."""
-ROUGHER = 2.0
-"""Times as rough as all windows, from which on a stretch becomes a window too."""
-DIED = 0.01
-"""Share of the known error below which the run is not followed any more."""
 
 
 class StepDoublingEstimator:
@@ -104,9 +89,12 @@ class StepDoublingEstimator:
         spans: Callable[[np.ndarray], np.ndarray],
         coarse: str,
     ) -> None:
-        self._network, self._sources, self._coarse = network, sources, coarse
+        self._network, self._sources = network, sources
         self._windows = RepeatedWindows(network, make, sources, lengths, order=order, coarse=coarse)
         self._roughness = Roughness(network)
+        self._errors = StretchErrors(
+            network, self._windows, self._roughness, sources, coarse=coarse
+        )
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (
             gather(self._values, network.values, sources),
@@ -236,7 +224,7 @@ class StepDoublingEstimator:
             return
         kinks = np.concatenate([np.zeros(0, dtype=np.intp), *stretch.kinks])
         kinks = kinks[kinks < stretch.steps]
-        rough = self._is_rough(self._roughness.largest)
+        rough = self._errors.is_rough(state, self._roughness.largest)
         if rough and len(kinks) and state.crowded:  # they may be of another kind
             state.crowded, state.met = False, 0
             state.kinked_since = np.zeros_like(state.kinked)
@@ -247,22 +235,9 @@ class StepDoublingEstimator:
         why = "they were interrupted"
         with self._network.rehearsing():
             try:
-                why = ", and ".join(self._repeat(stretch, kinks, rough=rough))
+                why = ", and ".join(self._errors.repeat(state, stretch, kinks, rough=rough))
             finally:
                 self._back_to(end, why)
-
-    def _is_rough(self, largest: np.ndarray) -> bool:
-        """True if outputs with such fourth differences are rougher than windows have been."""
-        limit = np.maximum(ROUGHER * self._state.watched, self._roughness.gate)
-        return bool((largest > limit).any())
-
-    def _smooth(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
-        """Largest fourth differences away from `kinks` (k,) and jumps; 0 of what is unmonitored."""
-        if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
-            return self._roughness.largest
-        largest = np.zeros_like(self._roughness.largest)
-        largest[self._sources] = smooth_roughness(run, kinks, stretch.jumps)
-        return largest
 
     def _back_to(self, end: NetworkSnapshot, why: str) -> None:
         """Return to where the run is; RunError that says `why` repeated steps have failed."""
@@ -275,102 +250,6 @@ class StepDoublingEstimator:
             message = f"{at}: {why}; it cannot return there ({error.message})"
             remedy = "an FMU should discard a step that it cannot make, not return Fatal"
             raise RunError(message, remedy) from error
-
-    def _repeat(self, stretch: Stretch, kinks: np.ndarray, *, rough: bool) -> list[str]:
-        """Repeat a stretch for its errors; why repeated steps have failed, if some have."""
-        state = self._state
-        run, why = self._windows.recorded(stretch), []
-        kinks = rougher(kinks, run, NOISE * run.largest)
-        smooth = self._smooth(stretch, run, kinks)
-        if state.told:
-            kinks = rougher(kinks, run, state.of_known(SMALL))
-        many = stretch.window and len(kinks) > 0 and state.met + events(kinks) >= MANY
-        many = many and not (state.crowded or self._coarse)
-        followed = state.followed is not None or (len(kinks) > 0 and not state.crowded)
-        if stretch.window or followed or (rough and self._is_rough(smooth)):
-            why = self._evaluate_window(stretch, run, kinks, smooth, many=many)
-            kinks = rougher(kinks, run, state.of_known(SMALL))
-        if not state.failure and (state.crowded or state.followed or len(kinks)):
-            why += self._evaluate_kinks(stretch, run, kinks, many=many)
-        return why
-
-    def _evaluate_window(
-        self, stretch: Stretch, run: Recorded, kinks: np.ndarray, smooth: np.ndarray, *, many: bool
-    ) -> list[str]:
-        """Add the errors of a window; why repeated steps have failed, if some have."""
-        state = self._state
-        if many and not state.kinked_since.any():
-            state.crowded = not self._windows.is_lower(state, stretch, run, kinks)
-        edges = run.times[1 + about(kinks, run.steps)]
-        alike = not (state.crowded or self._coarse) and len(edges) < run.steps / 2
-        kinked = state.crowded or len(kinks) > 0
-        alike_at = edges if alike else edges[:0]
-        why = self._windows.evaluate(state, stretch, run, alike_at, kinked=kinked)
-        self._set_gates(run)
-        if stretch.window:
-            seen = self._roughness.largest if state.crowded else smooth
-            state.watched = np.maximum(state.watched, seen)
-        return why
-
-    def _evaluate_kinks(
-        self, stretch: Stretch, run: Recorded, kinks: np.ndarray, *, many: bool
-    ) -> list[str]:
-        """Follow the run about its kinks, or leave them to windows; why that fails, if so."""
-        state, why = self._state, []
-        first = int(run.times[kinks[0] if len(kinks) else 0])
-        if state.crowded:
-            state.met += events(kinks)
-        elif self._coarse:
-            state.coverage = state.coverage.lose(first, self._coarse)
-        else:
-            why = self._follow(stretch, run, kinks)
-            self._set_gates(run)
-            state.crowded = many and not state.kinks_outweigh(int(run.times[-1]))
-        if state.crowded:
-            if state.followed:
-                state.watched = np.maximum(state.watched, state.rough)
-            state.followed = None
-            state.coverage = state.coverage.crowd(first)
-        return why
-
-    def _set_gates(self, run: Recorded) -> None:
-        """Set the fourth differences from which on the monitored outputs count as rough."""
-        known = self._state.of_known(SMALL)
-        self._roughness.gate[self._sources] = np.maximum(NOISE * run.largest, known)
-
-    def _follow(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> list[str]:
-        """Repeat the stretch in finer steps about `kinks` (k,); why that fails, if so.
-
-        The second run begins where it has ended before, or at the start of the stretch.
-        """
-        state, followed = self._state, self._state.followed
-        times = refined(run.times, stretch.own_jumps, about(kinks, run.steps))
-        begin, end = int(run.times[0]), int(run.times[-1])
-        try:
-            self._network.restore(followed.point if followed else stretch.start)
-            again = self._windows.same.along(times, stretch.jumps, stretch.changes)
-            point = self._network.keep()
-        except RunError as error:
-            state.followed = None
-            why = f"steps of a part of the length fail ({error.message})"
-            state.coverage = state.coverage.lose(begin, why)
-            return [why]
-        errors = run.off(again)
-        state.add_kinks(errors.max(axis=0))
-        state.widen(again)
-        state.rough = np.maximum(state.rough, self._roughness.largest)
-        if followed:
-            since, first = followed.since, followed.told.begin
-            largest = np.concatenate((followed.told.errors, pieces(errors)))
-        else:
-            since, first = begin, int(run.times[kinks[0]])
-            largest = pieces(errors[kinks[0] :])
-        state.coverage = state.coverage.follow(since, end, run.times[1 + first_of_each(kinks)])
-        state.followed = Followed(point, since, Told(largest, first, end - first, speaks=True))
-        state.met += events(kinks)
-        if (errors[-1] <= state.of_known(DIED)).all():
-            state.followed = None
-        return []
 
     def finish(self) -> None:
         """At the end of the run: evaluate the open stretch."""

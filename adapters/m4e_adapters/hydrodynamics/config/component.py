@@ -28,7 +28,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     waves_beyond_the_plane,
 )
 from m4e_fmi.errors import suggestion
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected, rejected_at
 
 OWN_NAMES = ("wave", "current", "heading")
 """First parts of names of variables that are of no body."""
@@ -203,13 +203,13 @@ class HydrodynamicsConfig(Section):
         wrong += _named_otherwise("bodies", OWN_NAMES, self.bodies)
         wrong += [*_of_its_source(self), *_of_current(self), *_of_displaced(self)]
         if all(body.fixed for body in self.bodies.values()):
-            wrong.append(_wrong(("bodies",), "all bodies are fixed", "let one of them move"))
+            wrong.append(rejected_at(("bodies",), "all bodies are fixed", "let one of them move"))
         if self.dimensions == 2:
             wrong += _beyond_the_plane(self)
         elif self.heading_filter is not None and len(self.bodies) > 1:
             text = f"the heading cannot follow the yaw of {len(self.bodies)} bodies"
             remedy = "remove heading_filter, or give each body a hydrodynamics component of its own"
-            wrong.append(_wrong(("heading_filter",), text, remedy))
+            wrong.append(rejected_at(("heading_filter",), text, remedy))
         if wrong:
             raise ValidationError.from_exception_data("hydrodynamics", wrong)
         return self
@@ -219,10 +219,6 @@ class HydrodynamicsConfig(Section):
         """True if a current acts on a body, or would if there was one."""
         drags = [body.drag for body in self.bodies.values()]
         return self.loads.drag != "none" and any(drag.feels_current for drag in drags)
-
-
-def _wrong(place: tuple[str | int, ...], message: str, remedy: str) -> InitErrorDetails:
-    return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
 class Placed(Protocol):
@@ -256,7 +252,7 @@ def misplaced(bodies: Mapping[str, Placed], dimensions: int) -> Iterator[InitErr
             remedy = f"write {axes}; numbers have a decimal point"
             if dimensions == 2:
                 remedy += ", and places in space need 'dimensions: 3'"
-            yield _wrong(("bodies", name, *keys), text, remedy)
+            yield rejected_at(("bodies", name, *keys), text, remedy)
 
 
 def _parts(shape: Shape) -> Iterator[tuple[tuple[str | int, ...], Part]]:
@@ -271,11 +267,13 @@ def _switched_off(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Sections that belong to loads which are switched off."""
     remedy = "remove it, or the load's 'none' from 'loads'"
     if config.loads.radiation == "none" and "radiation" in config.model_fields_set:
-        yield _wrong(("radiation",), "'radiation' has no effect: loads.radiation is none", remedy)
+        yield rejected_at(
+            ("radiation",), "'radiation' has no effect: loads.radiation is none", remedy
+        )
     for name, body in config.bodies.items():
         if config.loads.drag == "none" and "drag" in body.model_fields_set:
             keys = ("bodies", name, "drag")
-            yield _wrong(keys, "'drag' has no effect: loads.drag is none", remedy)
+            yield rejected_at(keys, "'drag' has no effect: loads.drag is none", remedy)
 
 
 def _of_displaced(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -285,19 +283,19 @@ def _of_displaced(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     place = ("loads", "excitation_at")
     if not config.loads.excitation or not wave_sections(config.waves):
         text = "'excitation_at' has no effect: there are no waves, or they do not excite"
-        yield _wrong(place, text, "remove it")
+        yield rejected_at(place, text, "remove it")
     for name, body in config.bodies.items():
         if body.drift is not None:
             text = "the excitation at the displaced place has a part of the second-order drift of "
             remedy = "remove the body's drift, or excitation_at"
-            yield _wrong(place, f"{text}body {name!r}, which counts it all", remedy)
+            yield rejected_at(place, f"{text}body {name!r}, which counts it all", remedy)
 
 
 def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """A current that does not suit the water, or moves nothing."""
     current = config.current
     yield from (
-        _wrong(*problem)
+        rejected_at(*problem)
         for problem in current_problems(
             current, depth=config.water.depth, dimensions=config.dimensions
         )
@@ -306,7 +304,7 @@ def _of_current(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     still = all(body.drag.water == "still" for body in moving)
     if current is not None and (still or config.loads.drag == "none"):
         text = "'current' has no effect: it acts by drag, which is switched off or 'water: still'"
-        yield _wrong(("current",), text, "remove it, or let a body have drag in moving water")
+        yield rejected_at(("current",), text, "remove it, or let a body have drag in moving water")
 
 
 def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -323,32 +321,32 @@ def _of_its_source(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
         if body.slides_on is not None and body.slides_on not in set(config.bodies) - {name}:
             text = f"body {name!r} slides on {body.slides_on!r}, which is no other body"
             others = ", ".join(set(config.bodies) - {name}) or "there is none"
-            yield _wrong(("bodies", name, "slides_on"), text, f"name another body: {others}")
+            yield rejected_at(("bodies", name, "slides_on"), text, f"name another body: {others}")
         for key in ("reference_point", "weight_at", "volume"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect on a shape"
                 remedy = "remove it, or name a file of 'coefficients'"
-                yield _wrong(("bodies", name, key), text, remedy)
+                yield rejected_at(("bodies", name, key), text, remedy)
 
 
 def _of_a_file(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     """Keys that have no effect with a file of coefficients."""
     if "frequencies" in config.model_fields_set:
         text = "'frequencies' has no effect on coefficients of a file"
-        yield _wrong(("frequencies",), text, "remove it: the file has its own")
+        yield rejected_at(("frequencies",), text, "remove it: the file has its own")
     if config.gap_lids:
         text = "'gap_lids' has no effect on coefficients of a file"
-        yield _wrong(("gap_lids",), text, "remove it, or give the bodies shapes")
+        yield rejected_at(("gap_lids",), text, "remove it, or give the bodies shapes")
     for name, body in config.bodies.items():
         for key in ("shape", "panels", "slides_on"):
             if key in body.model_fields_set:
                 text = f"'{key}' has no effect with coefficients of a file"
                 remedy = "remove it, or the key 'coefficients' of the component"
-                yield _wrong(("bodies", name, key), text, remedy)
+                yield rejected_at(("bodies", name, key), text, remedy)
         if body.fixed:
             text = "'fixed' has no effect with coefficients of a file"
             remedy = "leave the body out: bodies of the file that are not named are held in place"
-            yield _wrong(("bodies", name, "fixed"), text, remedy)
+            yield rejected_at(("bodies", name, "fixed"), text, remedy)
 
 
 def _named_otherwise(
@@ -358,7 +356,7 @@ def _named_otherwise(
     for name in names:
         if name in taken:
             text = f"the name {name!r} has another meaning here"
-            yield _wrong((key, name), text, "give it another name")
+            yield rejected_at((key, name), text, "give it another name")
 
 
 def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -368,10 +366,10 @@ def _points(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
     for name, point in config.points.items():
         if point.body not in config.bodies:
             text, remedy = f"there is no body {point.body!r}", suggestion(point.body, config.bodies)
-            yield _wrong(("points", name, "body"), text, remedy)
+            yield rejected_at(("points", name, "body"), text, remedy)
         if len(point.at) != config.dimensions:
             text = f"'at' has {len(point.at)} coordinates, expected {axes}"
-            yield _wrong(("points", name, "at"), text, f"write {axes}")
+            yield rejected_at(("points", name, "at"), text, f"write {axes}")
 
 
 def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]:
@@ -379,20 +377,24 @@ def _beyond_the_plane(config: HydrodynamicsConfig) -> Iterator[InitErrorDetails]
     yield from out_of_plane(config.bodies, config.waves)
     for k, lid in enumerate(config.gap_lids):
         if lid.center_y:
-            yield _wrong(("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE)
+            yield rejected_at(
+                ("gap_lids", k, "center_y"), "'center_y' leaves the X-Z plane", OF_SPACE
+            )
     for key in {"heading", "heading_filter"} & config.model_fields_set:
-        yield _wrong((key,), f"'{key}' is of space", OF_SPACE)
+        yield rejected_at((key,), f"'{key}' is of space", OF_SPACE)
     for name, body in config.bodies.items():
         for keys in drag_beyond_the_plane(body.drag):
-            yield _wrong(("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE)
+            yield rejected_at(
+                ("bodies", name, "drag", *keys), f"'{keys[-1]}' is of space", OF_SPACE
+            )
 
 
 def out_of_plane(bodies: Mapping[str, Placed], waves: Waves) -> Iterator[InitErrorDetails]:
     """Directions and places that leave the X-Z plane; parts of unions may be aside in pairs."""
     for place, message, advice in waves_beyond_the_plane(waves):
-        yield _wrong(("waves", *place), message, advice)
+        yield rejected_at(("waves", *place), message, advice)
     for name, body in bodies.items():
         kind = body.shape.kind
         if getattr(getattr(body.shape, kind, None), "center_y", 0.0):
             place = ("bodies", name, "shape", kind, "center_y")
-            yield _wrong(place, "'center_y' leaves the X-Z plane", OF_SPACE)
+            yield rejected_at(place, "'center_y' leaves the X-Z plane", OF_SPACE)

@@ -6,9 +6,11 @@ from collections.abc import Iterator, Sequence
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic_core import InitErrorDetails
 
+from m4e_adapters.hydrodynamics.config.current import Current, current_problems
 from m4e_adapters.hydrodynamics.config.numbers import Coordinate, Finite, NotNegative, Positive
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected, rejected_at
 
 PEAK_ENHANCEMENT = (1.0, 10.0)
 MOST_SPREAD = (0.5, 500.0)
@@ -203,6 +205,17 @@ def wave_sections(waves: AnyWaves) -> tuple[WaveSection, ...]:
     """The systems of waves, none of still water."""
     every = waves if isinstance(waves, Sequence) else (waves,)
     return tuple(section for section in every if not isinstance(section, Still))
+
+
+def flow_problems(
+    waves: Waves, current: Current | None, *, depth: float, dimensions: int
+) -> Iterator[InitErrorDetails]:
+    """Waves and a current that do not suit water of `depth` [m], or the dimensions."""
+    for problem in current_problems(current, depth=depth, dimensions=dimensions):
+        yield rejected_at(*problem)
+    if dimensions == 2:
+        for place, message, remedy in waves_beyond_the_plane(waves):
+            yield rejected_at(("waves", *place), message, remedy)
 
 
 def waves_beyond_the_plane(waves: AnyWaves) -> Iterator[tuple[tuple[str | int, ...], str, str]]:

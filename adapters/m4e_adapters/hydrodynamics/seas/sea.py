@@ -19,6 +19,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.program import Recorder, Variable, cos, sin
 
 ELEVATION = "wave.elevation"
+ELEVATION_INPUT = "wave.elevation_input"
 
 
 @dataclass(frozen=True)
@@ -130,6 +131,13 @@ def elevation_at_origin(dimensions: int) -> Variable:
     """The output `wave.elevation` of the plane (2) or of space (3)."""
     origin = "x = 0" if dimensions == 2 else "x = y = 0"
     return Variable(ELEVATION, "m", f"elevation of the undisturbed water at {origin}")
+
+
+def record_elevation_input(recorder: Recorder, dimensions: int) -> None:
+    """Record the input `ELEVATION_INPUT` [m] in place of waves, and the output that it is."""
+    text = "elevation of the undisturbed water at x = y = 0"
+    elevation = recorder.input(Variable(ELEVATION_INPUT, "m", text))
+    recorder.output(elevation_at_origin(dimensions), elevation)
 
 
 def check_frequencies(waves: Sequence[WaveSystem], coefficients: Coefficients) -> None:

@@ -19,14 +19,16 @@ from m4e_adapters.hydrodynamics.load.body_points import OnBody
 from m4e_adapters.hydrodynamics.load.drag import InWater
 from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
-from m4e_adapters.hydrodynamics.seas.sea import RecordedSea, elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.sea import (
+    ELEVATION_INPUT,
+    RecordedSea,
+    record_elevation_input,
+)
 from m4e_adapters.hydrodynamics.seas.system_seas import SystemWaves
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import velocity_per_amplitude, wavenumber
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Triple
 from m4e_fmi.program import Recorder, Variable
-
-ELEVATION = "wave.elevation_input"
 
 
 @dataclass
@@ -46,7 +48,7 @@ class HullWaves(SystemWaves):
     def inputs(self) -> list[str]:
         """The elevation at x = y = 0, the force on each motion of each body, the elevation at
         each point, and the velocity of the water at each body that has drag against it."""
-        return [ELEVATION, *self._forces, *self._elevations, *self._velocities]
+        return [ELEVATION_INPUT, *self._forces, *self._elevations, *self._velocities]
 
     @property
     def _forces(self) -> list[str]:
@@ -109,9 +111,7 @@ class HullWaves(SystemWaves):
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
-        text = "elevation of the undisturbed water at x = y = 0"
-        elevation = recorder.input(Variable(ELEVATION, "m", text))
-        recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
+        record_elevation_input(recorder, coefficients.dimensions)
         units = [motion.force_unit for motion in coefficients.body_motions]
         units *= len(coefficients.bodies)
         text = "force of waves, in the axes of the heading"

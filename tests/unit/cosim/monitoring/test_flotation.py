@@ -156,16 +156,16 @@ joints:
 """
 
 
-def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
-    """A fore body of 140 t, not 100: 40 t too much, a moment of 40 t at 5 m; none is aft's."""
-    (tmp_path / "raft.model.yaml").write_text(RAFT)
-    program = model_program(load_model(tmp_path / "raft.model.yaml"))
+def raft(folder: Path, text: str) -> System:
+    """The raft of a model in still water."""
+    (folder / "raft.model.yaml").write_text(text)
+    program = model_program(load_model(folder / "raft.model.yaml"))
     hulls = calm(("fore", "aft"), places=(-5.0, 5.0))
-    system = System(
+    return System(
         name="raft",
         components=(
-            Component("raft", FmuFile(build_fmu(program, tmp_path / "raft.fmu", native=True))),
-            Component("hydro", FmuFile(water(tmp_path / "hydro.fmu", hulls))),
+            Component("raft", FmuFile(build_fmu(program, folder / "raft.fmu", native=True))),
+            Component("hydro", FmuFile(water(folder / "hydro.fmu", hulls))),
         ),
         connections=(
             "raft.fore <-> hydro.fore",
@@ -174,6 +174,11 @@ def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
         ),
         simulation=Simulation(0.1, 0.05),
     )
+
+
+def test_joined_bodies_are_judged_as_one(tmp_path: Path) -> None:
+    """A fore body of 140 t, not 100: 40 t too much, a moment of 40 t at 5 m; none is aft's."""
+    system = raft(tmp_path, RAFT)
     assert run(system, results=tmp_path / "r.nc").warnings == ()
     heavy = system.changed(start={"raft.m": "140 t"})
     weight, trim = run(heavy, results=tmp_path / "r.nc").warnings
@@ -195,23 +200,7 @@ def test_joined_bodies_that_capsize_are_told(tmp_path: Path) -> None:
         .replace("parameters: {m: {value: 100, unit: t}}\n", "")
     )
     text += "  foot: {type: fixed, parent: fore, child: mast, joint_to_child: [0, 600]}\n"
-    (tmp_path / "raft.model.yaml").write_text(text)
-    program = model_program(load_model(tmp_path / "raft.model.yaml"))
-    hulls = calm(("fore", "aft"), places=(-5.0, 5.0))
-    system = System(
-        name="raft",
-        components=(
-            Component("raft", FmuFile(build_fmu(program, tmp_path / "raft.fmu", native=True))),
-            Component("hydro", FmuFile(water(tmp_path / "hydro.fmu", hulls))),
-        ),
-        connections=(
-            "raft.fore <-> hydro.fore",
-            "raft.aft <-> hydro.aft",
-            "hydro.added_mass -> raft.added_mass",
-        ),
-        simulation=Simulation(0.1, 0.05),
-    )
-    told, *_ = run(system, results=tmp_path / "r.nc").warnings
+    told, *_ = run(raft(tmp_path, text), results=tmp_path / "r.nc").warnings
     # 2 (490.5 · 25 + 1962) kN.m, less 98.1 kN at 600 m
     assert told.startswith(
         "raft.body.fore and body.aft: with mast they are unstable in pitch, with a stiffness of "
