@@ -252,6 +252,34 @@ def test_a_list_of_the_class_is_refused(tmp_path: Path) -> None:
         made(tmp_path, DELAY.replace("parameters =", "past = []\n    parameters ="))
 
 
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("def step(t, h, v)", r"force.py:12: step does not take t, h, v after self"),
+        ("def step(self, t, v)", r"force.py:12: step does not take t, h, v after self"),
+        ("def step(self, v, t, h)", r"force.py:12: step takes v, t, h in this order"),
+        ("async def step(self, t, h, v)", r"force.py:12: step is a generator or async"),
+    ],
+)
+def test_methods_that_cannot_be_called_are_told_with_their_line(
+    tmp_path: Path, head: str, told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        made(tmp_path, DELAY.replace("def step(self, t, h, v)", head))
+
+
+@pytest.mark.parametrize("arguments", ["self, *all", "self, time, size, values", "self, t, h, v=0"])
+def test_arguments_have_any_names(tmp_path: Path, arguments: str) -> None:
+    assert made(tmp_path, DELAY.replace("def step(self, t, h, v)", f"def step({arguments})"))
+
+
+def test_a_mistake_in_a_file_beside_is_told_with_both_lines(tmp_path: Path) -> None:
+    (tmp_path / "laws.py").write_text("def law(z):\n    return 1 / 0\n", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nimport laws\n\nlaws.law(0)")
+    with pytest.raises(InputError, match=r"force.py:7: in laws.py:2: ZeroDivisionError"):
+        made(tmp_path, text, files=("laws.py",))
+
+
 def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
     program, _ = made(
         tmp_path,
