@@ -270,7 +270,8 @@ def test_methods_that_cannot_be_called_are_told_with_their_line(
 
 @pytest.mark.parametrize("arguments", ["self, *all", "self, time, size, values", "self, t, h, v=0"])
 def test_arguments_have_any_names(tmp_path: Path, arguments: str) -> None:
-    assert made(tmp_path, DELAY.replace("def step(self, t, h, v)", f"def step({arguments})"))
+    source, _ = made(tmp_path, DELAY.replace("def step(self, t, h, v)", f"def step({arguments})"))
+    assert isinstance(source, PythonSource)
 
 
 def test_a_mistake_in_a_file_beside_is_told_with_both_lines(tmp_path: Path) -> None:
@@ -403,14 +404,42 @@ def test_attributes_are_saved_and_come_back() -> None:
         "c": deque([1.0, 2.0], maxlen=4),
         "e": np.float64(0.1),
     }
-    again = decoded(
-        json.loads(json.dumps(encoded({k: v for k, v in values.items() if k != "d"}, "self")))
-    )
+    again = decoded(encoded(values, "self"))
     assert again["c"] == values["c"]
     assert again["c"].maxlen == 4
     assert again["b"] == values["b"]
     assert again["e"] == values["e"]
     np.testing.assert_array_equal(again["a"], values["a"])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.zeros((0, 3)),
+        np.asfortranarray(np.arange(6).reshape(2, 3)),
+        np.array([1 + 2j]),
+        np.array(["2026-01-01"], dtype="datetime64[D]"),
+        np.array([True, False]),
+        np.array(["a", "bc"]),
+    ],
+)
+def test_arrays_come_back_with_shape_and_type_and_can_be_changed(value: np.ndarray) -> None:
+    again = decoded(encoded(value, "self.a"))
+    np.testing.assert_array_equal(again, value)
+    assert (again.shape, again.dtype) == (value.shape, value.dtype)
+    again[...] = again
+
+
+def test_a_large_array_is_saved_as_bytes() -> None:
+    value = np.random.default_rng(1).random(300_000)
+    saved = encoded({"table": value}, "self")
+    assert isinstance(saved["table"]["content"], bytes)
+    assert decoded(saved)["table"] is not value
+
+
+def test_a_dict_has_any_keys() -> None:
+    value = {1: "one", (2, 3.0): [4], None: 1 + 2j, "a": {True: 0}}
+    assert decoded(json.loads(json.dumps(encoded(value, "self.table")))) == value
 
 
 def test_random_generators_go_on_where_they_were() -> None:
