@@ -21,7 +21,7 @@ ARRAY = re.compile(r"(.+)\[(\d+)\]")
 MUTABLE = ("list", "dict", "set", "deque", "ndarray", "bytearray")
 MOST = 10_000  # elements of an array
 ARGUMENTS = {"start": "v", "rates": "t, v", "calculate": "t, v", "step": "t, h, v"}
-"""What methods are given, after `self`."""
+"""Arguments of the methods after `self`."""
 FORMS = {
     "parameters": "(start, unit) or (start, unit, text)",
     "states": "(start, unit) or (start, unit, text)",
