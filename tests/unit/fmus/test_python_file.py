@@ -500,3 +500,26 @@ def test_a_state_in_attributes_is_not_told(tmp_path: Path) -> None:
     path = system(tmp_path, SAMPLED.replace("PLACE", place))
     prepared = prepare(load_system(path), build_directory=tmp_path / "build")
     assert not [line for line in prepared.warnings if "rollback" in line]
+
+
+def test_a_step_returns_the_outputs_at_its_end(tmp_path: Path) -> None:
+    """As the page of the kind says: a controller acts one step after it has read its inputs."""
+    clock = """
+    class Clock:
+        outputs = {"y": "s"}
+
+        def start(self, v):
+            return {"y": -1.0}
+
+        def step(self, t, h, v):
+            return {"y": t}
+    """
+    (tmp_path / "clock.py").write_text(dedent(clock), encoding="utf-8")
+    (tmp_path / "system.yaml").write_text(
+        "name: late\n"
+        "components: {clock: {kind: python, file: clock.py, step_size: 0.2}}\n"
+        "simulation: {stop_time: 0.5, step_size: 0.1}\n",
+        encoding="utf-8",
+    )
+    found = results(tmp_path / "system.yaml")["clock.y"]
+    np.testing.assert_allclose(found, [-1.0, -1.0, 0.0, 0.0, 0.2, 0.2], atol=1e-12)
