@@ -10,6 +10,7 @@ from m4e_fmi.errors import InputError, is_file
 
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
+_CODE = "Python code"
 URDF_SUFFIX = ".urdf"
 _OF_SUFFIX = {
     URDF_SUFFIX: MODEL,
@@ -17,6 +18,7 @@ _OF_SUFFIX = {
     ".ssp": _PACKAGE,
     ".nc": _RESULTS,
     ".parquet": _RESULTS,
+    ".py": _CODE,
 }
 _REMEDIES = {
     MODEL: "`m4e-fmi info` shows it, `m4e-fmi simulate` simulates it, `m4e-fmi build` builds its "
@@ -28,6 +30,8 @@ _REMEDIES = {
     _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
     _RESULTS: "`m4e-fmi compare` compares it, `m4e-fmi decay` finds damping in it; `m4e_fmi.load` "
     "reads netCDF in Python",
+    _CODE: "in a system file, which `m4e-fmi run` runs and whose FMUs `m4e-fmi build` builds, it is a "
+    "component: {kind: python, file: NAME}; `m4e-fmi new controller` writes such a start",
 }
 
 

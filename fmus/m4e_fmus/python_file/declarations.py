@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -19,6 +20,8 @@ Variables = Mapping[str, Mapping[str, Declared]]
 ARRAY = re.compile(r"(.+)\[(\d+)\]")
 MUTABLE = ("list", "dict", "set", "deque", "ndarray", "bytearray")
 MOST = 10_000  # elements of an array
+ARGUMENTS = {"start": "v", "rates": "t, v", "calculate": "t, v", "step": "t, h, v"}
+"""Arguments of the methods after `self`."""
 FORMS = {
     "parameters": "(start, unit) or (start, unit, text)",
     "states": "(start, unit) or (start, unit, text)",
@@ -86,9 +89,34 @@ def declared(user: UserClass, path: Path, lines: Lines) -> Variables:
             found[group][variable.name] = variable
     line = lines.of_class(user.kind.__name__)
     problems += [Problem(*w, str(path), line) for w in _contradictions(user, found)]
+    problems += [
+        Problem(*w, str(path), user.line(method))
+        for method in METHODS
+        for w in _calls(user, method)
+    ]
     if problems:
         raise InputError(problems)
     return found
+
+
+def _calls(user: UserClass, method: str) -> Iterator[tuple[str, str]]:
+    """Messages and remedies if the `method` is there and cannot be called as it will be."""
+    function = getattr(user.object, method, None)
+    if not inspect.isroutine(function):
+        return
+    form = f"{method}(self, {ARGUMENTS[method]})"
+    if inspect.isgeneratorfunction(function) or inspect.iscoroutinefunction(function):
+        yield f"{method} is a generator or async", f"write a plain method {form} that returns"
+    given = ARGUMENTS[method].split(", ")
+    try:
+        names = list(inspect.signature(function).bind(*given).arguments)
+    except TypeError:
+        yield f"{method} does not take {ARGUMENTS[method]} after self", f"write {form}"
+        return
+    except ValueError:  # of a function in C
+        return
+    if names != given and sorted(names) == sorted(given):
+        yield f"{method} takes {', '.join(names)} in this order", f"write {form}"
 
 
 def _variable(name: str, given: object, group: str) -> tuple[Declared, list[tuple[str, str]]]:

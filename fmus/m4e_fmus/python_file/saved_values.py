@@ -26,6 +26,12 @@ def encoded(value: Value, name: str) -> Value:
         return [encoded(each, name) for each in value]
     if kind is dict and all(isinstance(key, str) for key in value):
         return {key: encoded(each, f"{name}[{key!r}]") for key, each in value.items()}
+    if kind is dict:
+        keys = [encoded(key, f"a key of {name}") for key in value]
+        values = [encoded(each, f"{name}[{key!r}]") for key, each in value.items()]
+        return _tagged("dict", [keys, values])
+    if kind is complex:
+        return _tagged("complex", [value.real, value.imag])
     if kind is tuple:
         return _tagged("tuple", [encoded(each, name) for each in value])
     if kind is deque:
@@ -37,7 +43,11 @@ def encoded(value: Value, name: str) -> Value:
 
 def _of_numpy(value: Value, name: str) -> Value:
     if type(value).__module__ == "numpy" and hasattr(value, "tolist"):
-        return _tagged("array", encoded(value.tolist(), name), value.dtype.str)
+        kind = value.dtype.str
+        if value.dtype.hasobject:
+            return _tagged("array", encoded(value.tolist(), name), kind)
+        if value.dtype.names is None:
+            return _tagged("bytes of array", value.tobytes(), [kind, list(value.shape)])
     if hasattr(value, "bit_generator"):
         state = value.bit_generator.state
         return _tagged("generator", encoded(state, name), state["bit_generator"])
@@ -61,6 +71,10 @@ def decoded(value: Value) -> Value:
             return tuple(content)
         case "deque":
             return deque(content, more)
+        case "dict":
+            return dict(zip(*content, strict=True))
+        case "complex":
+            return complex(*content)
         case "random":
             generator = random.Random()
             generator.setstate(content)
@@ -68,6 +82,8 @@ def decoded(value: Value) -> Value:
         case _:
             import numpy as np
 
+            if kind == "bytes of array":
+                return np.ndarray(more[1], more[0], buffer=content).copy()[()]
             if kind == "array":
                 return np.array(content, dtype=more)[()]
             generator = np.random.Generator(getattr(np.random, more)())

@@ -239,15 +239,22 @@ def _those_of(names: Container[str]) -> list[str]:
 
 
 def told(error: BaseException, path: Path, shown: str) -> str:
-    """File and line where `error` came out of the user's file, its type and its text."""
+    """File and line where `error` came out of the user's file, its type and its text.
+
+    If it came from a file beside that, also its name and line.
+    """
     if isinstance(error, SyntaxError) and error.filename == str(path):
         return f"{shown}:{error.lineno}: not valid Python: {error.msg}"
-    lines = [
-        frame.lineno
+    frames = [
+        (Path(frame.filename), frame.lineno)
         for frame in traceback.extract_tb(error.__traceback__)
-        if frame.filename == str(path)
+        if Path(frame.filename).parent == path.parent
     ]
+    lines = [line for file, line in frames if file == path]
     place = f"{shown}:{lines[-1]}" if lines else shown
+    if frames and frames[-1][0] != path:
+        file, line = frames[-1]
+        place += f": in {file.name}:{line}"
     return f"{place}: {type(error).__name__}: {error}"
 
 

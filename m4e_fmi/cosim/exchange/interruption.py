@@ -27,6 +27,9 @@ PATIENCE = 0.5
 user is told of a call in this process; so much later than the second Ctrl-C, the process ends
 without that (but not an interactive one)."""
 
+_AGAIN = "; press Ctrl-C again to end at once"
+_AGAIN_IN_SHELLS = "; interrupt again to end it if it is Python code, else restart the process"
+
 
 def quiet() -> np.errstate:
     """An overflow is found, and told with its place, where values are read from the FMUs."""
@@ -183,7 +186,7 @@ def _tick(
         if clock.monotonic() > tell:
             tell, told = np.inf, True
             if not end_busy() and presses:
-                again = "" if _is_interactive() else "; press Ctrl-C again to end at once"
+                again = _AGAIN_IN_SHELLS if _is_interactive() else _AGAIN
                 _say(f"waiting for an FMU to end its step{where()}{again}")
         if number in (0, signal.SIGINT) and (asked := asking.intersection(numbers)):
             number, last = asked.pop(), min(last, clock.monotonic() + GRACE)

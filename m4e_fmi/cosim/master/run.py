@@ -47,6 +47,7 @@ def run(
 ) -> Outcome:
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
+    Other times, steps and start values are those of ``system.changed(stop_time=…, start={…})``.
     `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. `animated` adds those that an animation follows, as the nodes of

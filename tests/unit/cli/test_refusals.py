@@ -332,3 +332,10 @@ def test_a_search_for_an_equilibrium_names_the_other_one(here, capsys):
     for options, named in (([], True), (["--at", "nearest"], False)):
         assert main(["linearize", "a.model.yaml", *options]) == 1
         assert ("--at nearest" in capsys.readouterr().err) == named
+
+
+def test_a_python_file_is_a_component_of_a_system(here, capsys):
+    (here / "control.py").write_text("", encoding="utf-8")
+    told = refused(capsys, "build", "control.py")
+    assert "this is Python code, not a YAML file" in told
+    assert "{kind: python, file: NAME}" in told

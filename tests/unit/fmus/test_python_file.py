@@ -307,6 +307,35 @@ def test_code_that_fails_is_recorded_only_where_it_does_not(
     assert reason in line
 
 
+@pytest.mark.parametrize(
+    ("head", "told"),
+    [
+        ("def step(t, h, v)", r"force.py:12: step does not take t, h, v after self"),
+        ("def step(self, t, v)", r"force.py:12: step does not take t, h, v after self"),
+        ("def step(self, v, t, h)", r"force.py:12: step takes v, t, h in this order"),
+        ("async def step(self, t, h, v)", r"force.py:12: step is a generator or async"),
+    ],
+)
+def test_methods_that_cannot_be_called_are_told_with_their_line(
+    tmp_path: Path, head: str, told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        made(tmp_path, DELAY.replace("def step(self, t, h, v)", head))
+
+
+@pytest.mark.parametrize("arguments", ["self, *all", "self, time, size, values", "self, t, h, v=0"])
+def test_arguments_have_any_names(tmp_path: Path, arguments: str) -> None:
+    source, _ = made(tmp_path, DELAY.replace("def step(self, t, h, v)", f"def step({arguments})"))
+    assert isinstance(source, PythonSource)
+
+
+def test_a_mistake_in_a_file_beside_is_told_with_both_lines(tmp_path: Path) -> None:
+    (tmp_path / "laws.py").write_text("def law(z):\n    return 1 / 0\n", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", "import math\n\nimport laws\n\nlaws.law(0)")
+    with pytest.raises(InputError, match=r"force.py:7: in laws.py:2: ZeroDivisionError"):
+        made(tmp_path, text, files=("laws.py",))
+
+
 def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
     program, _ = made(
         tmp_path,
@@ -430,14 +459,42 @@ def test_attributes_are_saved_and_come_back() -> None:
         "c": deque([1.0, 2.0], maxlen=4),
         "e": np.float64(0.1),
     }
-    again = decoded(
-        json.loads(json.dumps(encoded({k: v for k, v in values.items() if k != "d"}, "self")))
-    )
+    again = decoded(encoded(values, "self"))
     assert again["c"] == values["c"]
     assert again["c"].maxlen == 4
     assert again["b"] == values["b"]
     assert again["e"] == values["e"]
     np.testing.assert_array_equal(again["a"], values["a"])
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.zeros((0, 3)),
+        np.asfortranarray(np.arange(6).reshape(2, 3)),
+        np.array([1 + 2j]),
+        np.array(["2026-01-01"], dtype="datetime64[D]"),
+        np.array([True, False]),
+        np.array(["a", "bc"]),
+    ],
+)
+def test_arrays_come_back_with_shape_and_type_and_can_be_changed(value: np.ndarray) -> None:
+    again = decoded(encoded(value, "self.a"))
+    np.testing.assert_array_equal(again, value)
+    assert (again.shape, again.dtype) == (value.shape, value.dtype)
+    again[...] = again
+
+
+def test_a_large_array_is_saved_as_bytes() -> None:
+    value = np.random.default_rng(1).random(300_000)
+    saved = encoded({"table": value}, "self")
+    assert isinstance(saved["table"]["content"], bytes)
+    assert decoded(saved)["table"] is not value
+
+
+def test_a_dict_has_any_keys() -> None:
+    value = {1: "one", (2, 3.0): [4], None: 1 + 2j, "a": {True: 0}}
+    assert decoded(json.loads(json.dumps(encoded(value, "self.table")))) == value
 
 
 def test_random_generators_go_on_where_they_were() -> None:
@@ -498,3 +555,26 @@ def test_a_state_in_attributes_is_not_told(tmp_path: Path) -> None:
     path = system(tmp_path, SAMPLED.replace("PLACE", place))
     prepared = prepare(load_system(path), build_directory=tmp_path / "build")
     assert not [line for line in prepared.warnings if "rollback" in line]
+
+
+def test_a_step_returns_the_outputs_at_its_end(tmp_path: Path) -> None:
+    """As the page of the kind says: a controller acts one step after it has read its inputs."""
+    clock = """
+    class Clock:
+        outputs = {"y": "s"}
+
+        def start(self, v):
+            return {"y": -1.0}
+
+        def step(self, t, h, v):
+            return {"y": t}
+    """
+    (tmp_path / "clock.py").write_text(dedent(clock), encoding="utf-8")
+    (tmp_path / "system.yaml").write_text(
+        "name: late\n"
+        "components: {clock: {kind: python, file: clock.py, step_size: 0.2}}\n"
+        "simulation: {stop_time: 0.5, step_size: 0.1}\n",
+        encoding="utf-8",
+    )
+    found = results(tmp_path / "system.yaml")["clock.y"]
+    np.testing.assert_allclose(found, [-1.0, -1.0, 0.0, 0.0, 0.2, 0.2], atol=1e-12)

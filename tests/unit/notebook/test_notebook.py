@@ -302,3 +302,13 @@ def test_importing_the_package_imports_no_notebook():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(done.stdout.split())
     assert not {"matplotlib", "xarray", "IPython", "m4e_fmi.notebook", "m4e_fmi.report"} & loaded
+
+
+def test_an_error_shows_the_calls_of_the_user_only(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        m4e.run(tmp_path / "none.yaml")
+    *calls, last = caught.value._render_traceback_()
+    assert last == f"InputError: {caught.value}"
+    (call,) = calls
+    assert Path(__file__).name in call
+    assert "m4e.run(" in call

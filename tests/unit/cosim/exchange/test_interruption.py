@@ -40,6 +40,15 @@ def test_ctrl_c_tells_what_it_waits_for_and_the_second_one_ends() -> None:
     assert second.startswith("ended by SIGINT")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="signals come otherwise there")
+def test_in_a_shell_it_tells_what_a_second_one_does() -> None:
+    code = "import sys\nsys.ps1 = ''\n" + HANGS.replace("sleep(20)", "sleep(1)")
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=15, check=False
+    )
+    assert "interrupt again to end it if it is Python code" in done.stderr.splitlines()[0]
+
+
 MANY = """
 import os, resource, time
 from m4e_fmi.cosim.exchange import interruption
