@@ -11,8 +11,8 @@ function scatterOf(root, study, theme) {
   let turn = 0, drawnOnce = false, seen = false;
 
   // A drawing kind that is fast for many points, if the browser has it: some have a part of it, which drawing tells.
-  let hasWebgl = Boolean(made("canvas").getContext("webgl"));
-  const fast = () => hasWebgl && study.count > MOST_DRAWN;
+  let hasWebgl;
+  const fast = () => study.count > MOST_DRAWN && (hasWebgl ??= Boolean(made("canvas").getContext("webgl")));
 
   async function draw() {
     if (!seen) return;
