@@ -77,6 +77,24 @@ class Unit:
             + (f"/{down[0]}" if len(down) == 1 else "")
         )
 
+    @property
+    def coherent_text(self) -> str:
+        """The same, spelled like this unit where that is possible: N/m of kN/m."""
+        told = _WORD.sub(lambda word: _coherent(word[0]), self.text)
+        try:
+            same = parse_unit(told)
+        except ValueError:
+            return self.si_text
+        alike = same.factor == 1.0 and same.same_dimension(self)
+        return told if alike else self.si_text
+
+
+def _coherent(word: str) -> str:
+    """A unit without prefix, in place of one that has a prefix or another factor."""
+    if word not in _NAMED:
+        word = word[2 if word.startswith("da") else 1 :]
+    return _COHERENT.get(word, word)
+
 
 def _power(base: str, exponent: int) -> str:
     return base if exponent == 1 else f"{base}{exponent}"
@@ -134,6 +152,13 @@ _CUSTOMARY: dict[str, tuple[tuple[int, ...], float]] = {
     "mph": (_exponents(m=1, s=-1), 5280 * FOOT / 3600),
 }
 _NAMED |= _CUSTOMARY
+_COHERENT = {
+    **{"g": "kg", "t": "kg", "lb": "kg", "slug": "kg"},
+    **{"bar": "Pa", "psi": "Pa", "ksi": "Pa", "psf": "Pa", "lbf": "N", "kip": "N", "kgf": "N"},
+    **{"in": "m", "ft": "m", "yd": "m", "mi": "m", "nmi": "m"},
+    **{"deg": "rad", "°": "rad", "rev": "rad"},
+}
+_WORD = re.compile(r"[A-Za-zµ°%Ω]+")
 _BARE = {"kg", "min", "h", "kn", "%", *_CUSTOMARY}
 """Units that take no prefix."""
 KNOWN = f"{', '.join(_NAMED)}, with the prefixes {', '.join(_PREFIXES)}"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support.browser import CHROMIUM, Page
 from support.report_pages import opened, settled
-from support.written_study import DAMPINGS, EVIL, HEIGHTS, PERIODS, SEEDS, matrix, power
+from support.written_study import DAMPINGS, EVIL, HEIGHTS, PERIODS, SEEDS, matrix, power, samples
 
 from m4e_fmi.study.report.of_study import report_of_study
 
@@ -186,3 +186,18 @@ def test_choices_change_what_is_shown_in_a_narrow_window_and_on_paper(
     finally:
         page.call("Emulation.clearDeviceMetricsOverride")
         page.call("Emulation.setEmulatedMedia", features=[])
+
+
+def test_many_points_are_drawn_where_a_part_of_webgl_is_missing(page: Page, tmp_path: Path) -> None:
+    """Some browsers give a context, but not that which the plots need."""
+    opened(page, report_of_study(samples(tmp_path, 2100), tmp_path / "r.html"))
+    page.value(
+        "{ const usual = HTMLCanvasElement.prototype.getContext;"
+        "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
+        "return more.length && kind !== '2d' ? null : usual.call(this, kind, ...more); } }"
+    )
+    page.value("report.scatter.draw()")
+    settled(page)
+    assert page.value("document.querySelector('.no-webgl')") is None
+    points = traces(page, "type, x", "#scatter .chart")[0]
+    assert (points["type"], len(points["x"])) == ("scatter", 2100 - 21)

@@ -142,6 +142,18 @@ def test_coherent_unit_of_the_same_dimension(text: str, si: str) -> None:
     assert parse_unit(text).si_text == si
 
 
+@pytest.mark.parametrize(
+    ("text", "coherent"),
+    [
+        ("kN/m", "N/m"), ("MN/m", "N/m"), ("kN.s/mm2", "N.s/m2"), ("mm", "m"), ("kNm", "Nm"),
+        ("t", "kg"), ("g.mm2", "kg.m2"), ("bar", "Pa"), ("daN", "N"), ("N.m/deg", "N.m/rad"),
+        ("rpm", "rad/s"), ("kN/%", "kg.m/s2"), ("L/min", "m3/s"), ("°", "rad"),
+    ],
+)  # fmt: skip
+def test_coherent_unit_is_spelled_as_the_given_one(text: str, coherent: str) -> None:
+    assert parse_unit(text).coherent_text == coherent
+
+
 @given(st.tuples(*[st.integers(-4, 4)] * len(BASE_UNITS)))
 def test_si_text_of_any_dimension_parses_to_itself(powers: tuple[int, ...]) -> None:
     text = Unit("made", powers).si_text

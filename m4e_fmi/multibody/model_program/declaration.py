@@ -91,7 +91,7 @@ def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
     unit = parse_unit(parameter.unit)
     return Variable(
         name,
-        unit.text if unit.factor == 1.0 else unit.si_text,
+        unit.text if unit.factor == 1.0 else unit.coherent_text,
         parameter.description or f"Parameter {name}",
         start=parameter.value * unit.factor,
         display_unit=None if unit.factor == 1.0 else unit.text,

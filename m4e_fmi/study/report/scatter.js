@@ -10,8 +10,9 @@ function scatterOf(root, study, theme) {
   filled(colour, [["", "–"], ...all.map(option)], "");
   let turn = 0, drawnOnce = false, seen = false;
 
-  // A drawing kind that is fast for many points, if the browser has it.
-  const fast = () => study.count > MOST_DRAWN && Boolean(made("canvas").getContext("webgl"));
+  // A drawing kind that is fast for many points, if the browser has it: some have a part of it, which drawing tells.
+  let hasWebgl;
+  const fast = () => study.count > MOST_DRAWN && (hasWebgl ??= Boolean(made("canvas").getContext("webgl")));
 
   async function draw() {
     if (!seen) return;
@@ -44,6 +45,11 @@ function scatterOf(root, study, theme) {
       height: 420, hovermode: "closest", dragmode: "zoom", margin: { l: 64, r: 16, t: 12, b: 46 },
       xaxis: { title: { text: titleOf(X, xs.unit) }, ...ticks(X) }, yaxis: { title: { text: titleOf(Y, ys.unit) }, ...ticks(Y) }, yaxis2: LOST_AXIS,
     }), { ...PLOT_SETTINGS, doubleClick: "reset" });
+    if (plot.querySelector(".no-webgl")) {
+      hasWebgl = drawnOnce = false;
+      Plotly.purge(plot);
+      return draw();
+    }
     const failed = lost.filter(run => study.reasons.has(run)).length;
     note.textContent = `${good.length.toLocaleString("en")} runs. ` + (failed ? `${failed.toLocaleString("en")} failed runs are marked ✕ at the bottom. ` : "")
       + (lost.length > failed ? `${(lost.length - failed).toLocaleString("en")} without a value are marked ○. ` : "") + "Drag to zoom, double-click for all; a click chooses the run.";

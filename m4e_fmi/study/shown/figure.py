@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 MOST_WRITTEN = 120
 """Cells of a map whose numbers are written."""
+MOST_BINS = 40
+"""Bars of a histogram."""
+MOST_WHOLE = 1e12
+"""Magnitude of numbers that are counted as whole ones."""
 
 
 def plot_study(outcome: StudyOutcome, picture: Path) -> Path:
@@ -134,6 +138,17 @@ def _curve(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> No
 def _histogram(panel: Axes, values: np.ndarray, text: str) -> None:
     """How often values (n,) of a sample occur."""
     good = values[np.isfinite(values)]
-    panel.hist(good, bins=min(40, max(5, int(np.sqrt(max(1, len(good)))))), color=COLOURS[0])
+    panel.hist(good, bins=_bins(good), color=COLOURS[0])
     panel.set_xlabel(text, fontsize=9)
     panel.set_ylabel("runs", fontsize=9)
+
+
+def _bins(good: np.ndarray) -> int | list[float]:
+    """Number of bins for values (n,), or the edges of bins of as many whole numbers each."""
+    count = min(MOST_BINS, max(5, int(np.sqrt(max(1, len(good))))))
+    if not len(good) or (good != np.round(good)).any() or np.abs(good).max() > MOST_WHOLE:
+        return count
+    low, high = float(good.min()), float(good.max())
+    width = max(1.0, np.ceil((high - low + 1.0) / count))
+    number = int(np.ceil((high - low + 1.0) / width))
+    return [low - 0.5 + k * width for k in range(number + 1)]
