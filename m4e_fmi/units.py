@@ -153,11 +153,12 @@ _CUSTOMARY: dict[str, tuple[tuple[int, ...], float]] = {
 }
 _NAMED |= _CUSTOMARY
 _COHERENT = {
-    **{"g": "kg", "t": "kg", "lb": "kg", "slug": "kg"},
-    **{"bar": "Pa", "psi": "Pa", "ksi": "Pa", "psf": "Pa", "lbf": "N", "kip": "N", "kgf": "N"},
-    **{"in": "m", "ft": "m", "yd": "m", "mi": "m", "nmi": "m"},
-    **{"deg": "rad", "°": "rad", "rev": "rad"},
-}
+    "g": "kg", "t": "kg", "lb": "kg", "slug": "kg",
+    "lbf": "N", "kip": "N", "kgf": "N",
+    "bar": "Pa", "psi": "Pa", "ksi": "Pa", "psf": "Pa",
+    "in": "m", "ft": "m", "yd": "m", "mi": "m", "nmi": "m",
+    "deg": "rad", "°": "rad", "rev": "rad",
+}  # fmt: skip
 _WORD = re.compile(r"[A-Za-zµ°%Ω]+")
 _BARE = {"kg", "min", "h", "kn", "%", *_CUSTOMARY}
 """Units that take no prefix."""

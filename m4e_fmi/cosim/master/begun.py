@@ -97,7 +97,8 @@ class Options:
 class Begun:
     """A run of a system with its results file, if there is one, found from any folder.
 
-    It has the `outcome` once both have ended, unless the run has `failed`.
+    It has the `outcome` once both have ended, unless the run has `failed`. `warnings` are those
+    from before the first step.
     """
 
     master: Master
@@ -106,6 +107,7 @@ class Begun:
     results: ResultsWriter | None = None
     checkpoints: Checkpoints | None = None
     outcome: Outcome | None = None
+    warnings: tuple[str, ...] = ()
     failed: bool = False
     started: float = field(default_factory=clock.perf_counter)
 
@@ -142,6 +144,7 @@ def begun_run(system: Prepared, options: Options) -> Generator[Begun]:
             gravity = partial(model_gravity, system.system, system.descriptions)
             floats = start_warnings(master.network, system.wiring, gravity)
             options.warn_of(floats)
+            begun.warnings = (*missing, *floats)
             if place is None:
                 with _timed(begun):
                     yield begun
@@ -154,7 +157,7 @@ def begun_run(system: Prepared, options: Options) -> Generator[Begun]:
             late = (*master.warnings, *(begun.results.warnings if begun.results else ()))
             options.warn_of(late)
             outcome = _outcome(begun, options, clock.perf_counter() - start_time)
-            begun.outcome = replace(outcome, warnings=(*missing, *floats, *late))
+            begun.outcome = replace(outcome, warnings=(*begun.warnings, *late))
             if begun.results:
                 complete[1:] = [_exported(begun, begun.outcome, begun.results, options.given)]
         # what FMUs say at their end comes after the results are complete
@@ -248,9 +251,14 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
                 f"all rows are made, in {wall_time:.0f} s; now the coupling error is estimated: "
                 "steps are repeated, which may take as long"
             )
+    late = begun.results.warnings if begun.results else ()
     try:
         found = closing_attributes(
-            begun.master, begun.system, ended=ended, no_estimate=options.no_estimate
+            begun.master,
+            begun.system,
+            ended=ended,
+            no_estimate=options.no_estimate,
+            warnings=(*begun.warnings, *late),
         )
     except (KeyboardInterrupt, Terminated) as error:
         if ended and begun.master.estimator:

@@ -79,21 +79,26 @@ def place_of(results: str | Path) -> Generator[Path]:
 
 
 def closing_attributes(
-    master: Master, prepared: Prepared, *, ended: bool, no_estimate: str
+    master: Master,
+    prepared: Prepared,
+    *,
+    ended: bool,
+    no_estimate: str,
+    warnings: Sequence[str] = (),
 ) -> dict[str, str]:
     """Attributes of the results that are known at the end of the run.
 
     These are the warnings and errors of FMUs, a line each, the same of actions of a scenario, and,
     if it has `ended` well, how large the coupling errors are, or why there is `no_estimate` of
-    them, and the notes, with warnings of the run.
+    them, and the notes, with the `warnings` and those of the master.
     """
     lines = "\n".join(map(str, master.messages))
     found = {"messages": lines} if lines else {}
     if master.scenario:
         found["scenario"] = "\n".join(master.scenario)
     if ended:
-        warnings = (f"warning: {line}" for line in master.warnings)
-        found["notes"] = "\n".join((*prepared.notes, *warnings))
+        told = (f"warning: {line}" for line in (*warnings, *master.warnings))
+        found["notes"] = "\n".join((*prepared.notes, *told))
         certificate = master.certificate()
         found["coupling_error"] = str(certificate) or ": ".join(["not known", no_estimate])
         if isinstance(certificate, CouplingErrorReport) and certificate.coverage:

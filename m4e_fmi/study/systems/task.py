@@ -21,11 +21,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.begun import Options, begun_run
 from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.errors import InputError, M4eError, RunError
 from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
@@ -130,12 +132,23 @@ def _memory() -> Path | None:
     return None
 
 
+def _limited(descriptions: Mapping[str, Description]) -> list[str]:
+    """Outputs with limits, which a run watches in what it records."""
+    return [
+        f"{component}.{variable.name}"
+        for component, variables in chosen(descriptions, ()).items()
+        for variable in variables
+        if math.isfinite(variable.minimum) or math.isfinite(variable.maximum)
+    ]
+
+
 def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> Record:
     def warn(line: str) -> None:
         warnings.append(line.removeprefix("warning: "))
 
     names = tuple(dict.fromkeys((*(w.variable for w in task.wanted), *task.series)))
-    options = Options(results=results, variables=names, certify=task.certify, warn=warn)
+    recorded = tuple(dict.fromkeys((*names, *_limited(prepared.descriptions))))
+    options = Options(results=results, variables=recorded, certify=task.certify, warn=warn)
     prepared = replace(prepared, warnings=())  # of the preparation: told once
     with begun_run(prepared, options) as begun:
         begun.master.run(results=begun.results)

@@ -261,7 +261,10 @@ def test_a_submerged_body_that_starts_elsewhere_is_told_too(
 def test_motions_that_are_not_small_are_told_once(fmus: dict[str, Path], tmp_path: Path) -> None:
     """Half the mean draft of 2 m is left at once from 1.1 m below, 15 deg by a turn of 16; a body
     that is too heavy leaves it later: the first time is told."""
-    start, sinks = floated(fmus, tmp_path, z=-2.1).warnings
+    outcome = floated(fmus, tmp_path, z=-2.1)
+    start, sinks = outcome.warnings
+    told = outcome.results().attributes["notes"].splitlines()  # from where a report takes them
+    assert {f"warning: {start}", f"warning: {sinks}"} <= set(told)
     assert "starts at -2.1 m" in start
     assert sinks.startswith("hydro.float.heave is -1.1 m at t = 0 s, outside -1 to 1 m")
     assert "within 0.5 of the mean draft" in sinks
