@@ -110,18 +110,26 @@ def _rows(
 def _told(
     rows: np.ndarray, mean: np.ndarray, shares: np.ndarray, unit: str, *, is_power: bool
 ) -> tuple[str, str, str, str]:
-    """Mean, energy, its error, number of states: of `rows` (states…, n_seeds) and their `mean`."""
+    """Mean, energy, its error, number of states: of `rows` (states…, n_seeds) and their `mean`.
+
+    They are those of the seeds that have values of all states; if none has, of the `mean`.
+    """
     counted = shares > 0.0
     count = f"{int(counted.sum())}"
     if lacking := int(np.isnan(mean[counted]).sum()):
         return f"not known: no value of {lacking} state{'s' * (lacking != 1)}", NONE, NONE, count
-    total = float(np.average(mean[counted], weights=shares[counted]))
+    whole = np.isfinite(rows[counted]).all(axis=0)  # seeds, as the summary takes them
+    seeds = rows[..., whole]
+    if not whole.any():
+        seeds = mean[..., None]
+        count += ", some without failed seeds"
+    elif not whole.all():
+        count += f", of {int(whole.sum())} of {whole.size} seeds"
+    total = float(np.average(seeds[counted].mean(axis=-1), weights=shares[counted]))
     shown = quantity(total, unit) if unit in PREFIXED else f"{aligned(total)[0]} {unit}".rstrip()
     if not is_power:
         return shown, NONE, NONE, count
-    if partly := bool(np.isnan(rows[counted]).any()):
-        count += ", some without failed seeds"
-    energy = annual_energy(mean[..., None] if partly else rows, shares, shared_seeds=True)
+    energy = annual_energy(seeds, shares, shared_seeds=True)
     error = energy.error / MEGAWATT_HOUR
     return (
         shown,

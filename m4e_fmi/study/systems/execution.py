@@ -44,6 +44,8 @@ PATIENCE = 1.0
 """Seconds that a process has to end when it is asked to."""
 DIED = "its process died, as of a fault in the code of an FMU, or for lack of memory"
 
+_beginning = threading.Lock()
+"""Held while a process begins with an environment and a main module of its own."""
 Done = tuple[int, Record]
 Perform = Callable[[Iterable[tuple[int, Task]]], Iterator[Done]]
 
@@ -150,7 +152,7 @@ class _Process(SpawnProcess):
 
     def start(self) -> None:
         """Begin the process."""
-        with _one_thread(), _no_script(), _interrupts_held():
+        with _beginning, _one_thread(), _no_script(), _interrupts_held():
             super().start()
 
 

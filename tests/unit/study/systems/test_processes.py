@@ -5,6 +5,8 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.context import SpawnProcess
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from types import SimpleNamespace
@@ -95,6 +97,22 @@ def test_processes_do_not_run_the_script_that_begins_them(tmp_path: Path) -> Non
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "begun\n1\n", "")
+
+
+def test_the_script_is_in_its_place_after_threads_have_begun_processes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two studies in threads of one process: the one would put back what the other has set."""
+    script, threads = sys.modules["__main__"], os.environ.get("OMP_NUM_THREADS")
+
+    def start(_: object) -> None:
+        time.sleep(0.02)
+
+    monkeypatch.setattr(SpawnProcess, "start", start)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda _: execution._Process().start(), range(8)))
+    assert sys.modules["__main__"] is script
+    assert os.environ.get("OMP_NUM_THREADS") == threads
 
 
 def is_there(process: int | None) -> bool:
