@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,8 @@ from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
-from m4e_fmi.study.programs.values import model_problems, start_problems
+from m4e_fmi.study.programs.values import start_problems
+from m4e_fmi.study.systems.models import model_problems, system_problems
 from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import (
     SIMULATION,
@@ -182,10 +183,36 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
             defaults.append(np.array([v.start for v in version.variables]))
         numbers.append(made[own])
     version_of, default_of = zip(*numbers, strict=True)
-    model = versions[0].model
-    if model and (problems := model_problems(study, targets, model)):
+    named = NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
+    if problems := list(_model_problems(named)):
         raise InputError(dict.fromkeys(problems))
-    return NamedProgram(study, targets, versions, version_of, fixed, defaults, default_of)
+    return named
+
+
+def _model_problems(named: NamedProgram) -> Iterator[Problem]:
+    """Faults of models with the start values of their runs."""
+    if named.study.composed:
+        parts = {n: _of_component(t) for n, t in named.targets.items()}
+        yield from system_problems(named.study, load_system(named.study.source), parts)
+    given = {t.variable for t in named.targets.values() if isinstance(t, StartTarget)}
+    given |= named.study.start.keys()
+    for number, version in enumerate(named.versions):
+        if version.model is None:
+            continue
+        names = [v.name for v in version.variables]
+        places = [k for k, n in enumerate(names) if n in given and n in version.model.parameters]
+        runs = np.flatnonzero(np.array(named.version_of) == number)
+        values = named.start_values(version, runs)[:, places]
+        if places:
+            yield from model_problems(version.model, [names[k] for k in places], values)
+
+
+def _of_component(target: Target) -> Target:
+    """A target of a composed system as that of its component."""
+    if not isinstance(target, StartTarget):
+        return target
+    component, _, variable = target.variable.partition(".")
+    return replace(target, component=component, variable=variable)
 
 
 def _of_model(

@@ -5,14 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from m4e_fmi.errors import Problem
-from m4e_fmi.model import Model
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.systems.targets import StartTarget, Target
 from m4e_fmi.units import number_in
-
-MOST_CHECKED = 50
-"""Values of a parameter with which a model is checked."""
 
 
 def start_problems(study: Study, targets: Mapping[str, Target], program: Program) -> list[Problem]:
@@ -52,17 +48,3 @@ def _outside(one: Variable, numbers: Sequence[float]) -> list[str]:
     """A message for each number that is outside the range of a variable."""
     limits = f"is outside its range from {one.minimum:g} to {one.maximum:g}"
     return [f"{one.name} = {x:g} {limits}" for x in numbers if not one.minimum <= x <= one.maximum]
-
-
-def model_problems(study: Study, targets: Mapping[str, Target], model: Model) -> list[Problem]:
-    """Varied values that the model does not take, each by itself."""
-    problems: list[Problem] = []
-    for axis in study.grid.axes:
-        for k, varied in enumerate(axis.varied):
-            for target in (targets[name] for name in varied.targets):
-                if not isinstance(target, StartTarget):
-                    continue
-                some = sorted({number_in(target.unit, point[k]) for point in axis.points})
-                some = some if len(some) <= MOST_CHECKED else [some[0], some[-1]]
-                problems += [p for x in some for p in model.problems_with({target.variable: x})]
-    return problems

@@ -15,6 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.models import system_problems
 from m4e_fmi.study.systems.quantities import in_units
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
@@ -90,7 +91,10 @@ def named(study: Study, system: System) -> Named:
     problems += _unknown_variables(study, descriptions)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    return Named(in_units(study, targets), system, targets, descriptions)
+    study = in_units(study, targets)
+    if problems := list(system_problems(study, system, targets)):
+        raise InputError(dict.fromkeys(problems))
+    return Named(study, system, targets, descriptions)
 
 
 def _placed(study: Study, system: System, found: Sequence[Problem]) -> Iterator[Problem]:

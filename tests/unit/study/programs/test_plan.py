@@ -175,3 +175,55 @@ def test_values_that_no_simulation_has_are_told_with_their_lines(tmp_path: Path)
     with pytest.raises(InputError) as caught:
         made(written_study(tmp_path, text + wrong + wanted))
     assert [problem.line for problem in caught.value.problems] == [6, 7, 8]
+
+
+STOPS = """\
+name: stops
+model: stop.model.yaml
+simulation: {stop_time: 0.1}
+vary: {lo: [-0.1, 0.05, 0.15], hi: [0.2, 0.1]}
+wanted: {most: {variable: load.stop.effort, statistic: maximum}}
+"""
+STOP = """\
+name: stop
+gravity: 0
+parameters: {lo: {value: -0.1, unit: m}, hi: {value: 0, unit: m}}
+bodies: {block: {mass: 1, inertia: 1}}
+joints: {rail: {type: prismatic, child: block, direction: [1, 0]}}
+loads: {stop: {type: joint_stop, joint: rail, stiffness: 1e4, lower: lo, upper: hi}}
+"""
+
+
+STOP_SYSTEM = """\
+name: stops
+components:
+  rig: {model: stop.model.yaml}
+  push: {kind: table, times: [0, 1], signals: {f: {unit: N, values: [0, 1]}}}
+connections: [push.f -> rig.body.block.force_x]
+simulation: {stop_time: 0.1, step_size: 0.01}
+"""
+
+
+@pytest.mark.parametrize("source", ["model", "composed", "system"])
+def test_values_are_checked_together(source: str, tmp_path: Path) -> None:
+    """0.15 is wrong beside one value only, and 0.05 beside the file's 0, which no run has."""
+    (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
+    (tmp_path / "system.yaml").write_text(STOP_SYSTEM, "utf-8")
+    path, text = tmp_path / "study.yaml", STOPS
+    if source != "model":
+        method = "\nmethod: composed" if source == "composed" else ""
+        text = text.replace("model: stop.model.yaml", f"system: system.yaml{method}")
+        text = (
+            text.replace("lo:", "rig.lo:").replace("hi:", "rig.hi:").replace(": load", ": rig.load")
+        )
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        made(path, executor=Here())
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.message) == (
+        6,
+        "the lower limit 0.15 is not below the upper one, 0.1 (with lo = 0.15, hi = 0.1): "
+        "in 1 of 6 runs",
+    )
+    path.write_text(text.replace(", 0.15]", "]"), "utf-8")
+    assert made(path, executor=Here()).failures == {}
