@@ -150,7 +150,7 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     """The study with its names resolved and its programs made; InputError with all problems."""
     problems: list[Problem] = []
     fixed = fixed_settings(study, problems)
-    source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
+    source, base, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
     try:
@@ -158,7 +158,6 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     except InputError as error:
         problems += error.problems
     problems += _setting_problems(study, targets)
-    base = source({})
     problems += start_problems(study, targets, base[0])
     if problems:
         raise InputError(dict.fromkeys(problems))
@@ -217,8 +216,8 @@ def _of_component(target: Target) -> Target:
 
 def _of_model(
     study: Study, tell: Callable[[str], None], problems: list[Problem]
-) -> tuple[Source, dict[str, Target]]:
-    """The programs of a model's file, and what the varied names stand for in it."""
+) -> tuple[Source, Made, dict[str, Target]]:
+    """The programs of a model's file, that of the file as it is, and meanings of varied names."""
     model = load_model(study.source)
     for warning in model.warnings:
         tell(f"warning: {warning}")
@@ -233,28 +232,29 @@ def _of_model(
             made = model_of(document.with_data(data))
         return model_program(made, inputs=inputs), made
 
-    program = make({})[0]
+    base = make({})
     data = document.data if document is not None and "bodies" in document.data else {}
-    return make, _program_targets(study, program, data, problems)
+    return make, base, _program_targets(study, base[0], data, problems)
 
 
 def _of_system(
     study: Study, tell: Callable[[str], None], problems: list[Problem]
-) -> tuple[Source, dict[str, Target]]:
-    """The programs of a composed system, and what the varied names stand for in it."""
+) -> tuple[Source, Made, dict[str, Target]]:
+    """The programs of a composed system, that of its file, and meanings of varied names."""
     system = load_system(study.source)
 
     def make(values: Keys) -> Made:
         return system_program(_with_keys(system, values), tell=tell), None
 
-    program = make({})[0]
+    base = make({})
+    program = base[0]
     plain = [(n, at) for n, at in _names(study).items() if not n.startswith(f"{SIMULATION}.")]
     targets = _setting_targets(study, problems)
     try:
         found = targets_of(plain, system, expected_descriptions(system), study.document)
     except InputError as error:
         problems += error.problems
-        return make, targets
+        return make, base, targets
     known = {v.name: v for v in (*program.parameters, *program.inputs, *program.states)}
     for name, target in found.items():
         if isinstance(target, StartTarget):
@@ -266,7 +266,7 @@ def _of_system(
             target = StartTarget("", whole, target.unit, target.text)
         targets[name] = target
     problems += _unknown_variables(study, program)
-    return make, targets
+    return make, base, targets
 
 
 def _with_keys(system: System, values: Keys) -> System:

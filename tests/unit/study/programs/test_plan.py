@@ -227,3 +227,27 @@ def test_values_are_checked_together(source: str, tmp_path: Path) -> None:
     )
     path.write_text(text.replace(", 0.15]", "]"), "utf-8")
     assert made(path, executor=Here()).failures == {}
+
+
+def test_a_system_is_composed_once_where_no_key_varies(tmp_path: Path) -> None:
+    """What is told of it is told once."""
+    (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
+    (tmp_path / "push.py").write_text(PUSH, "utf-8")
+    push = "{kind: table, times: [0, 1], signals: {f: {unit: N, values: [0, 1]}}}"
+    system = STOP_SYSTEM.replace(push, "{kind: python, file: push.py}")
+    (tmp_path / "system.yaml").write_text(system, "utf-8")
+    path, told = tmp_path / "study.yaml", list[str]()
+    text = STOPS.replace("model: stop.model.yaml", "system: system.yaml\nmethod: composed")
+    text = text.replace("lo: [-0.1, 0.05, 0.15], hi: [0.2, 0.1]", "rig.lo: [-0.1, -0.2]")
+    path.write_text(text.replace(": load", ": rig.load"), "utf-8")
+    made(path, tell=told.append)
+    assert told == ["push: push.py is recorded as a program"]
+
+
+PUSH = """\
+class Push:
+    outputs = {"f": "N"}
+
+    def calculate(self, t, v):
+        return {"f": t}
+"""
