@@ -71,12 +71,16 @@ def whole_findings(model: Elements) -> Iterator[Finding]:
 def findings_with(model: Model, values: Mapping[str, float]) -> Iterator[Finding]:
     """Numbers of a right `model` that are wrong with these `values` of parameters (SI).
 
-    Start positions and velocities do not follow them.
+    Start positions and velocities do not follow them. Elements that do not follow them are right.
     """
-    quantities = [(at, quantity) for at, quantity in _all_quantities(model) if "initial" not in at]
-    known = parameter_values(model.parameters)
-    known.update(values)
-    yield from _value_findings(model, quantities, known)
+    known = [(at, quantity) for at, quantity in _all_quantities(model) if "initial" not in at]
+    follow = {
+        at[:2] for at, one in known if not values.keys().isdisjoint(as_expression(one).names())
+    }
+    quantities = [(at, quantity) for at, quantity in known if at[:2] in follow]
+    numbers = parameter_values(model.parameters)
+    numbers.update(values)
+    yield from _value_findings(model, quantities, numbers)
 
 
 def further_findings(

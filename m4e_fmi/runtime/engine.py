@@ -386,7 +386,8 @@ def failure_text(program: Program, report: Report) -> str:
         EVENT: f"{where}: a terminal event",
         NOT_FINITE: f"{where}: the state {name} or its rate is not finite",
         SMALL_STEP: f"{where}: the step size needed is too small to go on",
-        MANY_STEPS: f"{where}: {report.accepted + report.rejected} steps were taken",
+        MANY_STEPS: f"{where}: {report.accepted + report.rejected} steps were taken, which is the "
+        "limit; stiff equations need fewer by the method rodas",
         MANY_EVENTS: f"{where}: there were more than {report.events} events",
         BAD_ARGUMENT: f"{program.name}: times, tolerances or method are not sound",
         NO_MEMORY: f"{program.name}: no memory",

@@ -24,7 +24,8 @@ from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
-from m4e_fmi.study.programs.values import model_problems, start_problems, unknown_starts
+from m4e_fmi.study.programs.values import start_problems, unknown_starts
+from m4e_fmi.study.systems.models import model_problems, system_problems
 from m4e_fmi.study.systems.quantities import in_units, new_places
 from m4e_fmi.study.systems.targets import (
     SIMULATION,
@@ -149,21 +150,50 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
     """The study with its names resolved and its programs made; InputError with all problems."""
     problems: list[Problem] = []
     fixed = fixed_settings(study, problems)
-    source, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
+    source, base, targets = (_of_system if study.composed else _of_model)(study, tell, problems)
     study, units = in_units(study, targets)
     problems += _setting_problems(study, targets)
-    program, model = source({})
+    program, model = base
     starts = start_problems(study, targets, program)
     problems += [*starts, *new_places(units, starts), *unknown_starts(study, program, model)]
-    made = _Versions(study, source, targets, checks_start=not problems)
+    made = _Versions(study, source, base, targets, checks_start=not problems)
     version_of, default_of = dict[int, int](), dict[int, int]()
     for run in study.grid.runs:
         version_of[run], default_of[run] = made.of(run, problems)
-    if model:
-        problems += model_problems(study, targets, model, problems)
     if problems:
         raise InputError(dict.fromkeys(problems))
-    return NamedProgram(study, targets, made.versions, version_of, fixed, made.defaults, default_of)
+    named = NamedProgram(
+        study, targets, made.versions, version_of, fixed, made.defaults, default_of
+    )
+    if problems := list(_model_problems(named)):
+        raise InputError(dict.fromkeys(problems))
+    return named
+
+
+def _model_problems(named: NamedProgram) -> Iterator[Problem]:
+    """Faults of models with the start values of their runs."""
+    if named.study.composed:
+        parts = {n: _of_component(t) for n, t in named.targets.items()}
+        yield from system_problems(named.study, load_system(named.study.source), parts)
+    given = {t.variable for t in named.targets.values() if isinstance(t, StartTarget)}
+    given |= named.study.start.keys()
+    for number, version in enumerate(named.versions):
+        if version.model is None:
+            continue
+        names = [v.name for v in version.variables]
+        places = [k for k, n in enumerate(names) if n in given and n in version.model.parameters]
+        runs = np.array([run for run, of in named.version_of.items() if of == number])
+        values = named.start_values(version, runs)[:, places]
+        if places:
+            yield from model_problems(version.model, [names[k] for k in places], values)
+
+
+def _of_component(target: Target) -> Target:
+    """A target of a composed system as that of its component."""
+    if not isinstance(target, StartTarget):
+        return target
+    component, _, variable = target.variable.partition(".")
+    return replace(target, component=component, variable=variable)
 
 
 class _Versions:
@@ -173,11 +203,18 @@ class _Versions:
     """
 
     def __init__(
-        self, study: Study, source: Source, targets: Mapping[str, Target], *, checks_start: bool
+        self,
+        study: Study,
+        source: Source,
+        base: Made,
+        targets: Mapping[str, Target],
+        *,
+        checks_start: bool,
     ) -> None:
         self.versions: list[Version] = []
         self.defaults: list[np.ndarray] = []
-        self._study, self._source, self._checks_start = study, source, checks_start
+        self._study, self._checks_start = study, checks_start
+        self._source, self._base = source, base
         self._keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
         self._codes: dict[str, int] = {}
         self._made: dict[tuple, tuple[int, int]] = {}
@@ -199,7 +236,7 @@ class _Versions:
         return self._made[own]
 
     def _new(self, given: Keys) -> tuple[int, int]:
-        program, model = self._source(given)
+        program, model = self._source(given) if given else self._base
         if self._checks_start:
             program = _with_start(self._study, program, model)
         version = Version(program, bare_code(program), model)
@@ -212,8 +249,8 @@ class _Versions:
 
 def _of_model(
     study: Study, tell: Callable[[str], None], problems: list[Problem]
-) -> tuple[Source, dict[str, Target]]:
-    """The programs of a model's file, and what the varied names stand for in it."""
+) -> tuple[Source, Made, dict[str, Target]]:
+    """The programs of a model's file, that of the file as it is, and meanings of varied names."""
     model = load_model(study.source)
     for warning in model.warnings:
         tell(f"warning: {warning}")
@@ -228,21 +265,22 @@ def _of_model(
             made = model_of(document.with_data(data))
         return model_program(made, inputs=inputs), made
 
-    program = make({})[0]
+    base = make({})
     data = document.data if document is not None and "bodies" in document.data else {}
-    return make, _program_targets(study, program, data, problems)
+    return make, base, _program_targets(study, base[0], data, problems)
 
 
 def _of_system(
     study: Study, tell: Callable[[str], None], problems: list[Problem]
-) -> tuple[Source, dict[str, Target]]:
-    """The programs of a composed system, and what the varied names stand for in it."""
+) -> tuple[Source, Made, dict[str, Target]]:
+    """The programs of a composed system, that of its file, and meanings of varied names."""
     system = load_system(study.source)
 
     def make(values: Keys) -> Made:
         return system_program(_with_keys(system, values), tell=tell), None
 
-    program = make({})[0]
+    base = make({})
+    program = base[0]
     plain = [(n, at) for n, at in _names(study).items() if not n.startswith(f"{SIMULATION}.")]
     targets = _setting_targets(study, problems)
     found = targets_of(plain, system, expected_descriptions(system), study.document, problems)
@@ -257,7 +295,7 @@ def _of_system(
             target = StartTarget("", whole, target.unit, target.text)
         targets[name] = target
     problems += _unknown_variables(study, program)
-    return make, targets
+    return make, base, targets
 
 
 def _with_keys(system: System, values: Keys) -> System:

@@ -9,12 +9,8 @@ from m4e_fmi.model import Model
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.simulate import started
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.systems.quantities import new_places
 from m4e_fmi.study.systems.targets import StartTarget, Target
 from m4e_fmi.units import number_in
-
-MOST_CHECKED = 50
-"""Values of a parameter with which a model is checked."""
 
 
 def start_problems(study: Study, targets: Mapping[str, Target], program: Program) -> list[Problem]:
@@ -72,21 +68,3 @@ def _outside(one: Variable, numbers: Sequence[float]) -> list[str]:
     """A message for each number that is outside the range of a variable."""
     limits = f"is outside its range from {one.minimum:g} to {one.maximum:g}"
     return [f"{one.name} = {x:g} {limits}" for x in numbers if not one.minimum <= x <= one.maximum]
-
-
-def model_problems(
-    study: Study, targets: Mapping[str, Target], model: Model, told: Sequence[Problem]
-) -> list[Problem]:
-    """Varied values that the model does not take, each by itself, where none were `told`."""
-    problems: list[Problem] = []
-    for axis in study.grid.axes:
-        for k, varied in enumerate(axis.varied):
-            if not new_places([study.document.problem(varied.location, "")], told):
-                continue
-            for target in map(targets.get, varied.targets):
-                if not isinstance(target, StartTarget):
-                    continue
-                some = sorted({number_in(target.unit, point[k]) for point in axis.points})
-                some = some if len(some) <= MOST_CHECKED else [some[0], some[-1]]
-                problems += [p for x in some for p in model.problems_with({target.variable: x})]
-    return problems

@@ -15,6 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.fmu import Description
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.systems.models import system_problems
 from m4e_fmi.study.systems.quantities import in_units, new_places
 from m4e_fmi.study.systems.targets import KeyTarget, SettingTarget, StartTarget, Target, targets_of
 
@@ -95,6 +96,8 @@ def resolved(study: Study, system: System) -> tuple[Named, list[Problem]]:
     problems += [*starts, *new_places(units, starts)]
     problems += _fixed_start_problems(study, system, descriptions)
     problems += _unknown_variables(study, descriptions)
+    if not problems:
+        problems += system_problems(study, system, targets)
     return Named(study, system, targets, descriptions), problems
 
 

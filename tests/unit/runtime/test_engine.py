@@ -290,6 +290,7 @@ def test_failures_say_where_and_why(method: str, rate, status: set[int], time: f
 def test_too_many_steps_is_a_status() -> None:
     run = Engine(chain(1)).simulate([0.0, 30.0], control=Control(max_steps=10))
     assert (run.status, run.accepted + run.rejected) == (MANY_STEPS, 10)
+    assert "10 steps were taken, which is the limit; stiff equations" in run.message
 
 
 def test_no_states_or_times_out_of_order() -> None:

@@ -222,3 +222,79 @@ def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> N
         encoding="utf-8",
     )
     np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
+
+
+STOPS = """\
+name: stops
+model: stop.model.yaml
+simulation: {stop_time: 0.1}
+vary: {lo: [-0.1, 0.05, 0.15], hi: [0.2, 0.1]}
+wanted: {most: {variable: load.stop.effort, statistic: maximum}}
+"""
+STOP = """\
+name: stop
+gravity: 0
+parameters: {lo: {value: -0.1, unit: m}, hi: {value: 0, unit: m}}
+bodies: {block: {mass: 1, inertia: 1}}
+joints: {rail: {type: prismatic, child: block, direction: [1, 0]}}
+loads: {stop: {type: joint_stop, joint: rail, stiffness: 1e4, lower: lo, upper: hi}}
+"""
+
+
+STOP_SYSTEM = """\
+name: stops
+components:
+  rig: {model: stop.model.yaml}
+  push: {kind: table, times: [0, 1], signals: {f: {unit: N, values: [0, 1]}}}
+connections: [push.f -> rig.body.block.force_x]
+simulation: {stop_time: 0.1, step_size: 0.01}
+"""
+
+
+@pytest.mark.parametrize("source", ["model", "composed", "system"])
+def test_values_are_checked_together(source: str, tmp_path: Path) -> None:
+    """0.15 is wrong beside one value only, and 0.05 beside the file's 0, which no run has."""
+    (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
+    (tmp_path / "system.yaml").write_text(STOP_SYSTEM, "utf-8")
+    path, text = tmp_path / "study.yaml", STOPS
+    if source != "model":
+        method = "\nmethod: composed" if source == "composed" else ""
+        text = text.replace("model: stop.model.yaml", f"system: system.yaml{method}")
+        text = (
+            text.replace("lo:", "rig.lo:").replace("hi:", "rig.hi:").replace(": load", ": rig.load")
+        )
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError) as caught:
+        made(path, executor=Here())
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.message) == (
+        6,
+        "the lower limit 0.15 is not below the upper one, 0.1 (with lo = 0.15, hi = 0.1): "
+        "in 1 of 6 runs",
+    )
+    path.write_text(text.replace(", 0.15]", "]"), "utf-8")
+    assert made(path, executor=Here()).failures == {}
+
+
+def test_a_system_is_composed_once_where_no_key_varies(tmp_path: Path) -> None:
+    """What is told of it is told once."""
+    (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
+    (tmp_path / "push.py").write_text(PUSH, "utf-8")
+    push = "{kind: table, times: [0, 1], signals: {f: {unit: N, values: [0, 1]}}}"
+    system = STOP_SYSTEM.replace(push, "{kind: python, file: push.py}")
+    (tmp_path / "system.yaml").write_text(system, "utf-8")
+    path, told = tmp_path / "study.yaml", list[str]()
+    text = STOPS.replace("model: stop.model.yaml", "system: system.yaml\nmethod: composed")
+    text = text.replace("lo: [-0.1, 0.05, 0.15], hi: [0.2, 0.1]", "rig.lo: [-0.1, -0.2]")
+    path.write_text(text.replace(": load", ": rig.load"), "utf-8")
+    made(path, tell=told.append)
+    assert told == ["push: push.py is recorded as a program"]
+
+
+PUSH = """\
+class Push:
+    outputs = {"f": "N"}
+
+    def calculate(self, t, v):
+        return {"f": t}
+"""
