@@ -253,7 +253,7 @@ def solve_scipy(task: Task) -> Solved:
             told,
             (times[0], end),
             task.start,
-            method=_noting(task.method, passed),
+            method=_noting(task.method, passed),  # pyright: ignore[reportArgumentType]  or a class
             t_eval=times[times <= end],
             rtol=tolerance,
             atol=tolerance,
