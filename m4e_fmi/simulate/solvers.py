@@ -24,6 +24,7 @@ from m4e_fmi.signals import Terminated
 from m4e_fmi.simulate.instability import instability
 
 if TYPE_CHECKING:
+    from scipy.integrate import OdeSolver
     from scipy.optimize import OptimizeResult
 
 Progress = Callable[[float], None] | None
@@ -243,22 +244,20 @@ def solve_scipy(task: Task) -> Solved:
             task.progress(t)
         return rates(*last)
 
-    def passed(t: float, _: np.ndarray) -> float:
-        """No event: SciPy asks for it at the end of each step."""
+    def passed(t: float) -> None:
         nonlocal accepted
         accepted = t
-        return 1.0
 
     def solution_until(end: float) -> OptimizeResult:
         return solve_ivp(
             told,
             (times[0], end),
             task.start,
-            method=task.method,
+            method=_noting(task.method, passed),  # pyright: ignore[reportArgumentType]  or a class
             t_eval=times[times <= end],
             rtol=tolerance,
             atol=tolerance,
-            events=[*_event_functions(task), passed],
+            events=_event_functions(task) or None,
         )
 
     at, rows = [], []
@@ -284,9 +283,23 @@ def solve_scipy(task: Task) -> Solved:
     return _checked(task, _solved(task, at, rows, solution.nfev, events))
 
 
+def _noting(method: str, note: Callable[[float], None]) -> type[OdeSolver]:
+    """SciPy's method of this name, which notes the time [s] at the end of each step."""
+    import scipy.integrate
+
+    kind: type[OdeSolver] = getattr(scipy.integrate, method)
+
+    def step(solver: OdeSolver) -> str | None:
+        message = kind.step(solver)
+        note(float(solver.t))
+        return message
+
+    return type(method, (kind,), {"step": step})
+
+
 def _scipy_events(solution: OptimizeResult) -> list[tuple[float, int, np.ndarray]]:
     """Events of the watches, in the order of time."""
-    found = zip(solution.t_events, solution.y_events, strict=True)
+    found = zip(solution.t_events or (), solution.y_events or (), strict=True)
     events = [
         (float(t), k, x)
         for k, (at, states) in enumerate(found)
