@@ -15,6 +15,7 @@ from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named
@@ -95,13 +96,20 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
 
 
 def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
-    plan = ProgramPlan(named_program(study, tell=tell))
+    warnings: dict[str, int] = {}
+
+    def tell_and_note(line: str) -> None:
+        if WARNING in line:
+            warnings[line.replace(WARNING, "", 1)] = study.grid.count
+        tell(line)
+
+    plan = ProgramPlan(named_program(study, tell=tell_and_note))
 
     def records(missing: Sequence[int]) -> Iterator[Batch]:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()
-    return Work(named.study, plan.keys, plan.start_up, labels, {}, plan.notes(), records)
+    return Work(named.study, plan.keys, plan.start_up, labels, warnings, plan.notes(), records)
 
 
 def _labels(made: Versions) -> Labels:
