@@ -20,7 +20,7 @@ from m4e_fmi.statistics import (
     spectra,
     unit_texts,
 )
-from m4e_fmi.statistics.record import Floats, UndefinedError, check_finite, checked_runs
+from m4e_fmi.statistics.record import LARGEST, Floats, UndefinedError, check_finite, checked_runs
 
 Kernel = Callable[..., float]
 """Takes the times (n,) [s], the values (n,) of one run, parameters by name; or UndefinedError."""
@@ -96,10 +96,12 @@ class Statistic:
         given = {k: v for k, v in {**self.parameters, **parameters}.items() if v is not None}
         t, x = checked_runs(time, values)
         found, reasons = np.full(len(x), np.nan), []
+        sound = np.abs(x).max(axis=1) <= LARGEST  # false of nan
         for k, run in enumerate(x):
             reason = ""
             try:
-                check_finite(t, run)
+                if not sound[k]:
+                    check_finite(t, run)
                 found[k] = self.kernel(t, run, **given)
             except UndefinedError as error:
                 reason = str(error)

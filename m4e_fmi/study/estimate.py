@@ -20,6 +20,7 @@ from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
 from m4e_fmi.study.runs.store import Pace, Store
+from m4e_fmi.study.shown.warnings import told_once, warning_lines
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import cores
 from m4e_fmi.study.systems.names import Named
@@ -87,19 +88,31 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
         lines += [f"  {text}" for text in missing[:MOST_TOLD]]
         lines += [f"  … {len(missing) - MOST_TOLD} more"] if len(missing) > MOST_TOLD else []
         if missing:
+            lines += _known_warnings(quick)
             lines += _time_before_builds(known, folder, blobs, jobs)
         else:
             began = clock.perf_counter()
             whole = Plan(versions(known), folder, blobs, _silent)
             whole.build()
             tasks = list(whole.tasks().values())
-            lines += [f"  warning: {line}" for line in whole.warnings]
+            lines += [f"  {line}" for line in warning_lines(whole.warnings)]
             planning = clock.perf_counter() - began
             lines += _system_time(known, tasks, folder, jobs, planning)
     settings = known.system.simulation
     interval = settings.output_interval or settings.step_size
     rows = round((settings.stop_time - settings.start_time) / interval) + 1
     return [*lines, _disk(study, rows)]
+
+
+def _known_warnings(quick: Versions) -> list[str]:
+    """Warnings of sections that are known before FMUs are built, one of each kind."""
+    found = list[str]()
+    tell = told_once(found.append)
+    for name, one in quick.of.items():
+        for variant in one.of.values():
+            for line in variant.warnings:
+                tell(f"  {name}: {line}")
+    return found
 
 
 def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> list[str]:

@@ -17,6 +17,7 @@ from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.report.record import inputs_of
 from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named
@@ -101,14 +102,23 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
 
 
 def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
-    plan = ProgramPlan(named_program(study, tell=tell))
+    warnings: dict[str, int] = {}
+
+    def tell_and_note(line: str) -> None:
+        if WARNING in line:
+            warnings[line.replace(WARNING, "", 1)] = study.grid.count
+        tell(line)
+
+    plan = ProgramPlan(named_program(study, tell=tell_and_note))
 
     def records(missing: Sequence[int]) -> Iterator[Batch]:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()
     inputs = inputs_of(named.study)
-    return Work(named.study, plan.keys, plan.start_up, labels, inputs, {}, plan.notes(), records)
+    return Work(
+        named.study, plan.keys, plan.start_up, labels, inputs, warnings, plan.notes(), records
+    )
 
 
 def _labels(made: Versions) -> Labels:

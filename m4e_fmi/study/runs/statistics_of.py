@@ -21,7 +21,9 @@ def computed(
     `time` (n,) [s], `values` (m, n) by variable, in their units; those before `start_up` [s] do not
     count.
     """
-    counted = time >= start_up
+    counted: np.ndarray | slice = time >= start_up
+    if np.all(counted):
+        counted = slice(None)  # no copies
     found: dict[str, np.ndarray] = {}
     reasons: dict[str, tuple[str, ...]] = {}
     for one in wanted:

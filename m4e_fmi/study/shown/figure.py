@@ -77,7 +77,10 @@ def _draw(panel: Axes, found: Averaged, text: str, outcome: StudyOutcome) -> Non
         _histogram(panel, found.mean, text)
     elif len(axes) >= 2:
         first = (0,) * (len(axes) - 2)
-        rest = ", ".join(f"{a.name} {a.labels[0]}" for a in (*axes[2:], *alone))
+        rest = ", ".join(
+            f"{a.name} {a.labels[0]}" + (f" (the first of {len(a)})" if len(a) > 1 else "")
+            for a in (*axes[2:], *alone)
+        )
         _map(panel, axes, found.mean[(..., *first)], outcome)
         panel.set_title(f"{text}, {rest}" if rest else text, fontsize=9)
     elif axes:

@@ -30,6 +30,7 @@ from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
 from m4e_fmi.study.systems.names import Named, changed
+from m4e_fmi.study.systems.targets import dotted
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 
@@ -380,7 +381,7 @@ def of_keys(one: Variants, number: int) -> str:
 
 def _told(keys: Sequence[Location], values: Combination) -> str:
     pairs = zip(keys, values, strict=True)
-    return ", ".join(f"{'.'.join(map(str, key))} {value}" for key, value in pairs)
+    return ", ".join(f"{dotted(key)} {value}" for key, value in pairs)
 
 
 def _short(text: str) -> str:

@@ -42,7 +42,7 @@ class KeyTarget:
 
     def __str__(self) -> str:
         where = f"the section of {self.component}" if self.component else "the model's file"
-        return f"the key {'.'.join(map(str, self.keys))} of {where}"
+        return f"the key {dotted(self.keys)} of {where}"
 
 
 @dataclass(frozen=True)
@@ -132,6 +132,11 @@ def location_of(text: str) -> Location:
         indexed = _INDEX.fullmatch(part)
         keys += [indexed[1], int(indexed[2]) - 1] if indexed else [part]
     return tuple(keys)
+
+
+def dotted(keys: Location) -> str:
+    """The text of keys and indices (from 0), as names of studies have them: ``waves[2].seed``."""
+    return "".join(f"[{k + 1}]" if isinstance(k, int) else f".{k}" for k in keys).removeprefix(".")
 
 
 def is_there(data: object, keys: Location) -> bool:

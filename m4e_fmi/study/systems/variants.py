@@ -20,7 +20,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.binary_form import encode
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.systems.targets import with_values
+from m4e_fmi.study.systems.targets import dotted, with_values
 
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
@@ -135,8 +135,7 @@ class _Sections:
     def with_values(self, problem: Problem, values: Combination) -> Problem:
         """The problem with the values that lead to it in its message."""
         told = ", ".join(
-            f"{'.'.join(map(str, key))} = {value}"
-            for key, value in zip(self._keys, values, strict=True)
+            f"{dotted(key)} = {value}" for key, value in zip(self._keys, values, strict=True)
         )
         return replace(problem, message=f"{problem.message} (with {told})")
 

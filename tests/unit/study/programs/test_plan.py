@@ -61,6 +61,18 @@ def test_a_compiled_ensemble_has_the_same_bits(
         np.testing.assert_array_equal(first.data[name], second.data[name])
 
 
+def test_warnings_of_the_model_are_told_once_and_counted(tmp_path: Path) -> None:
+    path = written_study(tmp_path, STUDY.replace("count: 20", "count: 2"))
+    model = tmp_path / "cart.model.yaml"
+    odd = "  odd: {type: torsion_spring, bodies: [cart, bob], stiffness: -1}\n"
+    text = model.read_text("utf-8").replace("loads:\n", f"loads:\n{odd}")
+    model.write_text(text, "utf-8")
+    told: list[str] = []
+    outcome = made(path, tell=told.append)
+    assert [count for line, count in outcome.warnings.items() if "stiffness" in line] == [2]
+    assert len([line for line in told if "stiffness" in line]) == 1
+
+
 def test_single_simulations_agree_with_the_ensemble(tmp_path: Path) -> None:
     """Errors of both are below the tolerance times the number of steps, some hundreds."""
     path = written_study(tmp_path, STUDY)
