@@ -33,7 +33,7 @@ check: setup
 
 # long campaigns, by hand; VERIFY chooses some: make verify VERIFY="-k coupling"
 verify: setup
-	$(BIN)/pytest -n $(JOBS) -rA -m verify tests/verify $(VERIFY)
+	$(BIN)/pytest -n $(JOBS) -rA -m verify $(VERIFY)
 
 lint: setup style
 	$(BIN)/pyright

@@ -158,4 +158,10 @@ def _version_of_module(name: str) -> str:
     found = _version(name)
     if found != "not installed":
         return found
-    return " ".join(map(_version, packages_distributions().get(name, ())))
+    return " ".join(map(_version, _distributions().get(name, ())))
+
+
+@cache
+def _distributions() -> Mapping[str, list[str]]:
+    """Distributions by the top-level names that they install: half a second to find out."""
+    return packages_distributions()

@@ -22,10 +22,7 @@ from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.fmu.export.build_record import read_record
 from m4e_fmi.runtime.compiler import cached_shared
 
-pytestmark = [
-    pytest.mark.verify,
-    pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are made by fork"),
-]
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are made by fork")
 KILLS, PROCESSES, ROUNDS = 400, 8, 25
 SYSTEM = {
     "name": "s",

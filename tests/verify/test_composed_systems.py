@@ -11,13 +11,11 @@ from support.example_systems import example_system
 from m4e_fmi.cosim import Reference, System, reference, run, system_program
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("seed", range(25, 100))
 def test_stated_errors_of_random_systems(seed: int, tmp_path: Path) -> None:
     check(cart_system(tmp_path, seed), tmp_path)
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize(("name", "stop_time"), [("moored_barge", 3.0), ("oc3_hywind", 6.0)])
 def test_stated_errors_of_examples(

@@ -16,7 +16,6 @@ from m4e_adapters.hydrodynamics import HydrodynamicsConfig, make_hulls
 from m4e_fmi.cosim import Kind, load_system, system_program
 from m4e_fmi.simulate import Simulation, simulate
 
-pytestmark = pytest.mark.verify
 RM3, OSWEC = EXAMPLES / "rm3", EXAMPLES / "oswec"
 PERIODS = np.linspace(4.0, 14.0, 11).tolist()
 OF_RM3 = ["wec.body.float.z", "wec.body.float.theta", "wec.body.spar.z", "wec.joint.guide.q"]

@@ -15,7 +15,6 @@ SEED, COUNT = 13, 300
 ALGORITHMS = ("corrector", "gauss_seidel", "jacobi", "implicit")
 
 
-@pytest.mark.verify
 def test_true_over_stated(c_fmu: Callable[[str], Path], capsys: pytest.CaptureFixture[str]) -> None:
     systems = samples(c_fmu, SEED, COUNT, ALGORITHMS)
     ratios, unsure = [], 0

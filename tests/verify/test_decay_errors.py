@@ -17,7 +17,6 @@ from scipy.stats import t as student_t
 from m4e_fmi.analysis.decay import fit_decay
 from m4e_fmi.analysis.decay.oscillation import Shape, oscillation
 
-pytestmark = pytest.mark.verify
 RECORDS, LEVEL, PERIOD = 200, 0.02, 4.0
 RATIO, B, REST = 0.03, 0.1, 0.05
 TIME = PERIOD / 40 * np.arange(340, dtype=float)

@@ -28,7 +28,6 @@ from support.disturbed import (
 from m4e_fmi.cosim import load_system, run
 from m4e_fmi.results.results_file import Results, load
 
-pytestmark = pytest.mark.verify
 Fmus = Callable[[str], Path]
 SEED = int(os.environ.get("SEED", "20261122"))
 OLD = b"results of an earlier run"

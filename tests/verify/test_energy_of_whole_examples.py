@@ -12,8 +12,6 @@ from support.example_systems import EXAMPLES, example_files, hydraulic_kinds
 
 from m4e_fmi.cosim import load_system
 
-pytestmark = pytest.mark.verify
-
 
 @pytest.fixture(scope="module", autouse=True)
 def _kinds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:

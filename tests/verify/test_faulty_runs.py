@@ -22,7 +22,6 @@ from support.faults.masters import dying_in_a_write, enlarge, small_disk
 from support.faults.table import Fault, Kind
 from support.faults.trial import Place, differences, finished
 
-pytestmark = pytest.mark.verify
 SEED = int(os.environ.get("SEED", "20261123"))
 COUNT = int(os.environ.get("COUNT", len(PAIRS)))
 

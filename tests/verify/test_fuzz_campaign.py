@@ -21,8 +21,6 @@ SEED = int(os.environ.get("FUZZ_SEED", "1"))
 PROGRAMS, BATCH = round(SHARE * 1_000_000), 10_000
 FOLDER = Path(__file__).parents[2] / "build" / "fuzz"
 
-pytestmark = pytest.mark.verify
-
 
 @pytest.mark.parametrize("family", families().values(), ids=families())
 def test_damaged_files_are_dealt_with(family: Family) -> None:

@@ -73,7 +73,6 @@ def reference(request: pytest.FixtureRequest, folder: Path) -> tuple[str, Course
     return case, course(case, folder, algorithm="corrector", step_size=step)[0]
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
 def test_implicit_runs_the_examples(
     reference: tuple[str, Courses], folder: Path, factor: float

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from support.command_line import BUOY
 from support.interrupted import differences
 
@@ -23,7 +22,6 @@ def command(folder: Path, results: Path, *more: str) -> list[str]:
     return [sys.executable, "-c", script, "run", str(BUOY), *options]
 
 
-@pytest.mark.verify
 def test_the_demo_killed_ten_times(tmp_path: Path) -> None:
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
     subprocess.run(command(tmp_path, plain), check=True)

@@ -10,9 +10,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-pytestmark = pytest.mark.verify
 FREQUENCIES = 12
 SCRIPT = """
 import sys

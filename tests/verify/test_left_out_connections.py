@@ -12,7 +12,6 @@ from m4e_fmi.cosim import load_system, prepare
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("name", ["flexible_pendulum", "moored_buoy", "sphere_decay"])
 def test_each_is_told(name: str, tmp_path: Path) -> None:
     system = load_system(EXAMPLES / name / "system.yaml")

@@ -11,7 +11,6 @@ from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import System, at_equilibrium, load_system, run, system_program
 from m4e_fmi.results.results_file import Results
 
-pytestmark = pytest.mark.verify
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy"
 SURGE = "buoy.body.float.x"
 

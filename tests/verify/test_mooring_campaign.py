@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from support.sea_motion import holds, random_mooring, tensions
 from support.static_lines import random_line, start_error
 
@@ -14,7 +13,6 @@ SEGMENTS = (20, 40, 50, 75, 100, 150, 200, 300, 400, 500, 700, 1000)
 SHORT = 0.45  # of the longest step: those of the reference
 
 
-@pytest.mark.verify
 def test_random_lines_start_at_rest_or_tell():
     """The reference has as many segments: their number is not what is judged."""
     rng = np.random.default_rng(SEED)
@@ -27,7 +25,6 @@ def test_random_lines_start_at_rest_or_tell():
     assert (errors[warned] > 0.01).all()
 
 
-@pytest.mark.verify
 def test_random_lines_of_many_segments_start_at_rest():
     rng = np.random.default_rng(SEED)
     lines = [replace(random_line(rng), segments=int(rng.choice(SEGMENTS))) for _ in range(60)]
@@ -39,7 +36,6 @@ def test_random_lines_of_many_segments_start_at_rest():
     assert not any(told for _, told in found)
 
 
-@pytest.mark.verify
 def test_random_moorings_hold_below_the_longest_step_and_fail_above():
     rng = np.random.default_rng(SEED)
     below, above = [], []

@@ -11,7 +11,6 @@ import pytest
 from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import load_system, system_program
 
-pytestmark = pytest.mark.verify
 EXAMPLE = Path(__file__).parents[2] / "examples" / "oc3_hywind"
 STATES = {
     "surge": "x",

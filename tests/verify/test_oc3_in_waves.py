@@ -10,7 +10,6 @@ import pytest
 
 from m4e_fmi.cosim import load_system, prepare, run
 
-pytestmark = pytest.mark.verify
 EXAMPLE = Path(__file__).parents[2] / "examples" / "oc3_hywind"
 STOP = 60.0
 

@@ -21,7 +21,6 @@ from m4e_adapters.hydrodynamics import Coefficients, make_hull, solve_hulls
 from m4e_adapters.hydrodynamics.config import Body, Water
 from m4e_adapters.hydrodynamics.refinement import study
 
-pytestmark = pytest.mark.verify
 DATA = Path(__file__).parents[1] / "data" / "hydrodynamics"
 OMEGA, HINGE, DEPTH = 0.32, -8.9, 10.9  # near the natural frequency; m
 MASS, INERTIA, GRAVITY = 127000.0, 1.85e6, 9.81  # dry, about its centre of gravity

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.verify
 ROOT = Path(__file__).parents[2]
 PARTS = ("m4e_fmi", "adapters", "fmus", "tests", "examples", "docs", "pyproject.toml")
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "build", "generated", "*.fmu", "benchmark")

@@ -9,8 +9,6 @@ import pytest
 from support import hemisphere
 from support.published_sphere import check_damped_power, check_responses, curves
 
-pytestmark = pytest.mark.verify
-
 
 def test_decays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Linear ones against exact theory, with hydrostatics of the wetted part against CFD."""

@@ -17,7 +17,6 @@ import pytest
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load, run
 from m4e_fmi.fmu import read_description
 
-pytestmark = pytest.mark.verify
 FOLDER = os.environ.get("M4E_FMI_REFERENCE_FMUS")
 FMUS = sorted(Path(FOLDER).glob("[123]/[!C]*.fmu")) if FOLDER else []
 """All but Clocks, which is for scheduled execution only."""

@@ -13,7 +13,6 @@ from support.refined_cases import CASES, computed, stored, write
 
 from m4e_adapters.hydrodynamics import HydrodynamicsConfig, refinement
 
-pytestmark = pytest.mark.verify
 ROUNDING = 1e-5  # of tables with 8 digits, and of other machines' sums, over the largest value
 
 

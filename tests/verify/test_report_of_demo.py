@@ -14,10 +14,7 @@ from support.reports import results_of
 from m4e_fmi.cli import main
 from m4e_fmi.report import report_of_run
 
-pytestmark = [
-    pytest.mark.verify,
-    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
-]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 ROOT = Path(__file__).parents[2]
 DEMO, PICTURE = ROOT / "examples/moored_buoy/system.yaml", ROOT / "docs/report.png"
 LARGEST = 6e6

@@ -23,7 +23,6 @@ from support.seas import moments, scatter, seas
 from m4e_adapters.hydrodynamics.config import Jonswap
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("period", [7.5, 15.0])
 @pytest.mark.parametrize("enhancement", [1.0, 3.3, 7.0])
 def test_a_thousand_seeds(enhancement: float, period: float) -> None:
@@ -44,7 +43,6 @@ def test_a_thousand_seeds(enhancement: float, period: float) -> None:
     assert spread == pytest.approx(1.0, rel=0.25)
 
 
-@pytest.mark.verify
 @pytest.mark.parametrize("enhancement", [1.0, 3.3])
 def test_five_thousand_seeds_of_random_amplitudes(enhancement: float) -> None:
     """Variance of m0 of ten minutes within 6 % of theory; that of 5,000 is known to 2 %."""
@@ -62,7 +60,6 @@ def test_five_thousand_seeds_of_random_amplitudes(enhancement: float) -> None:
     assert found.var(ddof=1) == pytest.approx(expected, rel=0.06)
 
 
-@pytest.mark.verify
 def test_crests_of_a_thousand_seeds(tmp_path: Path) -> None:
     """Local maxima above -1 to 3 standard deviations: Rice's distribution, and a reference
     simulation, both within three standard errors."""

@@ -14,7 +14,6 @@ from m4e_adapters.hydrodynamics import HydrodynamicsConfig, coefficients_from_co
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_fmi.cosim import CouplingErrorReport, load, load_system, run
 
-pytestmark = pytest.mark.verify
 PANELS = 250
 HULLS: dict[str, dict[str, Any]] = {
     "cylinder": {"a": ({"cylinder": {"radius": 4, "draft": 3}}, [0, -1.2])},

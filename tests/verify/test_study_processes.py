@@ -40,7 +40,6 @@ wanted: {force: {variable: pto.force, statistic: maximum}}
 """
 
 
-@pytest.mark.verify
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_no_run_is_lost_or_made_twice_after_a_kill(tmp_path: Path) -> None:
     path = written_study(tmp_path, STUDY)
@@ -76,7 +75,6 @@ def rows(store: Path) -> dict[str, float]:
     return {key: json.loads(head)["wall_time"] for key, head in found}
 
 
-@pytest.mark.verify
 def test_workers_of_dask_give_the_same_bits(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     path = written_study(tmp_path, SMALL)
@@ -108,7 +106,6 @@ def perform(task: Fatal, _: Mapping[str, bytes] | None = None) -> Record:
     return Record(values={"pid": float(os.getpid())})
 
 
-@pytest.mark.verify
 def test_a_process_that_dies_costs_its_own_run_only(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(execution, "_perform", perform)
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)

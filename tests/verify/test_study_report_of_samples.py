@@ -13,10 +13,7 @@ from support.written_study import samples
 
 from m4e_fmi.study.report.of_study import report_of_study
 
-pytestmark = [
-    pytest.mark.verify,
-    pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed"),
-]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 MANY, LARGEST = 10_000, 6e6
 """Runs, and bytes of their report."""
 LONGEST = 20.0

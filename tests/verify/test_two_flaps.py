@@ -16,7 +16,6 @@ from m4e_fmi.analysis import equilibrium
 from m4e_fmi.analysis.response import wave_response
 from m4e_fmi.cosim import load_system, system_in_waves
 
-pytestmark = pytest.mark.verify
 EXAMPLE = Path(__file__).parents[2] / "examples" / "two_flaps"
 TABLE = Path(__file__).parents[1] / "data" / "hydrodynamics" / "two_flaps_capytaine.csv"
 SIDE, PLACES, HINGE, DEPTH = 0.7, (-8.0, 8.0), -9.5, 13.0  # m

@@ -13,7 +13,6 @@ from m4e_fmi.analysis.response import sea_response
 from m4e_fmi.cosim import load_system, system_in_waves, system_program
 from m4e_fmi.simulate import simulate
 
-pytestmark = pytest.mark.verify
 HEIGHT, PERIOD, HOURS, RAMP = 2.0, 7.5, 20, 300.0
 POWER = "generator.power"
 
