@@ -30,8 +30,8 @@ _REMEDIES = {
     _PACKAGE: "`m4e-fmi info` shows it, `m4e-fmi run` runs it",
     _RESULTS: "`m4e-fmi compare` compares it, `m4e-fmi decay` finds damping in it; `m4e_fmi.load` "
     "reads netCDF in Python",
-    _CODE: "in a system file, which `m4e-fmi run` runs and whose FMUs `m4e-fmi build` builds, it is a "
-    "component: {kind: python, file: NAME}; `m4e-fmi new controller` writes such a start",
+    _CODE: "in a system file, which `m4e-fmi run` runs and whose FMUs `m4e-fmi build` builds, it "
+    "is a component: {kind: python, file: NAME}; `m4e-fmi new controller` writes such a start",
 }
 
 
