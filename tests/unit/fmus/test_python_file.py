@@ -20,6 +20,7 @@ from m4e_fmi.fmu import PythonSource
 from m4e_fmi.program import Program, evaluated
 from m4e_fmus.python_file import Config, make
 from m4e_fmus.python_file.saved_values import CannotBeSavedError, decoded, encoded
+from m4e_fmus.python_file.user_class import Declared, Values
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 HYDRAULICS = (EXAMPLES / "hydraulic_pto" / "hydraulics.py").read_text(encoding="utf-8")
@@ -458,6 +459,14 @@ def test_kinds_of_dicts_and_tuples_are_not_taken_for_plain_ones() -> None:
 def test_what_cannot_be_saved_is_named() -> None:
     with pytest.raises(CannotBeSavedError, match=r"self.files\['log'\] is of type StringIO"):
         encoded({"log": io.StringIO()}, "self.files")
+
+
+def test_values_are_attributes_and_not_kept() -> None:
+    values = Values({"rod.vz": Declared("rod.vz", "m/s", "", 0.0, None)}).filled({"rod.vz": 2.0})
+    with pytest.raises(TypeError, match=r"write v.rod.vz, not v\['vz'\]"):
+        values.rod["vz"]
+    with pytest.raises(CannotBeSavedError, match=r"self.before is the object of values"):
+        encoded(values, "self.before")
 
 
 SAMPLED = """
