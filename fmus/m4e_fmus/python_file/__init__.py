@@ -50,6 +50,14 @@ def make(
     except UserCodeError as error:
         raise _input_error(str(error), path) from None
     variables = declared(user, path, lines)
+    for method in ("rates", "calculate"):
+        line, attribute = lines.of_changes(user.kind.__name__, method)
+        if line:
+            progress(
+                f"warning: {shown}:{line}: {method} sets self.{attribute}, but it is called any "
+                "number of times in a step, also with values that are only tried: set it in start "
+                "or step"
+            )
     if not others:
         try:
             program = recorded(path, shown, name=name, variables=variables, lines=lines)

@@ -56,6 +56,25 @@ class Lines:
         )
         return min(classes, default=0)
 
+    def of_changes(self, kind: str, method: str) -> tuple[int, str]:
+        """The first line of a method of the class `kind` that sets an attribute of its object.
+
+        And the name of that; 0 and no name if there is none.
+        """
+        found = [
+            (node.lineno, node.attr)
+            for one in ast.walk(ast.parse(self.source))
+            if isinstance(one, ast.ClassDef) and one.name == kind
+            for function in one.body
+            if isinstance(function, ast.FunctionDef) and function.name == method
+            for node in ast.walk(function)
+            if isinstance(node, ast.Attribute)
+            and isinstance(node.ctx, ast.Store)
+            and isinstance(node.value, ast.Name)
+            and node.value.id in [argument.arg for argument in function.args.args[:1]]
+        ]
+        return min(found, default=(0, ""))
+
     def of_result(self, name: str, method: int) -> int:
         """The first line after that of a `method` with the dict key `name`; else `method`."""
         keys = (

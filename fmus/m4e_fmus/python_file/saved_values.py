@@ -8,7 +8,7 @@ from __future__ import annotations
 import random
 from collections import deque
 
-from .user_class import Value  # side by side in the FMU
+from .user_class import Group, Value  # side by side in the FMU
 
 KIND = "m4e kind"
 
@@ -51,6 +51,11 @@ def _of_numpy(value: Value, name: str) -> Value:
     if hasattr(value, "bit_generator"):
         state = value.bit_generator.state
         return _tagged("generator", encoded(state, name), state["bit_generator"])
+    if isinstance(value, Group):
+        raise CannotBeSavedError(
+            f"{name} is the object of values, which has others in the next step: keep the numbers "
+            "that you need, as self.angle = v.angle"
+        )
     raise CannotBeSavedError(
         f"{name} is of type {type(value).__name__}, which cannot be saved: make it of numbers, "
         "texts, lists, dicts and NumPy arrays, or give the class methods save() and restore(saved)"

@@ -134,14 +134,14 @@ class Values:
     """Values of variables by name, as attributes: `v.oil`, `v.rod.vz`; an array is a list."""
 
     def __init__(self, variables: Mapping[str, Declared]) -> None:
-        self.root = _Group("")
+        self.root = Group("")
         self._places: list[tuple[SimpleNamespace, str, Declared]] = []
         for name, variable in variables.items():
             *path, last = name.split(".")
             group = self.root
             for part in path:
                 if not hasattr(group, part):
-                    setattr(group, part, _Group(f"{group.path}{part}."))
+                    setattr(group, part, Group(f"{group.path}{part}."))
                 group = getattr(group, part)
             self._places.append((group, last, variable))
 
@@ -153,7 +153,7 @@ class Values:
         return self.root
 
 
-class _Group(SimpleNamespace):
+class Group(SimpleNamespace):
     """The variables of a connector, or all; `path` is what their names begin with."""
 
     def __init__(self, path: str) -> None:
@@ -163,6 +163,9 @@ class _Group(SimpleNamespace):
     def __getattr__(self, name: str) -> Value:
         known = ", ".join(key for key in vars(self) if key != "path")
         raise AttributeError(f"no variable {self.path}{name} is declared; there are: {known}")
+
+    def __getitem__(self, name: object) -> NoReturn:
+        raise TypeError(f"values are attributes: write v.{self.path}{name}, not v[{name!r}]")
 
 
 class _Fresh(SourceFileLoader):

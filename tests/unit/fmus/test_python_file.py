@@ -20,6 +20,7 @@ from m4e_fmi.fmu import PythonSource
 from m4e_fmi.program import Program, evaluated
 from m4e_fmus.python_file import Config, make
 from m4e_fmus.python_file.saved_values import CannotBeSavedError, decoded, encoded
+from m4e_fmus.python_file.user_class import Declared, Values
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 HYDRAULICS = (EXAMPLES / "hydraulic_pto" / "hydraulics.py").read_text(encoding="utf-8")
@@ -121,7 +122,7 @@ def test_what_cannot_be_recorded_stays_python_and_is_told(
     """.lstrip("\n")
     source, lines = made(tmp_path, text)
     assert isinstance(source, PythonSource)
-    (line,) = lines
+    line = lines[-1]
     assert re.search(
         told.replace("force.py:10", r"force.py:\d+").replace("line 10", r"line \d+"), line
     )
@@ -515,6 +516,14 @@ def test_what_cannot_be_saved_is_named() -> None:
         encoded({"log": io.StringIO()}, "self.files")
 
 
+def test_values_are_attributes_and_not_kept() -> None:
+    values = Values({"rod.vz": Declared("rod.vz", "m/s", "", 0.0, None)}).filled({"rod.vz": 2.0})
+    with pytest.raises(TypeError, match=r"write v.rod.vz, not v\['vz'\]"):
+        values.rod["vz"]
+    with pytest.raises(CannotBeSavedError, match=r"self.before is the object of values"):
+        encoded(values, "self.before")
+
+
 SAMPLED = """
 import random
 
@@ -578,3 +587,10 @@ def test_a_step_returns_the_outputs_at_its_end(tmp_path: Path) -> None:
     )
     found = results(tmp_path / "system.yaml")["clock.y"]
     np.testing.assert_allclose(found, [-1.0, -1.0, 0.0, 0.0, 0.2, 0.2], atol=1e-12)
+
+
+def test_a_memory_that_calculate_sets_is_a_warning(tmp_path: Path) -> None:
+    text = HYDRAULICS.replace('        return {"rod', '        self.last = p\n        return {"rod')
+    _, lines = made(tmp_path, text)
+    assert lines[0].startswith("warning: force.py:35: calculate sets self.last, but it is called")
+    assert not [line for line in made(tmp_path, HYDRAULICS)[1] if "warning" in line]
