@@ -1,4 +1,4 @@
-"""Notes on a system at rest: motions that grow, and outputs beyond their limits."""
+"""Notes on systems at rest and in motion: motions that grow, outputs beyond their limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from m4e_fmi.analysis.modes import NEGLIGIBLE, modes
 from m4e_fmi.analysis.points import Evaluation, Floats, OperatingPoint, local_parts, observed
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program, Variable
+from m4e_fmi.simulate import Simulation
 
+ROUNDING = 1e-9
+"""Share of limits and values by which an output may be outside by rounding."""
 HALVINGS = 6
 """Of the errors of slopes, within which some are sought with which no motion grows."""
 
@@ -92,6 +95,24 @@ def limited(program: Program) -> tuple[Variable, ...]:
         for v in program.outputs
         if v.derivative_of is None and np.isfinite([v.minimum, v.maximum]).any()
     )
+
+
+def limits_left(motion: Simulation) -> Iterator[str]:
+    """Lines on outputs that leave their limits in the rows of a motion, with the first time."""
+    time = motion.time.values
+    for v in limited(motion.program):
+        if v.name not in motion.values:
+            continue
+        values = motion[v.name].values
+        scale = np.nanmax(np.abs(values[np.isfinite(values)]), initial=0.0)
+        near = ROUNDING * max(scale, *(abs(b) for b in (v.minimum, v.maximum) if np.isfinite(b)))
+        outside = (values < v.minimum - near) | (values > v.maximum + near)
+        if outside.any():
+            row = int(np.argmax(outside))
+            yield (
+                f"{v.name} is {values[row]:.4g} {v.unit} at t = {time[row]:.9g} s, outside of "
+                f"{limits_of(v)}"
+            )
 
 
 def limits_of(v: Variable) -> str:

@@ -183,6 +183,7 @@ def _warn_of_start(system: System, program: Program, options: argparse.Namespace
 def _simulate_to(
     output: Path, animation: Path | None, source: _Source, options: argparse.Namespace
 ) -> None:
+    from m4e_fmi.analysis.rest_notes import limits_left
     from m4e_fmi.program import Program
     from m4e_fmi.report import (
         animate,
@@ -223,6 +224,8 @@ def _simulate_to(
         for simulation in left:
             error.add_note(_kept(simulation, ended, output, source, options))
         raise
+    for line in limits_left(result):
+        warn(f"warning: {line}")
     files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
     show(simulation_summary(result), Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):

@@ -36,8 +36,9 @@ def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     runs = _packed(list(_of_runs(result)), result.size, "r")
     designs = _packed(list(_of_designs(result, contributed)), 0, "d")
     series = _series(result)
+    states = result.probability[0] if result.probability else ()
     data: dict[str, object] = {
-        "dims": [_dimension(one) for one in result.dimensions],
+        "dims": [_dimension(one, state=one.name in states) for one in result.dimensions],
         "quantities": [
             {"name": name, "unit": result.units[name], "text": told.text, "of": ""}
             for name, told in result.record.wanted.items()
@@ -72,7 +73,8 @@ def _packed(curves: list[Curve], count: int, prefix: str) -> Samples:
     return packed_samples(np.arange(count, dtype=float), curves, prefix=prefix)
 
 
-def _dimension(one: Dimension) -> dict[str, object]:
+def _dimension(one: Dimension, *, state: bool) -> dict[str, object]:
+    """A dimension of the page; `state` if its points have probabilities."""
     column = one.columns[0]
     numbers = one.is_grid and column.is_number and bool(np.isfinite(column.values).all())
     return {
@@ -83,6 +85,7 @@ def _dimension(one: Dimension) -> dict[str, object]:
         "labels": one.labels if one.is_grid else None,
         "numbers": column.values.astype(float).tolist() if numbers else None,
         "repeats": one.repeats,
+        "state": state,
     }
 
 

@@ -4,7 +4,8 @@ function mapsOf(root, study, theme, names) {
   const [form, across, up, turn, others, ticked, stack] = [".form", ".across", ".up", ".turn", ".others", ".quantities", ".panels"].map(name => root.querySelector(name));
   const FIRST = 4, MOST_CURVES = 8, MOST_WRITTEN = 150, CHOSEN = "#ff9f1c", { axes } = study;
   const long = axes.filter(dim => dim.count > 1), grids = long.filter(dim => dim.numbers || study.data.dims[dim.k].labels);
-  const chosen = grids.length ? grids : long, panels = new Map();
+  const states = grids.filter(dim => dim.state);  // of a scatter diagram: first, as maps of each design
+  const chosen = states.length > 1 ? states : grids.length ? grids : long, panels = new Map();
 
   const forms = [];
   if (long.length > 1) forms.push(["map", "heat maps"]);

@@ -53,6 +53,17 @@ class Averaged:
         """The same in a unit that is 1/`factor` of theirs."""
         return Averaged(self.axes, factor * self.mean, factor * self.half_width, self.missing)
 
+    def led_by(self, names: tuple[str, ...]) -> Averaged:
+        """The same with the axes `names` in front."""
+        axes = [axis.name for axis in self.axes]
+        order = [*map(axes.index, names), *(k for k, axis in enumerate(axes) if axis not in names)]
+        return Averaged(
+            tuple(self.axes[k] for k in order),
+            self.mean.transpose(order),
+            self.half_width.transpose(order),
+            self.missing.transpose(order),
+        )
+
 
 def averaged(
     axes: tuple[Axis, ...], values: np.ndarray, is_run: np.ndarray | None = None

@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.analysis import equilibrium, linearize, modes
-from m4e_fmi.analysis.rest_notes import growth, rest_notes
+from m4e_fmi.analysis.rest_notes import growth, limits_left, rest_notes
 from m4e_fmi.cli import main
 from m4e_fmi.program import Connection, Program, Recorder, Variable, compose
 from m4e_fmi.report import linear_json, linear_text
+from m4e_fmi.simulate import simulate
 
 STIFFNESS, MASS = 3.0, 2.0
 TOO_SOFT = 1e-4
@@ -104,3 +105,14 @@ def test_outputs_beyond_their_limits_are_told(pull: float, told: bool) -> None:
     r.output(Variable("heave", "m", "small motions", minimum=-7.5, maximum=7.5), x)
     line = f"heave: {pull / STIFFNESS:.3g} m is outside of its limits, -7.5 to 7.5 m: small motions"
     assert rest_notes(equilibrium(r.program())) == ([line] if told else [])
+
+
+def test_outputs_that_leave_their_limits_in_motion_are_told_with_the_first_time() -> None:
+    """Of 2 m/s from -1 m: up to 0.5 m in 0.75 s; a limit of just what is reached is kept."""
+    r = Recorder("drift", "")
+    x = r.state(Variable("x", "m", "", start=-1.0))
+    r.rate("x", 2.0)
+    r.output(Variable("near", "m", "place", minimum=-2.0, maximum=0.5), x)
+    r.output(Variable("far", "m", "place", minimum=-1.0, maximum=1.0), x)
+    (told,) = limits_left(simulate(r.program(), stop_time=1.0, output_interval=0.1))
+    assert told == "near is 0.6 m at t = 0.8 s, outside of its limits, -2 to 0.5 m: place"

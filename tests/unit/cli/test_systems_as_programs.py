@@ -70,6 +70,14 @@ def test_simulate_has_the_times_of_the_system(
     assert set(results.components) == {"m0", "m1", "pto", "pid"}
 
 
+def test_a_simulation_warns_of_outputs_beyond_their_limits(
+    system: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.analysis.rest_notes.limits_left", lambda _: ["it is outside"])
+    assert main(["simulate", system, "--stop-time", "0.1", "--no-plot"]) == 0
+    assert "warning: it is outside" in capsys.readouterr().err
+
+
 def test_results_are_those_of_the_run(system: str, tmp_path: Path) -> None:
     assert main(["run", system, "--reference", "--algorithm", "corrector"]) == 0
     assert main(["simulate", system, "--no-plot"]) == 0

@@ -113,6 +113,15 @@ def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
     assert (error, states) == ("–", "2, some without failed seeds")
 
 
+def test_the_page_knows_which_dimensions_are_states(tmp_path: Path) -> None:
+    """Its maps show these first."""
+    result = load_study_result(matrix(tmp_path, failing=False))
+    assert result.probability
+    dims = content_of(result, []).data["dims"]
+    states = [one["name"] for one in dims if one["state"]]  # pyright: ignore
+    assert states == list(result.probability[0])
+
+
 def test_a_state_without_a_value_leaves_the_mean_unknown(tmp_path: Path) -> None:
     assert "not known: no value of 1 state<" in annual(load_study_result(matrix(tmp_path)))
 

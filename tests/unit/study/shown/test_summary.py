@@ -158,6 +158,11 @@ def test_the_picture_of_designs_is_that_over_all_states(tmp_path: Path) -> None:
     outcome = run_study(written_study(tmp_path, text), build_directory=tmp_path)
     largest = np.nanmax(outcome.data["swing"].values[:, [0, 0, 1], [0, 1, 0]], axis=1)
     assert "largest of all states [rad]:\n    q" in summary(outcome)
+    lines = summary(outcome).splitlines()  # a scatter diagram for each design
+    first = lines.index("  q 0.1")
+    assert lines[first + 1].split() == ["k", "\\", "u", "0", "1"]
+    shown = [float(entry) for entry in lines[first + 3].split()]
+    np.testing.assert_allclose(shown, [40, *outcome.data["swing"].sel(q=0.1, k=40)], rtol=1e-3)
     name, found = _shown(outcome, outcome.study.wanted[0])
     assert name == ", largest of all states"
     np.testing.assert_allclose(found.mean, largest)
