@@ -181,11 +181,16 @@ def _model_problems(named: NamedProgram) -> Iterator[Problem]:
         if version.model is None:
             continue
         names = [v.name for v in version.variables]
-        places = [k for k, n in enumerate(names) if n in given and n in version.model.parameters]
         runs = np.array([run for run, of in named.version_of.items() if of == number])
-        values = named.start_values(version, runs)[:, places]
+        values = named.start_values(version, runs)
+        changed = (values != values[0]).any(axis=0)  # also by keys of the file
+        places = [
+            k
+            for k, n in enumerate(names)
+            if n in version.model.parameters and (n in given or changed[k])
+        ]
         if places:
-            yield from model_problems(version.model, [names[k] for k in places], values)
+            yield from model_problems(version.model, [names[k] for k in places], values[:, places])
 
 
 def _of_component(target: Target) -> Target:

@@ -288,6 +288,19 @@ def test_values_are_checked_together(source: str, tmp_path: Path) -> None:
     assert made(path, executor=Here()).failures == {}
 
 
+def test_values_are_checked_beside_those_of_keys(tmp_path: Path) -> None:
+    """A key of the file may change a parameter, and no other program comes of it."""
+    (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
+    text = STOPS.replace("hi: [0.2, 0.1]", "parameters.hi.value: [0.1, 0.2]")
+    with pytest.raises(InputError) as caught:
+        made(written_study(tmp_path, text))
+    (problem,) = caught.value.problems
+    assert problem.message.endswith("(with lo = 0.15, hi = 0.1): in 1 of 6 runs")
+    pairs = "{both: {together: {parameters.hi.value: [0.1, 0.2], lo: [-0.1, 0.15]}}}"
+    text = text.replace("{lo: [-0.1, 0.05, 0.15], parameters.hi.value: [0.1, 0.2]}", pairs)
+    assert made(written_study(tmp_path, text)).failures == {}
+
+
 def test_a_system_is_composed_once_where_no_key_varies(tmp_path: Path) -> None:
     """What is told of it is told once."""
     (tmp_path / "stop.model.yaml").write_text(STOP, "utf-8")
