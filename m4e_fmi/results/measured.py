@@ -63,9 +63,8 @@ def _of_table(path: Path, name: str | None) -> Measured:
     try:
         read = read_columns(path, [time_name, chosen])
     except InputError as error:
-        remedy = "leave such rows out: a gap is told, and does no harm"
         problems = [
-            p if p.remedy or not p.line else replace(p, remedy=remedy) for p in error.problems
+            p if p.remedy or not p.line else replace(p, remedy=LEAVE_OUT) for p in error.problems
         ]
         raise InputError(problems) from None
     time, values = (np.array(column) for column in read.values)

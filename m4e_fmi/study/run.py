@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -128,9 +129,9 @@ def _records(
 ) -> tuple[list[Record], int]:
     """The record of each point, and the number of runs that were kept."""
     keys, runs, count = work.keys, work.study.grid.runs, work.study.grid.count
-    own = [keys[run] for run in runs]
-    by_key: dict[str, Record] = {} if fresh else store.found(list(dict.fromkeys(own)))
-    kept = done = sum(key in by_key for key in own)
+    own = Counter(keys[run] for run in runs)  # runs may be the same in all
+    by_key: dict[str, Record] = {} if fresh else store.found(list(own))
+    kept = done = sum(own[key] for key in by_key)
     first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
     if progress:
@@ -143,7 +144,7 @@ def _records(
             for run, record in batch.items():
                 for line in _lines(record):
                     tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
-            done += len(batch)
+            done += sum(own[key] for key in found)
             if progress:
                 progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:

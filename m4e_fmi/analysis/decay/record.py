@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.results.measured import LEAVE_OUT
 
 Floats = NDArray[np.float64]
 
@@ -89,7 +90,7 @@ def checked(time: ArrayLike, motion: ArrayLike) -> tuple[Floats, Floats]:
     bad = np.flatnonzero(~np.isfinite(t) | ~np.isfinite(x))
     if len(bad):
         message = f"row {bad[0]} of the record is not finite (t = {t[bad[0]]:g} s)"
-        raise InputError.single(message, "leave such rows out: a gap is told, and does no harm")
+        raise InputError.single(message, LEAVE_OUT)
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         k = int(back[0]) + 1

@@ -52,7 +52,7 @@ class _Compiling:
     """How fast the interpreter makes `left` runs of a group, by the first of them."""
 
     def __init__(self, left: int) -> None:
-        self._left, self._each = left, 0.0
+        self._left, self._each, self._pays = left, 0.0, False
 
     def note(self, count: int, seconds: float) -> None:
         """Note the processor time of `count` runs."""
@@ -61,8 +61,9 @@ class _Compiling:
 
     @property
     def pays(self) -> bool:
-        """True if compiling the program takes less time than it saves."""
-        return self._left * self._each > COMPILING_PAYS
+        """True if compiling the program takes less time than it saves, and once it is compiled."""
+        self._pays = self._pays or self._left * self._each > COMPILING_PAYS
+        return self._pays
 
 
 @dataclass

@@ -132,7 +132,7 @@ class Store:
             try:
                 self._write(rows, "REPLACE" if again else "IGNORE")
                 self._base.executemany(
-                    "INSERT INTO paces VALUES (?, ?, 1, ?) ON CONFLICT DO UPDATE SET "
+                    "INSERT INTO paces VALUES (?, ?, 1, ?) ON CONFLICT (of, span) DO UPDATE SET "
                     "count = count + excluded.count, seconds = seconds + excluded.seconds",
                     paces,
                 )

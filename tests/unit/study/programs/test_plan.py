@@ -61,6 +61,19 @@ def test_a_compiled_ensemble_has_the_same_bits(
         np.testing.assert_array_equal(first.data[name], second.data[name])
 
 
+def test_what_is_compiled_stays_compiled() -> None:
+    """Also for the last runs, which alone would not pay for it."""
+    compiling = plan._Compiling(100)
+    assert not compiling.pays
+    compiling.note(8, 8.0)
+    assert compiling.pays
+    compiling.note(92, 0.1)
+    assert compiling.pays
+    few = plan._Compiling(100)
+    few.note(90, 1.0)
+    assert not few.pays
+
+
 def test_warnings_of_the_model_are_told_once_and_counted(tmp_path: Path) -> None:
     path = written_study(tmp_path, STUDY.replace("count: 20", "count: 2"))
     model = tmp_path / "cart.model.yaml"
