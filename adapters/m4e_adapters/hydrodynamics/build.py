@@ -24,6 +24,7 @@ from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodyn
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
+from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
@@ -64,11 +65,9 @@ def _computed(
 ) -> Coefficients:
     waves = _systems(config, folder)
     hulls = make_hulls(config, folder, progress=progress)
-    for text in (
-        *(text for system in waves for text in system.doubts({})),
-        *size_doubts(hulls, config, waves),
-        *stability_doubts(hulls, config.water),
-    ):
+    for line in lines_on(waves):
+        progress(line)
+    for text in (*size_doubts(hulls, config, waves), *stability_doubts(hulls, config.water)):
         progress(f"warning: {text}")
     for hull in hulls:
         if not hull.fixed:

@@ -11,6 +11,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.geometry.motions import MOTIONS, places_in_space, point_in_space
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin, record_elevation_input
+from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import (
     RecordedCurrent,
@@ -142,8 +143,7 @@ def wave_height(systems: Sequence[WaveSystem]) -> float:
 
 def doubts(config: MorisonConfig, systems: Sequence[WaveSystem]) -> Iterator[str]:
     """Lines on waves that there are not, thick members, and what may count twice."""
-    for text in (text for system in systems for text in system.doubts({})):
-        yield f"warning: {text}"
+    yield from lines_on(systems)
     for text in current_doubts(config.current, has_waves=bool(systems)):
         yield f"warning: {text}"
     thickest = max(config.members, key=lambda name: config.members[name].diameter)

@@ -11,6 +11,7 @@ from pathlib import Path
 from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import elevation_at_origin
+from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.current import current_doubts, record_current
 from m4e_adapters.hydrodynamics.seas.water.recorded_flow import Flow, RecordedFlow
@@ -60,9 +61,9 @@ def sea_program(
 def tell_doubts(
     systems: Sequence[WaveSystem], current: Current | None, progress: Callable[[str], object]
 ) -> None:
-    """Warn of waves that break or are too steep, and of waves on a current."""
-    for text in (text for system in systems for text in system.doubts({})):
-        progress(f"warning: {text}")
+    """Tell of records, of waves that break or are too steep, and of waves on a current."""
+    for line in lines_on(systems):
+        progress(line)
     for text in current_doubts(current, has_waves=bool(systems)):
         progress(f"warning: {text}")
 

@@ -139,9 +139,9 @@ class Values:
         for name, variable in variables.items():
             *path, last = name.split(".")
             group = self.root
-            for part in path:
+            for k, part in enumerate(path, 1):
                 if not hasattr(group, part):
-                    setattr(group, part, Group(f"{group.path}{part}."))
+                    setattr(group, part, Group(f"{'.'.join(path[:k])}."))
                 group = getattr(group, part)
             self._places.append((group, last, variable))
 
@@ -154,18 +154,21 @@ class Values:
 
 
 class Group(SimpleNamespace):
-    """The variables of a connector, or all; `path` is what their names begin with."""
+    """The variables of a connector, or all; `prefix` is what their names begin with."""
 
-    def __init__(self, path: str) -> None:
+    __slots__ = ("__prefix",)  # no attribute, which a variable may be called like
+
+    def __init__(self, prefix: str) -> None:
         super().__init__()
-        object.__setattr__(self, "path", path)
+        self.__prefix = prefix
 
     def __getattr__(self, name: str) -> Value:
-        known = ", ".join(key for key in vars(self) if key != "path")
-        raise AttributeError(f"no variable {self.path}{name} is declared; there are: {known}")
+        known = ", ".join(vars(self))
+        message = f"no variable {self.__prefix}{name} is declared; there are: {known}"
+        raise AttributeError(message)
 
     def __getitem__(self, name: object) -> NoReturn:
-        raise TypeError(f"values are attributes: write v.{self.path}{name}, not v[{name!r}]")
+        raise TypeError(f"values are attributes: write v.{self.__prefix}{name}, not v[{name!r}]")
 
 
 class _Fresh(SourceFileLoader):

@@ -524,6 +524,17 @@ def test_values_are_attributes_and_not_kept() -> None:
         encoded(values, "self.before")
 
 
+def test_a_connector_may_have_any_name() -> None:
+    names = ("path.x", "path.end.x", "prefix")
+    values = Values({name: Declared(name, "m", "", 0.0, None) for name in names})
+    found = values.filled(dict(zip(names, (1.0, 2.0, 3.0), strict=True)))
+    assert (found.path.x, found.path.end.x, found.prefix) == (1.0, 2.0, 3.0)
+    with pytest.raises(
+        AttributeError, match=r"path\.end\.y is declared; there are: x$"
+    ):
+        found.path.end.y  # noqa: B018
+
+
 SAMPLED = """
 import random
 

@@ -34,6 +34,7 @@ from m4e_adapters.hydrodynamics.memory.soundness import check_added_mass_inf
 from m4e_adapters.hydrodynamics.seas.excitation import towards_each
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.sea import waves_beyond
+from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.errors import InputError, Problem
 
@@ -63,9 +64,8 @@ def coefficients_from_file(
     for finding in found.findings:
         start = "warning: " if finding.warns else ""
         progress(f"{start}consistency, {finding.name}: {finding.text}")
-    for system in checked_waves(config, found.coefficients, folder=folder):
-        for text in system.doubts({}):
-            progress(f"warning: {text}")
+    for line in lines_on(checked_waves(config, found.coefficients, folder=folder)):
+        progress(line)
     return found.coefficients
 
 

@@ -22,7 +22,7 @@ from m4e_adapters.hydrodynamics.config.waves import (
     WaveSection,
     wave_sections,
 )
-from m4e_adapters.hydrodynamics.seas.record_doubts import record_doubts
+from m4e_adapters.hydrodynamics.seas.record_doubts import record_doubts, record_ends
 from m4e_adapters.hydrodynamics.seas.spectra import (
     depth_factor,
     energy_below,
@@ -219,6 +219,7 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
     energy = np.cumsum(amplitudes**2)
     middle = float(omega[np.searchsorted(energy, 0.5 * energy[-1])])
     deviation = float(record.elevation.std())
+    kept = 0.5 * float(energy[-1]) / deviation**2
     return FixedSea(
         **common,
         omega=omega,
@@ -228,8 +229,9 @@ def _record(section: Record, common: _Common, folder: Path) -> FixedSea:
         significant_height=4.0 * deviation,
         peak=2 * math.pi / middle,
         tunable_phases=False,
-        untapered=deviation / math.sqrt(0.5 * float(energy[-1])),
+        untapered=1.0 / math.sqrt(kept),
         at=(section.place[0], section.place[1] if len(section.place) > 1 else 0.0),
         ramp=0.0,
         remarks=tuple(record_doubts(section.file, record)),
+        told=(record_ends(section.file, record, lost=1.0 - kept),),
     )

@@ -1,4 +1,4 @@
-"""Doubts about a measured record of waves: its origin, mean, ends, spikes, gaps and steps."""
+"""A measured record of waves: its ends, and doubts about its origin, mean, spikes and steps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SPIKE = 6.0
 
 
 def record_doubts(name: str, record: Samples) -> Iterator[str]:
-    """Lines on the record in the file `name`: what a run does with it, and what may be wrong."""
+    """Lines on what may be wrong with the record in the file `name`."""
     values = record.elevation
     mean, deviation = float(values.mean()), float(values.std())
     if abs(mean) > LARGEST_MEAN * deviation:
@@ -30,7 +30,7 @@ def record_doubts(name: str, record: Samples) -> Iterator[str]:
     yield from _of_rows(name, record)
     omega, amplitudes, _ = record_components(record)
     energy = 0.5 * float(amplitudes @ amplitudes)
-    yield from _of_time(name, record, lost=1.0 - energy / deviation**2)
+    yield from _of_origin(name, record)
     near = omega > NEAR * math.pi / record.interval
     share = 0.5 * float(amplitudes[near] @ amplitudes[near]) / energy
     if share > LARGEST_SHARE:
@@ -67,17 +67,22 @@ def _of_rows(name: str, record: Samples) -> Iterator[str]:
             )
 
 
-def _of_time(name: str, record: Samples, *, lost: float) -> Iterator[str]:
-    """Lines on the record's origin of time, and on its ends; `lost` is the share of its energy."""
-    length = len(record.elevation) * record.interval
-    start, tapered = record.start, TAPERED * length
+def _of_origin(name: str, record: Samples) -> Iterator[str]:
+    """A line on the record's origin of time."""
+    start, length = record.start, len(record.elevation) * record.interval
     if abs(start) > 0.5 * record.interval:
         yield (
             f"{name} begins at t = {start:g} s and repeats itself: at t = 0 s the sea is that of "
             f"{-start % length:g} s after its first row: for runs from 0 s on, subtract {start:g} "
             "from its times"
         )
-    yield (
+
+
+def record_ends(name: str, record: Samples, *, lost: float) -> str:
+    """A line on the ends of the record, which take the share `lost` [1] of its energy."""
+    length = len(record.elevation) * record.interval
+    start, tapered = record.start, TAPERED * length
+    return (
         f"{name} is {length:g} s long, repeats itself, and is tapered to 0 for {tapered:g} s at "
         f"each end: that takes {100 * lost:.2g} % of its energy: for statistics of the measured "
         f"sea, take t = {start + tapered:g} to {start + length - tapered:g} s"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -97,6 +97,13 @@ class FlowWaves(SystemWaves):
     def notes(self) -> tuple[str, ...]:
         """None."""
         return ()
+
+
+def lines_on(waves: Sequence[WaveSystem]) -> Iterator[str]:
+    """Lines of a build on `waves` as configured: notes and warnings."""
+    for system in waves:
+        yield from system.notes()
+        yield from (f"warning: {text}" for text in system.doubts({}))
 
 
 def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | None:

@@ -107,6 +107,10 @@ class WaveSystem(ABC):
             )
         ]
 
+    def notes(self) -> tuple[str, ...]:
+        """Lines on what is done with a file."""
+        return ()
+
     @property
     def _as_regular(self) -> bool:
         return self.regular
@@ -309,10 +313,10 @@ class SpectralSea(WaveSystem):
 class FixedSea(WaveSystem):
     """Components of `amplitudes` (k,) [m] that stay, or follow the `significant_height` [m].
 
-    `scaled`: that height is a parameter. `tunable_phases`: the
-    phases are parameters. `apart`: each is judged as a regular wave. `at` [m] is where phases
-    count, `peak` [s] the period of the largest part. `remarks` are doubts about a file. `untapered`
-    [1] is the amplitudes' factor in statistics: that of a record without its tapered ends.
+    `scaled`: that height is a parameter. `tunable_phases`: the phases are parameters. `apart`: each
+    is judged as a regular wave. `at` [m] is where phases count, `peak` [s] the period of the
+    largest part. `remarks` are doubts about a file, `told` what a run does with it. `untapered` [1]
+    is the amplitudes' factor in statistics: that of a record without its tapered ends.
     """
 
     amplitudes: np.ndarray = field(repr=False)
@@ -324,6 +328,7 @@ class FixedSea(WaveSystem):
     at: tuple[float, float] = (0.0, 0.0)
     ramp: float | None = None
     remarks: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()
     untapered: float = 1.0
 
     @property
@@ -349,6 +354,10 @@ class FixedSea(WaveSystem):
     def doubts(self, values: Mapping[str, float]) -> list[str]:
         """`remarks`, and lines on waves as of any system, for `values` by name."""
         return [*self.remarks, *super().doubts(values)]
+
+    def notes(self) -> tuple[str, ...]:
+        """`told`."""
+        return self.told
 
     @property
     def needed(self) -> float:

@@ -12,7 +12,7 @@ from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Record,
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.spectra import TAPERED, depth_factor
-from m4e_adapters.hydrodynamics.seas.system_seas import components_of
+from m4e_adapters.hydrodynamics.seas.system_seas import components_of, lines_on
 from m4e_adapters.hydrodynamics.seas.systems import PERIODS, WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation, wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import recorded_wavenumber, relative_spectrum
@@ -271,18 +271,22 @@ def test_doubts_about_a_record_are_told(tmp_path: Path) -> None:
     rows = "\n".join(f"{a},{b + 0.1}" for a, b in zip(t, elevation(sea, t, 0.0), strict=True))
     (tmp_path / "r.csv").write_text(f"time,elevation\n{rows}\n")
     (system,) = systems(Record(spectrum="record", file="r.csv"), folder=tmp_path)
-    mean, ends, coarse = system.doubts({})
+    mean, coarse = system.doubts({})
     assert "the mean of r.csv, 0.0986 m, is left out" in mean
-    assert "tapered to 0 for 15 s at each end" in ends
     assert "% of its energy in waves of less than 2.5 rows" in coarse
 
 
-def doubts_of(folder: Path, elevation: np.ndarray, *, start: float = 0.0) -> list[str]:
-    """Doubts about a record with rows in steps of 0.5 s."""
+def recorded(folder: Path, elevation: np.ndarray, *, start: float = 0.0) -> WaveSystem:
+    """A record with rows in steps of 0.5 s."""
     rows = "".join(f"{start + 0.5 * k},{v!r}\n" for k, v in enumerate(elevation.tolist()))
     (folder / "r.csv").write_text(f"time,elevation\n{rows}")
     (system,) = systems(Record(spectrum="record", file="r.csv"), folder=folder)
-    return system.doubts({})
+    return system
+
+
+def doubts_of(folder: Path, elevation: np.ndarray) -> list[str]:
+    """Doubts about a record with rows in steps of 0.5 s."""
+    return recorded(folder, elevation).doubts({})
 
 
 def measured(count: int = 2400) -> np.ndarray:
@@ -292,9 +296,11 @@ def measured(count: int = 2400) -> np.ndarray:
 
 
 def test_the_ends_of_a_record_are_told_with_the_energy_that_they_lose(tmp_path: Path) -> None:
-    """Half cosines leave 3/8 of the energy of two twentieths."""
+    """Half cosines leave 3/8 of the energy of two twentieths. Every record has them: no warning."""
     sine = np.sin(2 * math.pi * 0.05 * np.arange(2400))
-    (told,) = doubts_of(tmp_path, sine)
+    system = recorded(tmp_path, sine)
+    (told,) = system.notes()
+    assert [*lines_on([system])] == [told]
     assert "r.csv is 1200 s long, repeats itself, and is tapered to 0 for 60 s at each" in told
     assert "takes 6.3 % of its energy" in told  # 2 times 0.05 times 5/8 is 6.25 %
     assert told.endswith("take t = 60 to 1140 s")
@@ -302,14 +308,16 @@ def test_the_ends_of_a_record_are_told_with_the_energy_that_they_lose(tmp_path: 
 
 def test_a_record_that_begins_at_another_time_is_told(tmp_path: Path) -> None:
     """At t = 0 it is 5 times 1200 s - 5000 s = 1000 s after its first row."""
-    later, ends = doubts_of(tmp_path, measured(), start=5000.0)
+    system = recorded(tmp_path, measured(), start=5000.0)
+    (later,), (ends,) = system.doubts({}), system.notes()
+    assert [*lines_on([system])] == [ends, f"warning: {later}"]
     assert "begins at t = 5000 s and repeats itself: at t = 0 s the sea is that of 1000 s" in later
     assert ends.endswith("take t = 5060 to 6140 s")
 
 
 def test_spikes_and_values_that_stand_still_are_told(tmp_path: Path) -> None:
     sea = measured()
-    assert len(doubts_of(tmp_path, sea)) == 1
+    assert doubts_of(tmp_path, sea) == []
     spiked = sea.copy()
     spiked[1000] = 12.0
     assert doubts_of(tmp_path, spiked)[0].startswith(
