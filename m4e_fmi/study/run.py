@@ -7,7 +7,7 @@ import time as clock
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -137,16 +137,17 @@ def _records(
     if progress:
         progress(done, count)
     try:
-        for batch in work.records(missing):
-            found = {keys[run]: record for run, record in batch.items()}
-            store.keep(found, again=fresh, paces=_paces(work, batch))
-            by_key |= found
-            for run, record in batch.items():
-                for line in _lines(record):
-                    tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
-            done += sum(own[key] for key in found)
-            if progress:
-                progress(done, count)
+        with closing(work.records(missing)) as batches:  # no further run begins after an error
+            for batch in batches:
+                found = {keys[run]: record for run, record in batch.items()}
+                store.keep(found, again=fresh, paces=_paces(work, batch))
+                by_key |= found
+                for run, record in batch.items():
+                    for line in _lines(record):
+                        tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
+                done += sum(own[key] for key in found)
+                if progress:
+                    progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
         error.add_note(_interruption(done, count))
         raise

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ from m4e_fmi.study.systems.plan import Plan, Versions, system_id
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
 Batch = Mapping[int, Record]
-Make = Callable[[Sequence[int]], Iterator[Batch]]
+Make = Callable[[Sequence[int]], Generator[Batch]]
 NO_TIME = ("algorithm", "tolerance", "coupling_tolerance", "method")
 """Settings that are no times."""
 
@@ -84,7 +84,7 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
     began = known.system.simulation.start_time
     spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
 
-    def records(missing: Sequence[int]) -> Iterator[Batch]:
+    def records(missing: Sequence[int]) -> Generator[Batch]:
         for run, record in perform((run, tasks[run]) for run in missing):
             yield {run: record}
 
@@ -111,7 +111,7 @@ def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
 
     plan = ProgramPlan(named_program(study, tell=tell_and_note))
 
-    def records(missing: Sequence[int]) -> Iterator[Batch]:
+    def records(missing: Sequence[int]) -> Generator[Batch]:
         return plan.records(missing, jobs)
 
     named, labels = plan.named, plan.named.labels()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time as clock
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import groupby
@@ -139,7 +139,7 @@ class ProgramPlan:
             lines.append(f"{count} runs are {how}")
         return lines
 
-    def records(self, missing: Sequence[int], jobs: int) -> Iterator[Batch]:
+    def records(self, missing: Sequence[int], jobs: int) -> Generator[Batch]:
         """Records of the runs that are `missing`, by number, as they come."""
         yield from in_threads(self._calls(set(missing), jobs), jobs)
 

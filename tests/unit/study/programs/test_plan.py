@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,6 +74,31 @@ def test_what_is_compiled_stays_compiled() -> None:
     few = plan._Compiling(100)
     few.note(90, 1.0)
     assert not few.pays
+
+
+def test_no_run_begins_after_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also while someone holds the error, as a notebook does, and with it all frames."""
+    make, go_on, begun = plan.ProgramPlan._chunk, threading.Event(), list[int]()
+
+    def noted(*given: Any, **keys: Any) -> plan.Batch:
+        begun.append(1)
+        if len(begun) > 1:
+            go_on.wait(20.0)
+        return make(*given, **keys)
+
+    def interrupted(done: int, _: int) -> None:
+        if done:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(plan.ProgramPlan, "_chunk", noted)
+    before = threading.enumerate()
+    with pytest.raises(KeyboardInterrupt) as held:
+        made(written_study(tmp_path, STUDY), jobs=1, progress=interrupted)
+    go_on.set()
+    for thread in {*threading.enumerate()} - {*before}:
+        thread.join(20.0)
+    assert len(begun) <= 2  # of 3 chunks
+    assert held
 
 
 def test_warnings_of_the_model_are_told_once_and_counted(tmp_path: Path) -> None:
