@@ -42,6 +42,8 @@ ONE_THREAD = (
 """Variables of the environment that give numerical libraries one thread."""
 PATIENCE = 1.0
 """Seconds that a process has to end when it is asked to."""
+MOST_ON_WINDOWS = 61
+"""Processes of a pool that Windows can wait for."""
 DIED = "its process died, as of a fault in the code of an FMU, or for lack of memory"
 
 _beginning = threading.Lock()
@@ -61,6 +63,8 @@ def performing(jobs: int, executor: Executor | None = None) -> Generator[Perform
     if executor is not None:
         yield lambda tasks: _by(executor, tasks, jobs, _open_blobs(), lost=None)
         return
+    if sys.platform == "win32":
+        jobs = min(jobs, MOST_ON_WINDOWS)
     with _processes(jobs) as pool:
         yield partial(_performed, jobs, pool)
 

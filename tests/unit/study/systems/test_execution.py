@@ -52,3 +52,19 @@ def test_every_run_is_made_once_where_a_pool_breaks_between_two(
     with execution.performing(1) as perform:
         found = [number for number, _ in perform(tasks)]
     assert sorted(found) == [0, 1, 2, 3, 4]
+
+
+def test_windows_waits_for_no_more_processes_than_it_can(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[int]()
+
+    @contextmanager
+    def noted(jobs: int) -> Generator[None]:
+        asked.append(jobs)
+        yield
+
+    monkeypatch.setattr(execution, "_processes", noted)
+    for system in ("win32", "linux"):
+        monkeypatch.setattr(execution.sys, "platform", system)
+        with execution.performing(128):
+            pass
+    assert asked == [execution.MOST_ON_WINDOWS, 128]
