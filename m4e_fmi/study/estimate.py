@@ -23,7 +23,7 @@ from m4e_fmi.study.runs.store import Pace, Store
 from m4e_fmi.study.shown.warnings import told_once, warning_lines
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import cores
-from m4e_fmi.study.systems.names import Named
+from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.plan import Plan, Versions, system_id, versions
 from m4e_fmi.study.systems.targets import Targets
 from m4e_fmi.study.systems.task import Lacking, Task, perform
@@ -100,8 +100,15 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
             lines += _system_time(known, tasks, folder, jobs, planning)
     settings = known.system.simulation
     interval = settings.output_interval or settings.step_size
-    rows = round((settings.stop_time - settings.start_time) / interval) + 1
-    return [*lines, _disk(study, rows)]
+    return [*lines, _disk(study, round(_duration(known) / interval) + 1)]
+
+
+def _duration(known: Named) -> float:
+    """Mean simulated time of the runs [s]."""
+    grid = known.study.grid
+    settings = (known.settings(grid.values(run)) for run in grid.runs)
+    stops = [changed(known.system, one).simulation.stop_time for one in settings]
+    return float(np.mean(stops)) - known.system.simulation.start_time
 
 
 def _known_warnings(quick: Versions) -> list[str]:
@@ -127,10 +134,10 @@ def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> l
             f"  'm4e-fmi build {study.source}' with the same --build-folder builds those of its "
             "file; a dry run then makes short runs with them",
         ]
-    own = replace(study, grid=Grid(()), start_up=None)
-    plan = Plan(
-        Versions(Named(own, known.system, {}, known.descriptions), {}), folder, blobs, _silent
-    )
+    own = replace(study, grid=Grid(()), start_up=0.0)  # the ramp may be longer than its runs
+    stop = known.system.simulation.start_time + _duration(known)
+    system = changed(known.system, {"stop_time": stop})
+    plan = Plan(Versions(Named(own, system, {}, known.descriptions), {}), folder, blobs, _silent)
     plan.build()
     each, how = _trial(known, plan.task(0))
     if each is None:
@@ -141,9 +148,8 @@ def _time_before_builds(known: Named, folder: Path, blobs: Path, jobs: int) -> l
 
 def _pace(known: Named, folder: Path) -> Pace | None:
     """How long kept runs of the system took, in whichever study."""
-    times = known.system.simulation
     with Store(folder / STORE) as store:
-        return store.pace(system_id(known), times.stop_time - times.start_time)
+        return store.pace(system_id(known), _duration(known))
 
 
 def _by_others(pace: Pace) -> str:
@@ -162,7 +168,8 @@ def _system_time(
     elif pace := _pace(known, folder):
         each, how = pace.seconds, _by_others(pace)
     else:
-        each, how = _trial(known, tasks[0])
+        stop = known.system.simulation.start_time + _duration(known)
+        each, how = _trial(known, replace(tasks[0], stop_time=stop))
     return [how] if each is None else _told(each, rest, jobs, how, planning=planning)
 
 
