@@ -231,7 +231,8 @@ class _Versions:
         if own not in self._made:
             self._made[own] = -1, -1
             try:
-                self._made[own] = self._new(dict(zip(self._keys.values(), own, strict=True)))
+                given = dict(zip(self._keys.values(), own, strict=True))
+                self._made[own] = self._new(given, run)
             except InputError as error:
                 told = ", ".join(f"{n} = {values[n]}" for n in self._keys)
                 problems += [
@@ -240,10 +241,10 @@ class _Versions:
                 ]
         return self._made[own]
 
-    def _new(self, given: Keys) -> tuple[int, int]:
+    def _new(self, given: Keys, run: int) -> tuple[int, int]:
         program, model = self._source(given) if given else self._base
         if self._checks_start:
-            program = _with_start(self._study, program, model)
+            program = _with_start(self._study, program, model, run)
         version = Version(program, bare_code(program), model)
         if version.code not in self._codes:
             self._codes[version.code] = len(self.versions)
@@ -377,13 +378,13 @@ def _setting_problems(study: Study, targets: Mapping[str, Target]) -> Iterator[P
                     yield from varied_problems(study, target.key, values, varied.location)
 
 
-def _with_start(study: Study, program: Program, model: Model | None) -> Program:
-    """The program with the start values of the study; checked with those of its first run.
+def _with_start(study: Study, program: Program, model: Model | None, run: int) -> Program:
+    """The program with the start values of the study; checked with those of its first `run`.
 
     Angles of attitudes among them become states. What varies keeps the program's value.
     """
     known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
-    first = {n: v for n, v in study.grid.values(study.grid.runs[0]).items() if n in known}
+    first = {n: v for n, v in study.grid.values(run).items() if n in known}
     given = study.start
     checked = started(program, {**first, **given}, model)
     variables = (*checked.parameters, *checked.inputs, *checked.states)

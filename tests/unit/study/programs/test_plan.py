@@ -336,9 +336,10 @@ def test_values_are_checked_beside_those_of_keys(tmp_path: Path) -> None:
         made(written_study(tmp_path, text))
     (problem,) = caught.value.problems
     assert problem.message.endswith("(with lo = 0.15, hi = 0.1): in 1 of 6 runs")
-    pairs = "{both: {together: {parameters.hi.value: [0.1, 0.2], lo: [-0.1, 0.15]}}}"
-    text = text.replace("{lo: [-0.1, 0.05, 0.15], parameters.hi.value: [0.1, 0.2]}", pairs)
-    assert made(written_study(tmp_path, text)).failures == {}
+    for pairs in ("[0.1, 0.2], lo: [-0.1, 0.15]", "[0.2, 0.1], lo: [0.15, 0.05]"):
+        both = f"{{both: {{together: {{parameters.hi.value: {pairs}}}}}}}"
+        given = text.replace("{lo: [-0.1, 0.05, 0.15], parameters.hi.value: [0.1, 0.2]}", both)
+        assert made(written_study(tmp_path, given)).failures == {}
 
 
 def test_a_system_is_composed_once_where_no_key_varies(tmp_path: Path) -> None:
