@@ -207,7 +207,8 @@ def _of_program(study: Study, folder: Path, jobs: int) -> list[str]:
     with Store(folder / STORE) as store:
         kept = store.found([plan.keys[run] for run in study.grid.runs])
     missing = [run for run in study.grid.runs if plan.keys[run] not in kept]
-    some: Sequence[int] = missing[:FEWEST] or study.grid.runs[:1]
+    some: Sequence[int] = missing or study.grid.runs[:1]
+    some = some[: 1 if plan.is_single(some[0]) else FEWEST]
     planning = clock.perf_counter() - began
     list(plan.records(some, 1))  # the first call prepares the program
     began = clock.perf_counter()

@@ -90,6 +90,17 @@ def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("here")
+def test_a_dry_run_of_single_simulations_makes_one_of_them(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    written_study(Path(), STUDY.replace("0.5}", "0.5, method: rodas}"))
+    assert main(["study", "study.yaml", "--dry-run"]) == 0
+    text = capsys.readouterr().out
+    assert "4 runs are single simulations" in text
+    assert "by 1 of the runs" in text
+
+
+@pytest.mark.usefixtures("here")
 def test_a_dry_run_of_a_system_names_fmus_that_are_built(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
