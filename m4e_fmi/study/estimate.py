@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, repeat
@@ -15,7 +16,7 @@ from m4e_fmi.cosim.preparation.components import missing_fmus
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.simulate.simulation import output_times
 from m4e_fmi.study.given.grid import Grid
-from m4e_fmi.study.given.study import Study
+from m4e_fmi.study.given.study import STOP_TIME, Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
 from m4e_fmi.study.run import STORE
@@ -105,10 +106,12 @@ def _of_system(study: Study, folder: Path, jobs: int) -> list[str]:
 
 def _duration(known: Named) -> float:
     """Mean simulated time of the runs [s]."""
-    grid = known.study.grid
-    settings = (known.settings(grid.values(run)) for run in grid.runs)
-    stops = [changed(known.system, one).simulation.stop_time for one in settings]
-    return float(np.mean(stops)) - known.system.simulation.start_time
+    times, grid = known.system.simulation, known.study.grid
+    if STOP_TIME not in known.targets:
+        return times.stop_time - times.start_time
+    counts = Counter(known.settings(grid.values(run))["stop_time"] for run in grid.runs)
+    stops = [changed(known.system, {"stop_time": one}).simulation.stop_time for one in counts]
+    return float(np.average(stops, weights=[*counts.values()])) - times.start_time
 
 
 def _known_warnings(quick: Versions) -> list[str]:
