@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import typing
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from pydantic import ValidationError
@@ -21,7 +22,7 @@ from m4e_fmi.files.sections import (
     tags_most_alike,
     types_at,
 )
-from m4e_fmi.units import TOO_LARGE, parse_quantity
+from m4e_fmi.units import TOO_LARGE, parse_quantity, parse_unit, parse_unit_like
 
 _MOST_TAGS = 6
 _PLAIN_WORDS = {
@@ -222,7 +223,7 @@ def _instead(case: _Case) -> str:
     if kind == "string_type" and isinstance(given, int | float):
         return f'write it in quotes: "{given}"'
     if kind in ("float_type", "float_parsing") and isinstance(given, str):
-        return _number_instead(given)
+        return _number_instead(given, _unit_beside(case))
     if kind in _LIMITS:
         (limit,) = case.context.values()
         return f"write a number {_LIMITS[kind]} {limit:g}"
@@ -231,8 +232,20 @@ def _instead(case: _Case) -> str:
     return _example(case) if kind == "model_type" else ""
 
 
-def _number_instead(text: str) -> str:
-    """The number to write in place of a text."""
+def _unit_beside(case: _Case) -> str:
+    """The unit in which a value, or an entry of `values`, is given beside it; "" if there is none."""
+    keys = [*case.location]
+    while keys and isinstance(keys[-1], int):
+        keys.pop()
+    if not keys or keys.pop() not in ("value", "values"):
+        return ""
+    _, section = found_at(case.data, tuple(keys))
+    unit = section.get("unit") if isinstance(section, dict) else None
+    return unit if isinstance(unit, str) else ""
+
+
+def _number_instead(text: str, unit: str) -> str:
+    """The number to write in place of a text, where numbers are in `unit`, or in SI units if ""."""
     try:
         given = parse_quantity(text)
     except ValueError:
@@ -242,7 +255,16 @@ def _number_instead(text: str) -> str:
         return TOO_LARGE
     if given.unit.text == "1":
         return "write a number without quotes"
-    return f"write {number}: numbers here are in SI units ({text} is {number} {given.unit.si_text})"
+    if not unit:
+        told = f"{text} is {number} {given.unit.si_text}"
+        return f"write {number}: numbers here are in SI units ({told})"
+    told = f"the number is in {unit}, as 'unit' beside it says"
+    try:
+        wanted = parse_unit(unit)
+        own = replace(given, unit=parse_unit_like(given.unit.text, wanted))
+        return f"write {own.in_unit(wanted):.12g}: {told}"
+    except ValueError:
+        return f"write a number without unit: {told}"
 
 
 def _example(case: _Case) -> str:

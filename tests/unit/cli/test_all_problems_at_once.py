@@ -311,6 +311,22 @@ def test_remedies(old: str, new: str, remedy: str, tmp_path: Path) -> None:
     assert problem.remedy.startswith(remedy) or remedy in problem.remedy
 
 
+@pytest.mark.parametrize(
+    ("value", "unit", "remedy"),
+    [
+        ("143200 kg", "t", "write 143.2: the number is in t, as 'unit' beside it says"),
+        ("1 g", "m/s2", "write 9.80665: the number is in m/s2"),
+        ("1 g", "t", "write 1e-06: the number is in t"),
+        ("1 N", "t", "write a number without unit: the number is in t"),
+    ],
+)
+def test_numbers_are_in_the_unit_beside_them(
+    value: str, unit: str, remedy: str, tmp_path: Path
+) -> None:
+    model = SOUND_MODEL.replace("value: 143.2, unit: t", f"value: {value}, unit: {unit}")
+    assert told(tmp_path, SOUND, model)[0].remedy.startswith(remedy)
+
+
 def test_a_misspelt_neutral_mass(tmp_path: Path) -> None:
     problems = told(tmp_path, SOUND, SOUND_MODEL.replace("mass: m", "mass: neutrall"))
     assert "did you mean 'neutral'" in problems[0].remedy
