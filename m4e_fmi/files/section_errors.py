@@ -233,7 +233,7 @@ def _instead(case: _Case) -> str:
 
 
 def _unit_beside(case: _Case) -> str:
-    """The unit in which a value, or an entry of `values`, is given beside it; "" if there is none."""
+    """The unit of a value, or of an entry of `values`, that stands beside it; "" without."""
     keys = [*case.location]
     while keys and isinstance(keys[-1], int):
         keys.pop()
