@@ -529,9 +529,7 @@ def test_a_connector_may_have_any_name() -> None:
     values = Values({name: Declared(name, "m", "", 0.0, None) for name in names})
     found = values.filled(dict(zip(names, (1.0, 2.0, 3.0), strict=True)))
     assert (found.path.x, found.path.end.x, found.prefix) == (1.0, 2.0, 3.0)
-    with pytest.raises(
-        AttributeError, match=r"path\.end\.y is declared; there are: x$"
-    ):
+    with pytest.raises(AttributeError, match=r"path\.end\.y is declared; there are: x$"):
         found.path.end.y  # noqa: B018
 
 
