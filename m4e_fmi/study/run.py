@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -133,6 +134,7 @@ def _records(
     kept = done = sum(key in by_key for key in own)
     first = {keys[run]: run for run in reversed(runs) if keys[run] not in by_key}
     missing = sorted(first.values())
+    alike = Counter(own)
     if progress:
         progress(done, count)
     try:
@@ -143,7 +145,7 @@ def _records(
             for run, record in batch.items():
                 for line in _lines(record):
                     tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
-            done += len(batch)
+            done += sum(alike[key] for key in found)
             if progress:
                 progress(done, count)
     except (KeyboardInterrupt, Terminated) as error:
