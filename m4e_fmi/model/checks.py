@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from numbers import Real
 from types import SimpleNamespace
 from typing import TYPE_CHECKING
@@ -68,19 +68,23 @@ def whole_findings(model: Elements) -> Iterator[Finding]:
     yield from dimension_findings(model, iter(quantities))
 
 
-def findings_with(model: Model, values: Mapping[str, float]) -> Iterator[Finding]:
-    """Numbers of a right `model` that are wrong with these `values` of parameters (SI).
+def findings_with(
+    model: Model, names: Collection[str]
+) -> Callable[[Mapping[str, float]], Iterator[Finding]]:
+    """A check of other values of the parameters `names` [SI]: numbers of a right `model`.
 
     Start positions and velocities do not follow them. Elements that do not follow them are right.
     """
     known = [(at, quantity) for at, quantity in _all_quantities(model) if "initial" not in at]
-    follow = {
-        at[:2] for at, one in known if not values.keys().isdisjoint(as_expression(one).names())
-    }
+    follow = {at[:2] for at, one in known if not as_expression(one).names().isdisjoint(names)}
     quantities = [(at, quantity) for at, quantity in known if at[:2] in follow]
     numbers = parameter_values(model.parameters)
-    numbers.update(values)
-    yield from _value_findings(model, quantities, numbers)
+
+    def check(values: Mapping[str, float]) -> Iterator[Finding]:
+        numbers.update(values)
+        return _value_findings(model, quantities, numbers)
+
+    return check
 
 
 def further_findings(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -80,17 +80,24 @@ class Model(Displayed):
 
     def problems_with(self, values: Mapping[str, float]) -> list[Problem]:
         """Problems, by place in the file, where these parameters have other `values` [SI]."""
+        return self.check_of(values)(values)
+
+    def check_of(self, names: Collection[str]) -> Callable[[Mapping[str, float]], list[Problem]]:
+        """`problems_with` for many sets of values of the same `names`."""
         from m4e_fmi.model.checks import findings_with
 
-        given = {name: value for name, value in values.items() if name in self.parameters}
-        if not given:
-            return []
+        own = [name for name in names if name in self.parameters]
         place: Callable[[Finding], Problem] = vars(self)["_place"]
-        told = ", ".join(f"{name} = {value:g}" for name, value in given.items())
-        return [
-            replace(problem, message=f"{problem.message} (with {told})")
-            for problem in map(place, findings_with(self, given))
-        ]
+        findings = findings_with(self, own)
+
+        def problems(values: Mapping[str, float]) -> list[Problem]:
+            given = {name: values[name] for name in own}
+            found = [*findings(given)] if given else []
+            told = ", ".join(f"{name} = {value:g}" for name, value in given.items())
+            placed = map(place, found)
+            return [replace(p, message=f"{p.message} (with {told})") for p in placed]
+
+        return problems
 
     def with_warnings(self, warnings: Iterable[Problem]) -> Model:
         """This model with these warnings, its own and those of the file that it was read from."""

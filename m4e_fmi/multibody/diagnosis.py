@@ -30,7 +30,8 @@ def diagnosis(model: Model, values: Mapping[str, float], time: float) -> str:
     for name, value in values.items():
         if not abs(value) < LARGEST:
             return f"{name} is {value:.3g}"
-    for finding in findings_with(model, {n: v for n, v in values.items() if n in model.parameters}):
+    given = {n: v for n, v in values.items() if n in model.parameters}
+    for finding in findings_with(model, given)(given):
         return f"{'.'.join(map(str, finding.location))}: {finding.message}"
     tree = topology(model)
     scalars = _scalars(model, tree, values, time)

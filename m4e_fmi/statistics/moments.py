@@ -71,3 +71,13 @@ def time_above(time: Floats, run: Floats, *, level: float) -> float:
     rise = np.where(high > low, high - low, 1.0)
     part = np.where(high > low, np.clip((high - level) / rise, 0.0, 1.0), high > level)
     return float(part @ steps / (time[-1] - time[0]))
+
+
+def number_above(time: Floats, run: Floats, *, level: float) -> float:
+    """Number [1] of times that `run` (n,), in its unit, at `time` (n,) [s] rises above `level`.
+
+    As of impacts by their force, or of waves on a deck. A record that begins above the level has
+    not risen to it; what happens between two rows is not seen.
+    """
+    weights(time)
+    return float(np.count_nonzero((run[:-1] <= level) & (run[1:] > level)))

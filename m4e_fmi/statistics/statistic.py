@@ -154,6 +154,10 @@ STATISTICS: Mapping[str, Statistic] = _registry(
         {"level": None},
     ),
     Statistic(
+        "number_above", "number of times that the record rises above `level`, as of impacts",
+        unit_texts.none, moments.number_above, {"level": None},
+    ),
+    Statistic(
         "significant_height",
         "mean of the highest third of heights, crest minus trough, of cycles about the mean",
         unit_texts.same, cycles.significant_height,

@@ -25,8 +25,9 @@ def model_problems(model: Model, names: Sequence[str], values: np.ndarray) -> li
     """
     first: dict[Problem, Problem] = {}
     count: Counter[Problem] = Counter()
+    check = model.check_of(names)
     for row, runs in Counter(map(tuple, values.tolist())).items():
-        for problem in model.problems_with(dict(zip(names, row, strict=True))):
+        for problem in check(dict(zip(names, row, strict=True))):
             fault = replace(problem, message="")
             first.setdefault(fault, problem)
             count[fault] += runs

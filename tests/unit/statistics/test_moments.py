@@ -43,6 +43,14 @@ def test_percentiles_and_time_above_of_a_ramp() -> None:
     assert STATISTICS["time_above"].compute(time, time, level=7.5) == pytest.approx([0.25])
 
 
+def test_impacts_are_counted_by_their_rises_above_a_level() -> None:
+    """Contact at the beginning has not risen; one that stays is one; the level is not above it."""
+    time = np.arange(9.0)
+    force = np.array([5.0, 0.0, 2.0, 3.0, 0.0, 1.0, 0.0, 4.0, 4.0])
+    assert STATISTICS["number_above"].compute(time, force, level=1.0) == pytest.approx([2.0])
+    assert STATISTICS["number_above"].compute(time, -force, level=1.0) == pytest.approx([0.0])
+
+
 def test_one_row_and_rows_that_are_not_finite_are_explained() -> None:
     one = STATISTICS["mean"].explained([1.0], [[2.0], [3.0]])
     assert np.isnan(one.values).all()

@@ -68,15 +68,6 @@ def test_start_values_of_the_study_hold_for_all_runs(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found["force"], made(tmp_path / "study.yaml").data["force"])
 
 
-def test_runs_that_are_the_same_in_all_are_made_once_and_counted_each(tmp_path: Path) -> None:
-    text = STUDY.replace("{from: 30, to: 50, step: 10}", "[30.0, 30.0, 50.0]")
-    told = list[tuple[int, int]]()
-    made(written_study(tmp_path, text), progress=lambda done, of: told.append((done, of)))
-    assert told[0] == (0, 6)
-    assert told[-1] == (6, 6)
-    assert len(told) == 5
-
-
 def test_data_are_labelled(tmp_path: Path) -> None:
     outcome = made(written_study(tmp_path, STUDY), output=tmp_path / "out.nc")
     with xarray.open_dataset(tmp_path / "out.nc") as data:
