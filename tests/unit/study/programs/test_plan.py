@@ -368,9 +368,11 @@ class Push:
 
 def test_points_that_are_alike_are_made_once_and_both_counted(tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
-    path = written_study(tmp_path, "name: alike\nmodel: cart.model.yaml\nvary: {k: [30, 30, 50]}\n"
-                         "simulation: {stop_time: 0.1}\n"
-                         "wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}\n")  # fmt: skip
+    text = (
+        "name: alike\nmodel: cart.model.yaml\nvary: {k: [30, 30, 50]}\nsimulation: {stop_time: 0.1}\n"
+        "wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}\n"
+    )
+    path = written_study(tmp_path, text)
     outcome = made(path, progress=lambda *n: told.append(n))
     assert told[-1] == (3, 3)
     assert outcome.data["swing"].values[0] == outcome.data["swing"].values[1]
