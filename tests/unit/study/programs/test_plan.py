@@ -369,7 +369,8 @@ class Push:
 def test_points_that_are_alike_are_made_once_and_both_counted(tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
     text = (
-        "name: alike\nmodel: cart.model.yaml\nvary: {k: [30, 30, 50]}\nsimulation: {stop_time: 0.1}\n"
+        "name: alike\nmodel: cart.model.yaml\nvary: {k: [30, 30, 50]}\n"
+        "simulation: {stop_time: 0.1}\n"
         "wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}\n"
     )
     path = written_study(tmp_path, text)
