@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from m4e_fmi.cli.shared.log import add_log, count, print_files, show
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
+    add_no_plot,
     finite,
     is_system,
     load_system,
@@ -57,7 +58,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="store_true",
         help="of a system: convergence with finer panels, and the errors of each mesh",
     )
-    command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    add_no_plot(command)
     add_log(command)
     command.set_defaults(command=_run)
 

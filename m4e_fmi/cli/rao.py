@@ -12,6 +12,7 @@ from m4e_fmi.cli.shared.log import add_log, count, print_files, show, warn
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
     add_build_folder,
+    add_no_plot,
     add_open,
     add_start_values,
     finite,
@@ -83,7 +84,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="netCDF; default build/NAME_rao.nc"
     )
-    command.add_argument("--no-plot", action="store_true", help="no picture beside the file")
+    add_no_plot(command)
     add_log(command)
     command.set_defaults(command=_run)
 

@@ -26,6 +26,7 @@ from m4e_fmi.cli.shared.options import (
     add_animate,
     add_build_folder,
     add_native,
+    add_no_plot,
     add_output_file,
     add_report,
     add_start_values,
@@ -117,6 +118,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     )
     add_animate(command, "write an animation (.html)")
     add_report(command)
+    add_no_plot(command)
     add_native(command, "build native FMUs of models and other programs (default), or Python ones")
     add_start_values(command, "COMPONENT.VARIABLE")
     add_output_file(command)
@@ -264,7 +266,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             animated=animated,
         )
     show(run_summary(outcome, told), Summary(*run_numbers(outcome)))
-    _write_beside(outcome, (output, file), program, animation, report, options.given)
+    _write_beside(outcome, (output, file), program, animation, report, options)
 
 
 @contextmanager
@@ -297,7 +299,7 @@ def _write_beside(
     program: Program | None,
     animation: Path | None,
     report: Path | None,
-    command: str,
+    options: argparse.Namespace,
 ) -> None:
     """Compare a run with its `program`; draw, animate and report it, as far as asked for.
 
@@ -314,13 +316,15 @@ def _write_beside(
     given, file = output
     print_files(dict.fromkeys([outcome.path, as_given(given, file)]))
     sys.stdout.flush()  # drawing takes a second, within which a signal may end it
-    picture = plot_run(outcome.path, file.with_suffix(".png"))
-    print_files([as_given(given.with_suffix(".png"), picture)])
+    if not options.no_plot:
+        picture = plot_run(outcome.path, file.with_suffix(".png"))
+        print_files([as_given(given.with_suffix(".png"), picture)])
     if animation:
         print_files([animate_run(outcome.path, animation)])
     if report:
         printed = "\n".join([run_summary(outcome), *compared])
-        print_files([report_of_run(outcome.path, report, printed=printed, command=command)])
+        made = report_of_run(outcome.path, report, printed=printed, command=options.given)
+        print_files([made])
 
 
 def _changed(output: Path) -> int:

@@ -23,6 +23,7 @@ from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_animate,
     add_build_folder,
+    add_no_plot,
     add_open,
     add_output_file,
     add_report,
@@ -79,7 +80,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     add_output_file(command)
     add_animate(command, "write an animation (.html, of a model also .gif)")
     add_report(command)
-    command.add_argument("--no-plot", action="store_true", help="no picture beside the results")
+    add_no_plot(command)
     command.add_argument(
         "--variables",
         nargs="+",

@@ -6,7 +6,13 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import add_log, print_files, runs_progress, say, show, warn
-from m4e_fmi.cli.shared.options import EXIT_FAILED, REPORT, add_build_folder
+from m4e_fmi.cli.shared.options import (
+    EXIT_FAILED,
+    REPORT,
+    add_build_folder,
+    add_no_plot,
+    add_report,
+)
 from m4e_fmi.errors import InputError
 
 
@@ -28,22 +34,14 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--fresh", action="store_true", help="make all runs, also those kept from earlier studies"
     )
-    command.add_argument("--no-plot", action="store_true", help="no picture")
+    add_no_plot(command)
     command.add_argument(
         "--output-file",
         type=Path,
         metavar="FILE",
         help="the result (.nc, or .csv as a long table); default build/NAME.nc",
     )
-    command.add_argument(
-        "--report",
-        nargs="?",
-        type=Path,
-        const=Path(),
-        metavar="FILE",
-        help="write a report (.html): maps, curves, scatter, numbers and series in one file; "
-        "default build/NAME.report.html",
-    )
+    add_report(command, "maps, curves, scatter, numbers and series")
     add_build_folder(command)
     add_log(command, events=True)
     command.set_defaults(command=_run)

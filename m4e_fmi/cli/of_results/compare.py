@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, add_no_plot, finite
 from m4e_fmi.errors import InputError, Problem
 
 
@@ -71,7 +71,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_compared.png"
     )
-    command.add_argument("--no-plot", action="store_true", help="no picture")
+    add_no_plot(command)
     command.set_defaults(command=_run)
 
 

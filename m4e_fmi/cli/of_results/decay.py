@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_no_plot, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 
@@ -37,7 +37,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_decay.png"
     )
-    command.add_argument("--no-plot", action="store_true", help="no picture")
+    add_no_plot(command)
     command.set_defaults(command=_run)
 
 

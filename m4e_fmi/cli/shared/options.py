@@ -76,16 +76,22 @@ def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[st
     return path
 
 
-def add_report(command: argparse.ArgumentParser) -> None:
-    """Add --report, for a report beside the results."""
+def add_no_plot(command: argparse.ArgumentParser) -> None:
+    """Add --no-plot."""
+    command.add_argument("--no-plot", action="store_true", help="no picture")
+
+
+def add_report(
+    command: argparse.ArgumentParser, what: str = "plots, animation, power flow, inputs"
+) -> None:
+    """Add --report, for a report beside the results, which has `what`."""
     command.add_argument(
         "--report",
         nargs="?",
         type=Path,
         const=Path(),
         metavar="FILE",
-        help="write a report (.html): plots, animation, power flow, inputs in one file; default "
-        "build/NAME.report.html",
+        help=f"write a report (.html): {what} in one file; default build/NAME.report.html",
     )
 
 

@@ -268,6 +268,9 @@ def test_run_writes_results_picture_and_summary(here, capsys):
     assert "body.end <-> line.end" in text
     for name in ("flexible_pendulum.nc", "flexible_pendulum.png"):
         assert (here / "build" / name).stat().st_size > 1000
+    assert main([*arguments, "--no-plot"]) == 0
+    assert "wrote build/flexible_pendulum.nc\n" in capsys.readouterr().out
+    assert not (here / "build" / "flexible_pendulum.png").exists()  # that of the run before
 
 
 @pytest.mark.usefixtures("here")
