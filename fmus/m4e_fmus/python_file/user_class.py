@@ -10,6 +10,7 @@ import importlib.util
 import sys
 import traceback
 from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -198,7 +199,7 @@ def loaded(
     module = importlib.util.module_from_spec(spec)
     if prepare is not None:
         prepare(module)
-    folders = {file.parent.name for file in path.parent.glob("*/*.py")} - _NOT_THEIRS
+    folders = set(_folders_beside(path))
     beside = {file.stem for file in path.parent.glob("*.py")} | folders
     others = {key: sys.modules.pop(key) for key in _those_of(beside)}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
@@ -237,6 +238,25 @@ def loaded(
             f"{shown}: imports {left[0]} beside it, which must be among its 'files'"
         )
     return module
+
+
+def _folders_beside(path: Path) -> Iterator[str]:
+    """Folders of modules beside a file, but for those with the name of a module from elsewhere."""
+    names = {file.parent.name for file in path.parent.glob("*/*.py")} - _NOT_THEIRS
+    return (n for n in names if n.isidentifier() and not _is_elsewhere(n, path.parent.resolve()))
+
+
+def _is_elsewhere(name: str, folder: Path) -> bool:
+    """True if a module or package of that name is not in `folder`: it is not imported twice."""
+    spec = None
+    with suppress(ImportError, ValueError):  # of modules that were made without one
+        spec = importlib.util.find_spec(name)
+    if spec is None:
+        return name in sys.modules
+    places = [*(spec.submodule_search_locations or ())]
+    if spec.has_location and spec.origin:
+        places.append(spec.origin)
+    return not places or any(not Path(p).resolve().is_relative_to(folder) for p in places)
 
 
 def _those_of(names: Container[str]) -> list[str]:

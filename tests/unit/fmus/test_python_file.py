@@ -232,11 +232,15 @@ def test_an_import_from_a_folder_beside_is_refused_and_read_anew(tmp_path: Path)
     assert not [name for name in sys.modules if name.partition(".")[0] == "lib"]
 
 
-def test_a_folder_with_the_name_of_a_package_is_no_package(tmp_path: Path) -> None:
-    (tmp_path / "fractions").mkdir()
-    (tmp_path / "fractions" / "notes.py").write_text("", encoding="utf-8")
-    text = HYDRAULICS.replace("import math", "import math\n\nfrom fractions import Fraction")
+@pytest.mark.parametrize("name", ["fractions", "numpy", "time"])
+def test_a_folder_with_the_name_of_a_package_is_no_package(name: str, tmp_path: Path) -> None:
+    """NumPy cannot be imported twice."""
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "notes.py").write_text("", encoding="utf-8")
+    text = HYDRAULICS.replace("import math", f"import math\n\nimport {name}")
+    before = sys.modules.get(name)
     assert made(tmp_path, text)[1] == ["force.py is recorded as a program"]
+    assert before is None or sys.modules[name] is before
 
 
 @pytest.mark.parametrize(
