@@ -12,7 +12,13 @@ import uuid
 from collections.abc import Collection, Iterable, Mapping
 from functools import cache
 from importlib.machinery import ModuleSpec
-from importlib.metadata import PackageNotFoundError, packages_distributions, requires, version
+from importlib.metadata import (
+    PackageNotFoundError,
+    distributions,
+    packages_distributions,
+    requires,
+    version,
+)
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -158,10 +164,16 @@ def _version_of_module(name: str) -> str:
     found = _version(name)
     if found != "not installed":
         return found
-    return " ".join(map(_version, _distributions().get(name, ())))
+    return " ".join(map(_version, _distributions_with(name)))
+
+
+def _distributions_with(name: str) -> list[str]:
+    """Names of the distributions that install a top-level module."""
+    declared = (d for d in distributions() if name in (d.read_text("top_level.txt") or "").split())
+    return [d.name for d in declared] or list(_all_distributions().get(name, ()))
 
 
 @cache
-def _distributions() -> Mapping[str, list[str]]:
+def _all_distributions() -> Mapping[str, list[str]]:
     """Distributions by the top-level names that they install: half a second to find out."""
     return packages_distributions()

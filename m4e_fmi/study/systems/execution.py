@@ -76,6 +76,7 @@ def _performed(
     waiting = iter(tasks)
     lost: list[tuple[int, Task]] = []
     yield from _by(first, waiting, jobs, _open_blobs(), lost=lost)
+    first.shutdown(wait=False)  # its processes end while the result is written
     while lost:
         for one in lost:
             yield from _alone(one)

@@ -8,6 +8,7 @@ programs that differ in their operations or constants have an FMU for each secti
 from __future__ import annotations
 
 import hashlib
+import marshal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,13 +19,15 @@ from m4e_fmi.cosim.system_file import read_component
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Location
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.program.binary_form import encode
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.systems.targets import dotted, with_values
 
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
 Make = Callable[[Component], Draft]
+_GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
+_NO_REFERENCES = 2
+"""Version of marshal's form in which equal operations have equal bytes."""
 
 
 @dataclass(frozen=True)
@@ -208,15 +211,10 @@ def code_of(build: Build) -> str:
 
 
 def bare_code(program: Program) -> str:
-    """Hash of the operations of a program and the names and units of its variables."""
-    return hashlib.sha256(encode(_bare(program))).hexdigest()
-
-
-def _bare(program: Program) -> Program:
-    """The program without what its operations do not depend on: start values and texts."""
-
-    def bare(variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
-        return tuple(replace(v, start=0.0, description="") for v in variables)
-
-    groups = ("parameters", "inputs", "states", "outputs", "calculated")
-    return replace(program, description="", **{k: bare(getattr(program, k)) for k in groups})
+    """Hash of the operations of a program and of its variables without start values and texts."""
+    groups = (getattr(program, name) for name in _GROUPS)
+    bare = [[replace(v, start=0.0, description="") for v in group] for group in groups]
+    roots = (program.rates, program.results, program.constants)
+    digest = hashlib.sha256(marshal.dumps(program.tape.operations, _NO_REFERENCES))
+    digest.update(repr((program.name, bare, roots)).encode("utf-8", "replace"))
+    return digest.hexdigest()
