@@ -12,15 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import (
-    add_log,
-    print_files,
-    progress,
-    say,
-    show,
-    tell_event,
-    warn,
-)
+from m4e_fmi.cli.shared.log import print_files, say, show, tell_event, warn
+from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     Gathered,
     add_animate,
@@ -37,6 +30,7 @@ from m4e_fmi.cli.shared.options import (
     start_values,
     tell_equations,
 )
+from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 

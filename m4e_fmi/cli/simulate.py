@@ -11,14 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import (
-    add_log,
-    print_files,
-    progress,
-    show,
-    tell_event,
-    warn,
-)
+from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
+from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_animate,
@@ -37,6 +31,7 @@ from m4e_fmi.cli.shared.options import (
     report_file,
     start_values,
 )
+from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
