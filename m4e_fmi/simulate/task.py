@@ -110,7 +110,10 @@ def solved_rows(
     evaluations: int,
     events: Sequence[tuple[float, int, np.ndarray]] = (),
 ) -> Solved:
-    """The result of an integration whose `rows` at `times` [s] are states and outputs."""
+    """The result of an integration whose `rows` at `times` (n,) [s] are states and outputs.
+
+    `events` (m,) are those of `Solved`: times in [s], and states in their units.
+    """
     width = len(task.program.states) + len(task.program.outputs)
     return Solved(np.array(times), np.array(rows).reshape(-1, width), evaluations, list(events))
 

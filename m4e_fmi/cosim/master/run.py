@@ -71,8 +71,7 @@ def run(
     ends it. With `resume`, the run goes on from there, or from the checkpoint of that path, as if
     it had not been interrupted: `results` get the same rows from the start on. Observers are called
     from there on, unless the run is made again up to there, which `tell` receives. InputError if
-    the checkpoint is missing, damaged, or of another run; RunError if a run that is made again
-    comes to other values.
+    the checkpoint is missing, damaged, or of another run; RunError for other values on the way.
     """
     resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
     prepared, given = _ready(system, results, variables, build_directory, tell, animated=animated)
