@@ -38,7 +38,8 @@ from m4e_fmi.cli import (
 )
 from m4e_fmi.cli.of_results import compare, decay, report
 from m4e_fmi.cli.shared.events import Failed
-from m4e_fmi.cli.shared.log import Log, fail, logged
+from m4e_fmi.cli.shared.log import fail
+from m4e_fmi.cli.shared.log_handlers import Log, logged
 from m4e_fmi.cli.shared.options import EXIT_FAILED
 from m4e_fmi.cli.shared.output import clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion

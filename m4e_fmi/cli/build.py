@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.cli.shared.events import Written
-from m4e_fmi.cli.shared.log import add_log, print_files, say, show
+from m4e_fmi.cli.shared.log import print_files, say, show
+from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
     add_build_folder,

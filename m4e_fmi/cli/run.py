@@ -12,15 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import (
-    add_log,
-    print_files,
-    progress,
-    say,
-    show,
-    tell_event,
-    warn,
-)
+from m4e_fmi.cli.shared.log import print_files, say, show, tell_event, warn
+from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     Gathered,
     add_animate,
@@ -37,6 +30,7 @@ from m4e_fmi.cli.shared.options import (
     start_values,
     tell_equations,
 )
+from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.coupling_algorithms import algorithm_names, listed
 from m4e_fmi.errors import InputError, Problem, RunError, suggestion
 
@@ -50,6 +44,21 @@ def add(commands: argparse._SubParsersAction) -> None:
     """Add `run` to the command line."""
     command = commands.add_parser("run", help="co-simulate a system of FMUs")
     command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
+    _add_course(command)
+    _add_modes(command)
+    add_animate(command, "write an animation (.html)")
+    add_report(command)
+    add_no_plot(command)
+    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
+    add_start_values(command, "COMPONENT.VARIABLE")
+    add_output_file(command)
+    add_build_folder(command)
+    add_log(command, events=True)
+    command.set_defaults(command=_run)
+
+
+def _add_course(command: argparse.ArgumentParser) -> None:
+    """Add the options of times and steps, and of where a run begins."""
     for flag, text in (
         ("--stop-time", "end of the run"),
         ("--step-size", "time between communication points"),
@@ -77,6 +86,10 @@ def add(commands: argparse._SubParsersAction) -> None:
         help="begin with the start values (default), or at the equilibrium found from them, with "
         "components that are no equations settled",
     )
+
+
+def _add_modes(command: argparse.ArgumentParser) -> None:
+    """Add the options of checks, recorded variables, parameter sets and wall time."""
     command.add_argument(
         "--check",
         action="store_true",
@@ -116,15 +129,6 @@ def add(commands: argparse._SubParsersAction) -> None:
         action="store_false",
         help="estimate no coupling error: no step is made twice, and the results say so",
     )
-    add_animate(command, "write an animation (.html)")
-    add_report(command)
-    add_no_plot(command)
-    add_native(command, "build native FMUs of models and other programs (default), or Python ones")
-    add_start_values(command, "COMPONENT.VARIABLE")
-    add_output_file(command)
-    add_build_folder(command)
-    add_log(command, events=True)
-    command.set_defaults(command=_run)
 
 
 def _time(text: str) -> float:

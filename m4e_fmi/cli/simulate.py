@@ -11,14 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.events import Plan, Summary
-from m4e_fmi.cli.shared.log import (
-    add_log,
-    print_files,
-    progress,
-    show,
-    tell_event,
-    warn,
-)
+from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
+from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
     add_animate,
@@ -37,6 +31,7 @@ from m4e_fmi.cli.shared.options import (
     report_file,
     start_values,
 )
+from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
@@ -187,25 +182,39 @@ def _simulate_to(
     from m4e_fmi.analysis.rest_notes import limits_left
     from m4e_fmi.program import Program
     from m4e_fmi.report import (
-        animate,
-        animate_run,
-        plot_simulation,
         report_of_run,
         simulation_numbers,
         simulation_summary,
         write_simulation,
     )
+
+    tell_event(_plan(source, output, options))
+    result = _simulated(output, source, options)
+    for line in limits_left(result):
+        warn(f"warning: {line}")
+    files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
+    summary, model = simulation_summary(result), source.equations
+    show(summary, Summary(*simulation_numbers(result)))
+    for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
+        show(f"  note: joint {name!r} starts where the parameters in the file put it")
+    print_files(files)
+    sys.stdout.flush()  # pictures take a second, within which a signal may end it
+    _picture(result, files[0], output, animation, source, options)
+    if report := report_file(options, source.name):
+        print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
+
+
+def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Simulation:
+    """The simulation; errors and signals that end it early tell where its rows are kept."""
     from m4e_fmi.simulate import SimulationError, Watch, simulate
 
-    model = source.equations
     events = [Watch(name) for name in options.event]
     events += [Watch(name, terminal=True) for name in options.stop_at]
-    tell_event(_plan(source, output, options))
     left: list[Simulation] = []
     try:
         with progress(options.stop_time) as moving:
-            result = simulate(
-                model,
+            return simulate(
+                source.equations,
                 stop_time=options.stop_time,
                 output_interval=options.output_interval,
                 start_values=start_values(options),
@@ -225,27 +234,28 @@ def _simulate_to(
         for simulation in left:
             error.add_note(_kept(simulation, ended, output, source, options))
         raise
-    for line in limits_left(result):
-        warn(f"warning: {line}")
-    files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
-    show(simulation_summary(result), Summary(*simulation_numbers(result)))
-    for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
-        show(f"  note: joint {name!r} starts where the parameters in the file put it")
-    print_files(files)
-    sys.stdout.flush()  # pictures take a second, within which a signal may end it
+
+
+def _picture(
+    result: Simulation,
+    file: Path,
+    output: Path,
+    animation: Path | None,
+    source: _Source,
+    options: argparse.Namespace,
+) -> None:
+    """Draw and animate the results in `file`, as far as asked for."""
+    from m4e_fmi.program import Program
+    from m4e_fmi.report import animate, animate_run, plot_simulation
+
     if not options.no_plot:
         picture = output.with_suffix(".png")
         print_files([plot_simulation(result, picture, variables=options.variables)])
     if animation:
-        made = (
-            animate_run(files[0], animation)
-            if isinstance(model, Program)
-            else animate(model, result, animation)
-        )
+        model = source.equations
+        whole = isinstance(model, Program)
+        made = animate_run(file, animation) if whole else animate(model, result, animation)
         print_files([made])
-    if report := report_file(options, source.name):
-        printed = simulation_summary(result)
-        print_files([report_of_run(files[0], report, printed=printed, command=options.given)])
 
 
 def _kept(

@@ -20,10 +20,15 @@ from m4e_adapters.hydrodynamics.flow.gap_lid import damped_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, hulls_and_problems, make_hulls
 from m4e_adapters.hydrodynamics.load.body_points import points_on_bodies
 from m4e_adapters.hydrodynamics.load.drag import bodies_in_moving_water
-from m4e_adapters.hydrodynamics.load.program import Heading, RecordSea, hydrodynamics_program
+from m4e_adapters.hydrodynamics.load.program import Heading, hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.sea import needed_frequency, record_sea, waves_beyond
+from m4e_adapters.hydrodynamics.seas.sea import (
+    RecordSea,
+    needed_frequency,
+    record_sea,
+    waves_beyond,
+)
 from m4e_adapters.hydrodynamics.seas.system_seas import lines_on
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import angular_frequency

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
 from m4e_adapters.hydrodynamics.config import Current, Still, Water, Waves
-from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import NotNegative, Place, Positive
+from m4e_adapters.hydrodynamics.config.sections import NAME
 from m4e_adapters.hydrodynamics.config.waves import flow_problems
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_fmi.files.document import Section, rejected_at

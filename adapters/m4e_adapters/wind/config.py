@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 from pydantic_core import InitErrorDetails, ValidationError
 
-from m4e_adapters.hydrodynamics.config.component import NAME
 from m4e_adapters.hydrodynamics.config.numbers import Finite, NotNegative, Place, Positive
+from m4e_adapters.hydrodynamics.config.sections import NAME
 from m4e_fmi.files.document import Section, rejected_at
 
 

@@ -21,6 +21,19 @@ def add(commands: argparse._SubParsersAction) -> None:
     files = "results (netCDF), also over other dimensions; or a table of any tool (CSV, Parquet)"
     command.add_argument("file", type=Path, metavar="FILE", help=files)
     command.add_argument("reference", type=Path, metavar="REFERENCE", help=files)
+    _add_pairs(command)
+    _add_part(command)
+    _add_measure(command)
+    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
+    command.add_argument(
+        "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_compared.png"
+    )
+    add_no_plot(command)
+    command.set_defaults(command=_run)
+
+
+def _add_pairs(command: argparse.ArgumentParser) -> None:
+    """Add the options of the variables that belong together."""
     command.add_argument(
         "--map",
         action="append",
@@ -36,6 +49,10 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--variables", nargs="+", metavar="NAME", help="of FILE; default all that both have"
     )
+
+
+def _add_part(command: argparse.ArgumentParser) -> None:
+    """Add the options of the part of the records that is compared."""
     command.add_argument(
         "--time-shift",
         type=finite,
@@ -47,6 +64,10 @@ def add(commands: argparse._SubParsersAction) -> None:
         command.add_argument(
             flag, type=finite, metavar="S", help=f"{text} of the part that is compared"
         )
+
+
+def _add_measure(command: argparse.ArgumentParser) -> None:
+    """Add the options of how large a difference is, and may be."""
     command.add_argument(
         "--tolerance",
         type=finite,
@@ -67,12 +88,6 @@ def add(commands: argparse._SubParsersAction) -> None:
         metavar="X",
         help="least divisor in Eq. (10) of the paper, in the unit of each variable; default 0",
     )
-    command.add_argument("--json", action="store_true", help="print all numbers as JSON")
-    command.add_argument(
-        "--output-file", type=Path, metavar="FILE", help="picture; default build/NAME_compared.png"
-    )
-    add_no_plot(command)
-    command.set_defaults(command=_run)
 
 
 def _run(options: argparse.Namespace) -> int:

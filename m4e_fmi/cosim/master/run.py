@@ -24,7 +24,6 @@ from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
-from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.results.results_file import stream_of
 
 
@@ -51,39 +50,33 @@ def run(
     `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
     `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. `animated` adds those that an animation follows, as the nodes of
-    mooring lines. Each of `observers` is called as
-    ``observer(time, network)`` at the start and after every step, `progress` as
-    ``progress(time)`` about ten times a second, `warn` with a line for each warning of the outcome,
-    and for each kind of warning or error that an FMU logs, when it first does. With
-    `check`, the system runs once more at half the step (and an eighth of the coupling tolerance),
-    and the outcome has `checked`. With `real_time`, simulated seconds per second, no communication
-    point is passed before its wall time, and the outcome has the lateness, but no certificate.
-    Without `certify` it has none either: no step is made twice to estimate the coupling error.
+    mooring lines. Each of `observers` is called as ``observer(time, network)`` at the start and
+    after every step, `progress` as ``progress(time)`` about ten times a second, `warn` with a line
+    for each warning of the outcome, and for each kind of warning or error that an FMU logs, when it
+    first does. With `check`, the system runs once more at half the step (and an eighth of the
+    coupling tolerance), and the outcome has `checked`. With `real_time`, simulated seconds per
+    second, no communication point is passed before its wall time, and the outcome has the lateness,
+    but no certificate. Without `certify` it has none either, and makes no step twice.
 
     RunError names component, variable and time; the results up to there are then on disk, as they
-    are after KeyboardInterrupt, and after SIGTERM, which raises
-    Terminated (a SystemExit). Results that would be huge if every step were a row have fewer rows,
-    which `tell` receives and the notes tell. RunError before the first step if another run writes
-    to the same file. The files `beside`, as pictures of an earlier run, are removed when its
-    results are replaced, as are those in the form that `results` is to have. ExportError, which has
-    the outcome, if all is done but the `.csv` or `.parquet` cannot be written.
+    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results
+    that would be huge with a row per step have fewer, which `tell` receives and the notes tell.
+    RunError before the first step if another run writes to the same file. The files `beside`, as
+    earlier pictures, are removed when its results are replaced, as are those in the form that
+    `results` is to have. ExportError, which has the outcome, if all is done but the `.csv` or
+    `.parquet` cannot be written.
 
     A simulation with `checkpoint_interval` or `checkpoint_wall_interval` takes checkpoints beside
     the results, in a file with `.checkpoint` behind its name, also at its end and where a signal
     ends it. With `resume`, the run goes on from there, or from the checkpoint of that path, as if
     it had not been interrupted: `results` get the same rows from the start on. Observers are called
     from there on, unless the run is made again up to there, which `tell` receives. InputError if
-    the checkpoint is missing, damaged, or of another run; RunError if a run that is made again
-    comes to other values.
+    the checkpoint is missing, damaged, or of another run; RunError for other values on the way.
     """
     resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
-    if not isinstance(system, Prepared):
-        system = prepare(system, build_directory=build_directory, tell=tell)
-    system, scene, variables = _shown(system, results, variables, tell, animated=animated)
-    options = Options(
-        results=results,
-        scene=scene,
-        variables=variables,
+    prepared, given = _ready(system, results, variables, build_directory, tell, animated=animated)
+    options = replace(
+        given,
         watched=bool(observers),
         warn=warn,
         tell=tell,
@@ -92,18 +85,8 @@ def run(
         paced=None if real_time is None else RealTime(real_time),
         certify=certify,
     )
-    options.warn_of(system.warnings)
-    if results is None:
-        options.warn_of(_no_checkpoints(system, "they lie beside results: give 'results'"))
-    if not check:
-        return _once(system, options, observers, progress)
-    again = finer(system)
-    trace, finer_trace = Trace(), Trace()
-    outcome = _once(system, replace(options, watched=True), [*observers, trace], progress)
-    with second_run(outcome.path):
-        _once(again, Options(watched=True, certify=False), [finer_trace], progress)
-    found = compared(trace, finer_trace, system.system.connections, outcome.order)
-    return replace(outcome, checked=found)
+    options.warn_of([*prepared.warnings, *_no_checkpoints(prepared, options)])
+    return (_checked if check else _once)(prepared, options, observers, progress)
 
 
 @contextmanager
@@ -122,21 +105,12 @@ def start(
     Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
     reports the run up to there, its certificate too: along the steps that led there.
     """
-    if not isinstance(system, Prepared):
-        system = prepare(system, build_directory=build_directory, tell=tell)
-    system, scene, variables = _shown(system, results, variables, tell)
-    options = Options(
-        results=results,
-        scene=scene,
-        variables=variables,
-        certify=certify,
-        changeable=True,
-        warn=warn,
-    )
-    options.warn_of(_no_checkpoints(system, "use 'run', or 'save' of this run in between"))
-    with begun_run(system, options) as begun:
+    prepared, given = _ready(system, results, variables, build_directory, tell)
+    options = replace(given, certify=certify, changeable=True, warn=warn)
+    options.warn_of(_no_checkpoints(prepared, options))
+    with begun_run(prepared, options) as begun:
         master, writer = begun.master, begun.results
-        execution = Execution(master, system.descriptions, system.wiring)
+        execution = Execution(master, prepared.descriptions, prepared.wiring)
         master.begin(writer, singly=True)
         try:
             yield execution
@@ -147,29 +121,36 @@ def start(
     execution.end(begun.outcome)
 
 
-def _shown(
-    system: Prepared,
+def _ready(
+    system: System | Prepared | str | Path,
     results: str | Path | None,
     variables: Sequence[str],
+    build_directory: str | Path,
     tell: Callable[[str], None] | None,
     *,
     animated: bool = False,
-) -> tuple[Prepared, Scene | None, Sequence[str]]:
-    """The system with the settings of its results, their scene, and the variables that they have.
-
-    Without `results` it is as it was, and there is no scene.
-    """
+) -> tuple[Prepared, Options]:
+    """The prepared system, with the settings of its results, and the options that they give."""
+    if not isinstance(system, Prepared):
+        system = prepare(system, build_directory=build_directory, tell=tell)
     if results is None:
-        return system, None, variables
+        return system, Options(variables=variables)
     scene = scene_of(system)
     if animated:
         variables = with_followed(system, variables, scene)
-    return thinned(system, variables, tell), scene, variables
+    options = Options(results=results, scene=scene, variables=variables)
+    return thinned(system, variables, tell), options
 
 
-def _no_checkpoints(system: Prepared, remedy: str) -> list[str]:
+def _no_checkpoints(system: Prepared, options: Options) -> list[str]:
     """The warning of a run that takes none of the checkpoints that its settings ask for."""
     asked = [name for name in CHECKPOINTS if getattr(system.system.simulation, name) is not None]
+    if options.changeable:
+        remedy = "use 'run', or 'save' of this run in between"
+    elif options.results is None:
+        remedy = "they lie beside results: give 'results'"
+    else:
+        return []
     return [f"{' and '.join(asked)}: no checkpoints are taken: {remedy}"] if asked else []
 
 
@@ -187,6 +168,19 @@ def _once(
         )
     assert begun.outcome
     return begun.outcome
+
+
+def _checked(
+    system: Prepared, options: Options, observers: Sequence[Observer], progress: Progress | None
+) -> Outcome:
+    """The outcome of a run, with its differences from a second one at finer steps."""
+    again = finer(system)
+    trace, finer_trace = Trace(), Trace()
+    outcome = _once(system, replace(options, watched=True), [*observers, trace], progress)
+    with second_run(outcome.path):
+        _once(again, Options(watched=True, certify=False), [finer_trace], progress)
+    found = compared(trace, finer_trace, system.system.connections, outcome.order)
+    return replace(outcome, checked=found)
 
 
 def begun_at(

@@ -17,7 +17,7 @@ import pytest
 from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.shared import log
+from m4e_fmi.cli.shared import log, log_handlers, progress
 from m4e_fmi.cli.shared.events import KINDS, Progress, as_json
 from m4e_fmi.signals import Terminated
 
@@ -130,7 +130,7 @@ def test_quiet_leaves_warnings_and_errors(system, capsys):
 
 @pytest.mark.parametrize("quiet", [True, False])
 def test_a_warning_among_lines_of_progress_is_kept(capsys, quiet):
-    with log.logged() as one_log:
+    with log_handlers.logged() as one_log:
         one_log.open(_options(quiet=quiet), [])
         for line in ("hydro: warning: coarse panels", "hydro: 2 of 7", "hydro: 10 of 20", "built"):
             log.say(line)
@@ -154,7 +154,7 @@ def _options(**given: object):
 
 
 def test_a_warning_that_ends_with_a_count_is_no_progress(capsys):
-    with log.logged():
+    with log_handlers.logged():
         log.say("mooring: warning: segments are too long: 3 of 40")
         log.say("mooring: segment 3 of 40")
     out = capsys.readouterr().out
@@ -164,7 +164,7 @@ def test_a_warning_that_ends_with_a_count_is_no_progress(capsys):
 
 @pytest.mark.usefixtures("here")
 def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
-    with log.logged() as one_log:
+    with log_handlers.logged() as one_log:
         one_log.open(_options(log_file=Path("a.log"), events=True), ["run", "\x1b[2J"])
         log.say("evil \x1b]0;title\x07 \u202e line\nnext")
         log.show("two\nlines \x1b[1m")
@@ -211,7 +211,7 @@ def test_a_log_that_cannot_be_written_is_told(capsys):
 @pytest.mark.usefixtures("here")
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
 def test_a_log_that_is_full_ends_with_a_warning(capsys):
-    with log.logged() as one_log:
+    with log_handlers.logged() as one_log:
         one_log.open(_options(log_file=Path("a.log")), [])
         (handler,) = one_log._others
         handler._file = Path("/dev/full").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
@@ -223,9 +223,9 @@ def test_a_log_that_is_full_ends_with_a_warning(capsys):
 def test_progress_is_told_about_once_a_second(capsys, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
-    with log.logged() as one_log:
+    with log_handlers.logged() as one_log:
         one_log.open(_options(events=True), [])
-        with log.progress(10.0, start=2.0) as told:
+        with progress.progress(10.0, start=2.0) as told:
             for k in range(41):
                 clock[0] = 0.1 * k
                 told(2.0 + 0.2 * k)
@@ -240,9 +240,9 @@ def test_a_bar_is_drawn_on_terminals_only_and_not_when_quiet(monkeypatch, quiet,
     error = io.StringIO()
     error.isatty = lambda: terminal  # type: ignore[method-assign]
     monkeypatch.setattr("sys.stderr", error)
-    with log.logged() as one_log:
+    with log_handlers.logged() as one_log:
         one_log.open(_options(quiet=quiet), [])
-        with log.progress(2.0) as told:
+        with progress.progress(2.0) as told:
             told(1.0)
             told(2.0)
     assert ("of 2 s simulated" in error.getvalue()) is (terminal and not quiet)

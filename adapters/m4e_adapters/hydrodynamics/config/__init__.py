@@ -4,20 +4,20 @@ Lengths in m, angles in degrees where said, everything else SI. The reference po
 one it floats in at rest: world frame, z = 0 the still-water level. Start reading in `component`.
 """
 
-from m4e_adapters.hydrodynamics.config.component import (
-    Body,
-    BodyPoint,
-    Frequencies,
-    GapLid,
-    HydrodynamicsConfig,
-    Loads,
-    Radiation,
-    Water,
-)
+from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.config.contradictions import keys_without_effect
 from m4e_adapters.hydrodynamics.config.current import Current, current_problems
 from m4e_adapters.hydrodynamics.config.drag import Drag
 from m4e_adapters.hydrodynamics.config.drift import Drift
+from m4e_adapters.hydrodynamics.config.sections import (
+    Body,
+    BodyPoint,
+    Frequencies,
+    GapLid,
+    Loads,
+    Radiation,
+    Water,
+)
 from m4e_adapters.hydrodynamics.config.shapes import (
     Box,
     Cylinder,

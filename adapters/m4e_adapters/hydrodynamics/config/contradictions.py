@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from m4e_adapters.hydrodynamics.config.component import Body, HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config.component import HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.config.sections import Body
 from m4e_fmi.errors import Problem
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config.component import Placed
 from m4e_adapters.hydrodynamics.config.numbers import Place
+from m4e_adapters.hydrodynamics.config.places import Placed
 from m4e_adapters.hydrodynamics.config.shapes import Part
 from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels

@@ -8,9 +8,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.geometry.motions import Motion, mass_unit
-from m4e_adapters.hydrodynamics.heading import (
-    Axes,
-)
+from m4e_adapters.hydrodynamics.heading import Axes
 from m4e_adapters.hydrodynamics.load.parts import SMALL
 from m4e_adapters.hydrodynamics.load.small_motions import motion_ranges
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem

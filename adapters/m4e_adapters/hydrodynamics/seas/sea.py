@@ -6,7 +6,7 @@ With θ_k = ω_k t + φ_k the elevation is Σ a_k cos θ_k = Re Σ a_k e^{−iθ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
@@ -34,6 +34,32 @@ class RecordedSea:
     waves: tuple[RecordedWaves, ...] = field(default=(), repr=False)
     levels: tuple[Number, ...] = ()
     velocities: tuple[Triple, ...] = ()
+
+
+@dataclass(frozen=True)
+class HullsInSea:
+    """How hulls meet the waves, and where else these are wanted.
+
+    `directed` are the coefficients for each system, of `towards_each`. In space the axes of the
+    hulls have the `heading` [rad], and the bodies' reference `places` are (x, y) [m]; with
+    `offsets` (x, y) [m] of the bodies from there the excitation is that where they are. `gauges`
+    (x, y) [m] are the points whose elevation is wanted, `waters` (x, y, z) [m], z ≤ 0, those whose
+    velocity is.
+    """
+
+    directed: Sequence[Coefficients]
+    heading: Number = 0.0
+    places: Sequence[tuple[Number, Number]] = ()
+    gauges: Sequence[tuple[Number, Number]] = ()
+    waters: Sequence[Triple] = ()
+    offsets: Sequence[tuple[Number, Number]] = ()
+
+
+RecordSea = Callable[
+    [Recorder, Sequence[WaveSystem], Coefficients, HullsInSea],
+    RecordedSea,
+]
+"""Records waves, or inputs in place of them, and their excitation in the axes of the heading."""
 
 
 def needed_frequency(waves: Sequence[WaveSystem]) -> float:
@@ -73,48 +99,22 @@ def record_sea(
     recorder: Recorder,
     waves: Sequence[WaveSystem],
     coefficients: Coefficients,
-    *,
-    directed: Sequence[Coefficients],
-    heading: Number = 0.0,
-    places: Sequence[tuple[Number, Number]] = (),
-    gauges: Sequence[tuple[Number, Number]] = (),
-    waters: Sequence[Triple] = (),
-    offsets: Sequence[tuple[Number, Number]] = (),
+    hulls: HullsInSea,
 ) -> RecordedSea:
     """Record `wave.elevation`, the waves and their ramped excitation, in the axes of the hulls.
 
-    `directed` are the coefficients for each system, of `towards_each`. In space the axes have the
-    `heading` [rad], and the bodies' reference `places` are (x, y) [m], as are the `gauges`, at
-    which the ramped elevation is recorded too; at the places `waters` (x, y, z) [m], z ≤ 0, the
-    ramped velocity by linear theory. With `offsets` (x, y) [m] of the bodies from their places the
-    excitation is that where they are.
+    The elevation at the gauges and the velocity of the waters are ramped too; this is of linear
+    theory.
     """
-    per_body = coefficients.per_body
-    levels: list[Number] = [0.0] * len(gauges)
     check_frequencies(waves, coefficients)
     elevation: Number = 0.0
     forces: list[Number] = [0.0] * len(coefficients.motions)
+    levels: list[Number] = [0.0] * len(hulls.gauges)
     recorded = list[RecordedWaves]()
-    for system, known in zip(waves, directed, strict=True):
+    for system, known in zip(waves, hulls.directed, strict=True):
         own = system.record(recorder, in_space=coefficients.dimensions == 3)
         recorded.append(own)
-        table = excitation_of(known, own, heading=heading, places=places)
-        height: Number = 0.0
-        pushes: list[Number] = [0.0] * len(forces)
-        heights: list[Number] = [0.0] * len(gauges)
-        for k, row in enumerate(table):
-            angle = own.omega[k] * recorder.time + own.phase[k]
-            cosine, sine = cos(angle), sin(angle)
-            height = height + own.amplitude[k] * cosine
-            for i, (c, s) in enumerate(own.phases_at(k, gauges)):
-                heights[i] = heights[i] + own.amplitude[k] * (c * cosine + s * sine)
-            moved = [(cosine, sine)] * len(coefficients.bodies)
-            for body, (c, s) in enumerate(own.phases_at(k, offsets)):
-                moved[body] = (c * cosine + s * sine, c * sine - s * cosine)
-            for i, (real, imaginary) in enumerate(row):
-                c, s = moved[i // per_body]
-                pushes[i] = pushes[i] + own.amplitude[k] * real * c
-                pushes[i] = pushes[i] + own.amplitude[k] * imaginary * s
+        height, pushes, heights = _summed(recorder, own, known, coefficients, hulls)
         elevation = elevation + own.ramp * height
         forces = [force + own.ramp * push for force, push in zip(forces, pushes, strict=True)]
         levels = [
@@ -123,8 +123,40 @@ def record_sea(
     recorder.output(elevation_at_origin(coefficients.dimensions), elevation)
     water = Water(depth=coefficients.depth, gravity=coefficients.gravity)
     flow = RecordedFlow(water, recorder.time, recorded)
-    velocities = tuple(flow.linear_velocity(place) for place in waters)
+    velocities = tuple(flow.linear_velocity(place) for place in hulls.waters)
     return RecordedSea(forces, tuple(recorded), tuple(levels), velocities)
+
+
+def _summed(
+    recorder: Recorder,
+    waves: RecordedWaves,
+    known: Coefficients,
+    coefficients: Coefficients,
+    hulls: HullsInSea,
+) -> tuple[Number, list[Number], list[Number]]:
+    """Sums over the components of a system, without its ramp.
+
+    The elevation at x = y = 0 [m], the excitation of each motion [N, N.m] by the coefficients
+    `known` for the system, and the elevation at each gauge [m].
+    """
+    table = excitation_of(known, waves, heading=hulls.heading, places=hulls.places)
+    height: Number = 0.0
+    pushes: list[Number] = [0.0] * len(coefficients.motions)
+    heights: list[Number] = [0.0] * len(hulls.gauges)
+    for k, row in enumerate(table):
+        angle = waves.omega[k] * recorder.time + waves.phase[k]
+        cosine, sine = cos(angle), sin(angle)
+        height = height + waves.amplitude[k] * cosine
+        for i, (c, s) in enumerate(waves.phases_at(k, hulls.gauges)):
+            heights[i] = heights[i] + waves.amplitude[k] * (c * cosine + s * sine)
+        moved = [(cosine, sine)] * len(coefficients.bodies)
+        for body, (c, s) in enumerate(waves.phases_at(k, hulls.offsets)):
+            moved[body] = (c * cosine + s * sine, c * sine - s * cosine)
+        for i, (real, imaginary) in enumerate(row):
+            c, s = moved[i // coefficients.per_body]
+            pushes[i] = pushes[i] + waves.amplitude[k] * real * c
+            pushes[i] = pushes[i] + waves.amplitude[k] * imaginary * s
+    return height, pushes, heights
 
 
 def elevation_at_origin(dimensions: int) -> Variable:

@@ -21,6 +21,7 @@ from m4e_adapters.hydrodynamics.seas.excitation import excitation_of
 from m4e_adapters.hydrodynamics.seas.recorded_waves import Number, RecordedWaves
 from m4e_adapters.hydrodynamics.seas.sea import (
     ELEVATION_INPUT,
+    HullsInSea,
     RecordedSea,
     record_elevation_input,
 )
@@ -94,20 +95,13 @@ class HullWaves(SystemWaves):
         recorder: Recorder,
         waves: Sequence[WaveSystem],
         coefficients: Coefficients,
-        *,
-        directed: Sequence[Coefficients],
-        heading: Number,
-        places: Sequence[tuple[Number, Number]],
-        gauges: Sequence[tuple[Number, Number]],
-        waters: Sequence[Triple],
-        offsets: Sequence[tuple[Number, Number]],
+        hulls: HullsInSea,
     ) -> RecordedSea:
         """Record the inputs in place of a sea, as `sea.record_sea`.
 
-        Other than of a sea, directions, `heading` and places are asked for by `per_amplitude`
-        only.
+        Other than of a sea, how `hulls` meet the waves is asked for by `per_amplitude` only.
         """
-        del directed, heading, places, gauges, waters, offsets
+        del hulls
         self._waves = tuple(waves)
         for system in waves:
             system.record(recorder, in_space=coefficients.dimensions == 3)
