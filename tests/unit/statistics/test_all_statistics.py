@@ -87,3 +87,8 @@ def test_a_statistic_is_shown_in_a_line() -> None:
     assert repr(STATISTICS["mean"].explained(TIME, WAVE)) == (
         "Explained(1 values, 0 of them not defined)"
     )
+
+
+@pytest.mark.parametrize(("unit", "squared"), [("m²", "m4"), ("N·m", "N2.m2"), ("m/s²", "m2/s4")])
+def test_units_with_other_characters_are_squared(unit: str, squared: str) -> None:
+    assert STATISTICS["spectral_moment_0"].unit(unit) == squared
