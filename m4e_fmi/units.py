@@ -19,7 +19,8 @@ _PREFIXES = {
     "T": 1e12, "G": 1e9, "M": 1e6, "k": 1e3, "h": 1e2, "da": 1e1, "d": 1e-1, "c": 1e-2, "m": 1e-3,
     "µ": 1e-6, "u": 1e-6, "n": 1e-9, "p": 1e-12,
 }  # fmt: skip
-_SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "0123456789-..\u00b5\u03a9")
+SPELLINGS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻·*\u03bc\u2126", "0123456789-..\u00b5\u03a9")
+"""Other characters of units, and those that stand for them here."""
 _SYMBOL = re.compile(r"[A-Za-zµ°%Ω]+")
 _FACTOR = re.compile(rf"({_SYMBOL.pattern})\^?(-?\d+)?$")
 
@@ -237,7 +238,7 @@ def parse_unit(text: str) -> Unit:
         raise ValueError(f"unit {text[:LONGEST_UNIT]!r}…: units have up to {LONGEST_UNIT} letters")
     exponents = [0] * len(BASE_UNITS)
     factor = 1.0
-    upper, *lower = text.translate(_SPELLINGS).split("/")
+    upper, *lower = text.translate(SPELLINGS).split("/")
     if len(lower) > 1:
         raise ValueError(f"unit {text!r}: more than one '/'; write m/(s.kg) as m/s.kg")
     for part, direction in ((upper, 1), (lower[0] if lower else "1", -1)):

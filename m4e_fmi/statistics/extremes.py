@@ -26,7 +26,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.cycles import peaks_of, zero_crossing_period
 from m4e_fmi.statistics.moments import standard_deviation
-from m4e_fmi.statistics.record import Floats, UndefinedError, of_one_run, weights
+from m4e_fmi.statistics.record import CONSTANT, Floats, UndefinedError, of_one_run, weights
 from m4e_fmi.statistics.spectra import spectrum_of
 
 TAIL = 0.5
@@ -145,6 +145,8 @@ def _weibull(time: Floats, run: Floats, duration: float) -> Extreme:
     limit = float(sizes[below - 1])
     if limit <= 0.0:
         raise UndefinedError("half of the crests are not above the mean")
+    if sizes[-1] - limit <= CONSTANT * max(abs(limit), abs(found.level)):
+        raise UndefinedError(f"the highest half of the crests are all {sizes[-1]:g} above the mean")
     scale, shape, covariance = _weibull_fit(sizes[below:], below, limit)
     span = float(found.crossings[-1] - found.crossings[0])
     peaks = duration * len(sizes) / span

@@ -29,10 +29,11 @@ Kernel = Callable[..., float]
 @short
 @dataclass(frozen=True)
 class Limits:
-    """Range of a parameter's values: more than `above`, at most `most`."""
+    """Range of a parameter's values: more than `above`, at most `most`; `whole` numbers alone."""
 
     above: float = -math.inf
     most: float = math.inf
+    whole: bool = False
 
     def complaint(self, value: object) -> str:
         """The fault of a value in words; empty if it has none."""
@@ -44,6 +45,8 @@ class Limits:
             texts = [f"more than {self.above:g}"] if math.isfinite(self.above) else []
             texts += [f"at most {self.most:g}"] if math.isfinite(self.most) else []
             return f"is {value:g}, expected {' and '.join(texts)}"
+        if self.whole and value != round(value):
+            return f"is {value:g}, expected a whole number"
         return ""
 
 
@@ -225,7 +228,8 @@ STATISTICS: Mapping[str, Statistic] = _registry(
         "mode of the maximum over `duration` [s] by a Gumbel distribution of the maxima of "
         "`blocks` parts of the record",
         unit_texts.same, extremes.gumbel_maximum, {"duration": None, "blocks": 10},
-        {"duration": POSITIVE, "blocks": Limits(above=extremes.LEAST_BLOCKS - 1, most=1e6)},
+        {"duration": POSITIVE,
+         "blocks": Limits(above=extremes.LEAST_BLOCKS - 1, most=1e6, whole=True)},
     ),
     Statistic(
         "damage_equivalent_load",

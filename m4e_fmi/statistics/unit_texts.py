@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from m4e_fmi.units import SPELLINGS
+
 _PIECE = re.compile(r"([A-Za-zµ°%Ω]+)\^?(-?\d+)?")
 _PLAIN = ("", "1")
 
@@ -27,7 +29,7 @@ def squared(unit: str) -> str:
     """The square of a unit, as ``m2/s2`` of ``m/s``."""
     if unit in _PLAIN:
         return "1"
-    return _PIECE.sub(lambda one: f"{one[1]}{2 * int(one[2] or 1)}", unit)
+    return _PIECE.sub(lambda one: f"{one[1]}{2 * int(one[2] or 1)}", unit.translate(SPELLINGS))
 
 
 def squared_times_frequency(power: int, unit: str) -> str:

@@ -15,12 +15,15 @@ import numpy as np
 import m4e_fmi
 from m4e_fmi.files.writing import written
 from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.runs.record import Record
 
 if TYPE_CHECKING:
     import xarray
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of texts that spreadsheets take for formulas."""
 Label = tuple[str, str]
 """Unit and description."""
 
@@ -68,7 +71,7 @@ def dataset(
             "m4e_fmi_version": m4e_fmi.__version__,
             "python_version": platform.python_version(),
             "created": datetime.now(UTC).isoformat("T", "seconds"),
-            **attributes,
+            **{name: _valid(text) for name, text in attributes.items()},
         },
     )
     numbers = {
@@ -84,7 +87,7 @@ def dataset(
         found[name] = _variable(names, values, unit, text)
     first = np.array(start_up, dtype=float).reshape(shape)
     found["start_up"] = _variable(names, first, "s", "rows from this time on count in statistics")
-    failures = np.array([r.failure for r in records], dtype=object).reshape(shape)
+    failures = np.array([_valid(r.failure) for r in records], dtype=object).reshape(shape)
     found["failure"] = (names, failures, {"long_name": "why the run failed; empty if it did not"})
     if grid.not_run:
         text = "False of what has no probability and is not run"
@@ -93,6 +96,11 @@ def dataset(
         found["probability"] = _variable(*weighted, "1", "probability of a sea state or case")
     _add_series(found, study, records, labels)
     return found
+
+
+def _valid(text: str) -> str:
+    """The text as a file takes it: without what stands for bytes of odd file names."""
+    return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def _probability(grid: Grid) -> tuple[list[str], np.ndarray] | None:
@@ -128,10 +136,16 @@ def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
                 "name": ", ".join(varied.targets),
             }
             name = axis.name if len(axis.varied) == 1 else varied.name
-            values = np.array([point[k] for point in axis.points])
+            values = _coordinate([point[k] for point in axis.points])
             units = {"units": unit} if unit and values.dtype.kind in "iuf" else {}
             found[name] = ((axis.name,), values, {**units, **told})
     return found
+
+
+def _coordinate(values: Sequence[Scalar]) -> np.ndarray:
+    """The `values` (n,) of a coordinate; whole numbers that files do not have as floats."""
+    found = np.array(values)
+    return found.astype(float) if found.dtype.kind == "O" else found
 
 
 def _add_series(
@@ -204,4 +218,10 @@ def _write_table(found: xarray.Dataset, path: Path) -> None:
             unit = found[name].attrs.get("units", "")
             heads.append(f"{name} [{unit}]" if unit not in ("", "1") else str(name))
         writer.writerow(heads)
-        writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+        cells = ([_plain(cell) for cell in column.tolist()] for column in columns.values())
+        writer.writerows(zip(*cells, strict=True))
+
+
+def _plain(cell: object) -> object:
+    """A cell; a text that a spreadsheet would take for a formula with an apostrophe before it."""
+    return f"'{cell}" if isinstance(cell, str) and cell.startswith(FORMULA) else cell

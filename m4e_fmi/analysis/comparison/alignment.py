@@ -31,8 +31,8 @@ CUBIC, LINEAR = 1.0 / 16.0, 1.0 / 4.0
 class Aligned:
     """`values` and `reference` (k,) [their unit] at `time` (k,) [s].
 
-    `left_out` counts times within the common interval at which a record has a gap, `lacking` those
-    of them at which the reference has none.
+    `left_out` counts times within the common interval at which a record has a gap or a long step,
+    `lacking` those of them at which the reference has none.
     `interpolated` is how: empty if both have the same rows. `error` estimates the root mean square
     of what the interpolation adds, in the unit.
     """
@@ -72,9 +72,23 @@ def aligned(
     found, how, error = _at(fine_time, fine, at, held=held)
     kept = np.isfinite(known) & np.isfinite(found)
     lacking = int(np.isfinite(known if second else found).sum() - kept.sum())
+    in_gaps = _in_gaps(coarse_time, fine_time[within[int(not second)] & np.isfinite(fine)])
+    left_out = int(np.sum(~kept)) + in_gaps
+    lacking += 0 if second else in_gaps
     at, known, found = at[kept], known[kept], found[kept]
     first, reference = (found, known) if second else (known, found)
-    return Aligned(at, first, reference, int(np.sum(~kept)), lacking, how, error)
+    return Aligned(at, first, reference, left_out, lacking, how, error)
+
+
+def _in_gaps(time: Floats, at: Floats) -> int:
+    """How many of the times `at` (k,) [s] are inside of long steps of `time` (n,) [s]."""
+    if len(time) < 2:
+        return 0
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    near = np.clip(np.searchsorted(time, at), 1, len(steps)) - 1
+    inside = (at > time[near] + SAME * step) & (at < time[near + 1] - SAME * step)
+    return int(np.sum(inside & (steps[near] > LONG_STEP * step)))
 
 
 def _at(time: Floats, values: Floats, at: Floats, *, held: bool) -> tuple[Floats, str, float]:

@@ -22,10 +22,15 @@ def check_picture_path(path: Path) -> None:
 def save(figure: Figure, path: Path, *, margin: float | None = None) -> Path:
     """Write `figure` to `path`, cut to what it shows and a `margin` [inches] if one is given.
 
-    InputError if no picture has such a suffix.
+    Texts are drawn as they are, dollars too. InputError if no picture has such a suffix.
     """
+    from matplotlib import rc_context
+    from matplotlib.text import Text
+
     check_picture_path(path)
+    for text in figure.findobj(Text):
+        text.set_parse_math(False)
     cut = {} if margin is None else {"bbox_inches": "tight", "pad_inches": margin}
-    with written(path) as part:
+    with written(path) as part, rc_context({"text.parse_math": False}):
         figure.savefig(part, dpi=DOTS_PER_INCH, **cut)
     return path

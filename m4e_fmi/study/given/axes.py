@@ -19,11 +19,16 @@ from m4e_fmi.study.given.grid import (
     cases_without_weight,
     states_without_time,
 )
-from m4e_fmi.study.given.sections import AxisSection, SampleSection, Scalar, Spread, StudySection
+from m4e_fmi.study.given.sections import (
+    MOST_POINTS,
+    AxisSection,
+    SampleSection,
+    Scalar,
+    Spread,
+    StudySection,
+)
 from m4e_fmi.study.given.tables import scatter, table
 
-MOST_POINTS = 1_000_000
-"""Of one dimension."""
 RESERVED = (
     "time", "row", "failure", "coupling_error", "wall_time", "start_up", "probability", "is_run",
 )  # fmt: skip
@@ -86,7 +91,12 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
     if probability:
         probability = (short[probability[0][0]], short[probability[0][1]]), probability[1]
     not_run = [replace(one, names=tuple(short[name] for name in one.names)) for one in not_run]
-    return Grid(tuple(named), probability, covered, tuple(not_run))
+    found = Grid(tuple(named), probability, covered, tuple(not_run))
+    if found.size > MOST_POINTS:
+        message = f"the dimensions have {found.size:,} points together, {MOST_POINTS:,} at most"
+        problems.append(document.problem(("name",), message, "vary less, or draw a sample"))
+        return Grid(())
+    return found
 
 
 def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:
@@ -140,6 +150,9 @@ def _values(name: str, given: AxisSection, at: Location, document: Document) -> 
     if given.seeds is not None:
         return tuple(range(1, given.seeds + 1))
     low, high = given.from_, given.to
+    if odd := [x for x in (low, high, given.step) if x is not None and not math.isfinite(x)]:
+        message = f"{name}: a range of {odd[0]:g}, expected finite numbers"
+        raise InputError([document.problem(at, message)])
     both = given.step is not None and given.count is not None
     if low is None or high is None or both or (given.step is None and given.count is None):
         message = f"{name}: a range has 'from', 'to', and either 'step' or 'count'"
@@ -156,7 +169,7 @@ def _values(name: str, given: AxisSection, at: Location, document: Document) -> 
         message = f"{name}: steps of {step:g} from {low:g} do not meet {high:g}"
         remedy = f"write to: {reached:g}, or give a count"
         raise InputError([document.problem((*at, "step"), message, remedy)])
-    return tuple(low + k * step for k in range(round(count) + 1))
+    return tuple(np.linspace(low, high, round(count) + 1).tolist())
 
 
 def _sampled(given: SampleSection, document: Document) -> Axis:

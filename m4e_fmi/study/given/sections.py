@@ -12,6 +12,8 @@ from m4e_fmi.files.document import Section
 Scalar = bool | int | float | str
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_]\w*$")]
 """A name of a dimension or a variable of the result."""
+MOST_POINTS = 1_000_000
+"""Of one dimension, and of all together."""
 
 
 class AxisSection(Section):
@@ -26,8 +28,8 @@ class AxisSection(Section):
     from_: float | None = Field(default=None, alias="from")
     to: float | None = None
     step: float | None = None
-    count: int | None = Field(default=None, ge=1)
-    seeds: int | None = Field(default=None, ge=1)
+    count: int | None = Field(default=None, ge=1, le=MOST_POINTS)
+    seeds: int | None = Field(default=None, ge=1, le=MOST_POINTS)
     together: dict[str, tuple[Scalar, ...]] | None = None
     names: tuple[str, ...] | None = None
     as_: Name | None = Field(default=None, alias="as")
@@ -51,8 +53,8 @@ class SampleSection(Section):
     """`count` points that fill the space of the quantities `of`; the same for a `seed`."""
 
     method: Literal["latin_hypercube", "sobol"]
-    count: int = Field(ge=1)
-    seed: int = 0
+    count: int = Field(ge=1, le=MOST_POINTS)
+    seed: int = Field(default=0, ge=0)
     of: dict[str, tuple[float, float] | Spread]
 
 

@@ -65,7 +65,8 @@ function tableOf(root, study, name) {
 
   function csv() {
     const quoted = value => {
-      const text = typeof value === "number" && !Number.isFinite(value) ? "" : String(value);
+      const formula = typeof value === "string" && /^[=+\-@\t\r]/.test(value);  // of a spreadsheet
+      const text = typeof value === "number" && !Number.isFinite(value) ? "" : `${formula ? "'" : ""}${value}`;
       return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
     };
     return [columns.map(one => quoted(title(one))), ...order.map(n => columns.map(one => quoted(one.value(n))))].map(row => row.join(",") + "\r\n").join("");

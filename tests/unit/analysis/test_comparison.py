@@ -357,3 +357,20 @@ def test_values_that_are_lacking_are_within_no_tolerance(bad: float) -> None:
     coarse = TIME[::7]  # of the reference: ours are interpolated
     found = m4e_fmi.compare(results(TIME, z=broken), results(coarse, z=right[::7]), tolerance=0.01)
     assert found["buoy.z"].lacking == int(np.sum(coarse >= 20.0))
+
+
+def test_rows_that_are_missing_are_within_no_tolerance() -> None:
+    """A gap without rows makes the record the coarser one: the rest alone does not pass."""
+    kept = (TIME < 20.0) | (TIME > 40.0)
+    whole, part = results(TIME, z=np.sin(TIME)), results(TIME[kept], z=np.sin(TIME[kept]))
+    found = m4e_fmi.compare(part, whole, tolerance=0.01)
+    gone = int(np.sum(~kept))
+    assert (found["buoy.z"].lacking, found["buoy.z"].left_out) == (gone, gone)
+    assert found.beyond == ("buoy.z",)
+    assert any(f"no finite value in {gone} rows" in note for note in found.notes)
+    back = m4e_fmi.compare(whole, part, tolerance=0.01)
+    assert (back["buoy.z"].lacking, back["buoy.z"].left_out) == (0, gone)
+    assert back.is_within
+    assert any(f"{gone} rows left out" in note for note in back.notes)
+    even = m4e_fmi.compare(results(TIME[::9], z=np.sin(TIME[::9])), whole, tolerance=0.01)
+    assert (even["buoy.z"].lacking, even["buoy.z"].left_out) == (0, 0)

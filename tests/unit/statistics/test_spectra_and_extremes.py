@@ -145,3 +145,16 @@ def test_rows_of_events_between_do_no_harm() -> None:
     more = np.sort(np.concatenate([TIME, [100.01, 100.1, 2000.03], TIME[[50, 50, 60]]]))
     found, plain = spectrum(more, np.sin(0.7 * more)), spectrum(TIME, run)
     assert found.density == pytest.approx(plain.density, abs=1e-9 * plain.density.max())
+
+
+def test_equal_crests_have_no_weibull_distribution() -> None:
+    """Of a sine, or of a response that stops cut off."""
+    time = np.linspace(0.0, 600.0, 6001)
+    for record in (np.sin(2.0 * np.pi * time / 10.0), np.sign(np.sin(time))):
+        (reason,) = STATISTICS["weibull_maximum"].explained(time, record, duration=1e4).reasons
+        assert "highest half of the crests are all" in reason
+
+
+def test_the_number_of_parts_is_whole() -> None:
+    (problem,) = STATISTICS["gumbel_maximum"].problems({"duration": 1e4, "blocks": 9.5})
+    assert "blocks is 9.5, expected a whole number" in problem.message

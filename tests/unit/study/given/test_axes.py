@@ -200,3 +200,27 @@ def test_what_has_no_probability_is_not_run(tmp_path: Path) -> None:
     every = grid(tmp_path, (table + scatter).replace("}\n", ", run_all: true}\n"))
     assert every.count == every.size == 18
     assert not every.not_run
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("vary: {x: {from: 1, to: 2, count: 3000000000}}\n", "less than or equal to 1000000"),
+        ("vary: {x: {seeds: 3000000000}}\n", "less than or equal to 1000000"),
+        ("sample: {method: sobol, count: 2147483648, of: {x: [0, 1]}}\n", "equal to 1000000"),
+        ("vary: {x: {from: 0, to: 1, count: 2000}, y: {from: 0, to: 1, count: 2000}}\n",
+         "4,000,000 points together"),
+        ("vary: {x: {from: 0, to: .inf, count: 3}}\n", "a range of inf"),
+        ("vary: {x: {from: .nan, to: 1, step: 0.1}}\n", "a range of nan"),
+        ("sample: {method: sobol, count: 2, seed: -1, of: {x: [0, 1]}}\n", "sample.seed"),
+    ],
+)  # fmt: skip
+def test_dimensions_that_no_machine_makes_are_refused(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        grid(tmp_path, text)
+
+
+def test_steps_end_exactly_at_the_end(tmp_path: Path) -> None:
+    """Three times 0.1 is above 0.3, which may be the largest value that is allowed."""
+    found = grid(tmp_path, "vary: {x: {from: 0, to: 0.3, step: 0.1}}\n")
+    assert found.axes[0].points[-1] == (0.3,)

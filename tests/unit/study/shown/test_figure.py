@@ -1,8 +1,12 @@
 """Pictures of studies."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.study.shown.figure import _bins
 
 
@@ -22,3 +26,10 @@ def test_other_values_have_even_bars() -> None:
     assert _bins(np.array([0.5, 1.0, 2.0])) == 5
     assert _bins(np.array([])) == 5
     assert _bins(np.array([1.0, 1e300])) == 5
+
+
+def test_dollars_in_names_are_no_formulas(tmp_path: Path) -> None:
+    figure = Figure()
+    figure.suptitle("cost $x_{ and $y")
+    figure.subplots().set_xticks([0, 1], ["$a_{$", "b"])
+    assert save(figure, tmp_path / "a.png").stat().st_size > 0
