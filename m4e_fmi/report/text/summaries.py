@@ -126,8 +126,8 @@ def _extremes(results: Results, rows: str) -> list[str]:
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {quantity(watts * mean_over_time(results.time, one.values), 'W')} over {span:g} s "
-        f"({name}){rows and f', {rows}'}"
+        f"mean power {quantity(watts * mean_over_time(results.time, one.values), 'W')}"
+        f" over {span:g} s ({name}){rows and f', {rows}'}"
         for name, one in _powers(reals).items()
         if (watts := _watts(one.unit))
     ]
