@@ -165,12 +165,22 @@ def test_changed_folder(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results
     assert not list(unpacked.iterdir())
 
 
+@contextlib.contextmanager
+def heeded(number: signal.Signals) -> Iterator[None]:
+    """Processes that begin meanwhile do not ignore a signal: under nohup they ignore SIGHUP."""
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_signals(number: signal.Signals, c_fmu: Fmus, tmp_path: Path) -> None:
     """Thousands of steps at once are fast; then each takes 0.2 s, and a signal ends the run."""
     harm = {"what": 3, "when": 1000.0, "pause": 0.2}
     system = write_system(c_fmu, tmp_path, harm, times=(1e6, 0.01))
-    with running(system, "r.nc") as process:
+    with heeded(number), running(system, "r.nc") as process:
         until(lambda: load(tmp_path / "r.nc").time[-1] >= 1000.0)
         began = time.monotonic()
         process.send_signal(number)

@@ -10,6 +10,7 @@ from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import fitting, moving, panels
 from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
+from m4e_fmi.report.text.summaries import mean_over_time
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import Results
 from m4e_fmi.results.row_header import NOT_ENDED
@@ -118,7 +119,7 @@ def _extremes(results: Results) -> str:
     for panel in map(fitting, moving(panels(reals))):
         for name, one in panel.series.items():
             values = panel.scale * one.values
-            numbers = (np.min(values), _mean(results.time, values), np.max(values))
+            numbers = (np.min(values), mean_over_time(results.time, values), np.max(values))
             rows.append((name, panel.unit, *aligned(*map(float, numbers))))
     heads = ("variable", "unit", "min", "mean", "max")
     return (
@@ -126,12 +127,6 @@ def _extremes(results: Results) -> str:
         if rows
         else ""
     )
-
-
-def _mean(time: np.ndarray, values: np.ndarray) -> float:
-    """The mean of `values` (n,) over `time` (n,) [s], by the trapezoidal rule."""
-    span = float(time[-1] - time[0])
-    return float(np.trapezoid(values, time) / span if span else values[0])
 
 
 def reproduction(results: Results, record: Record, command: str) -> str:

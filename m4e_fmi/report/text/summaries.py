@@ -126,8 +126,8 @@ def _extremes(results: Results, rows: str) -> list[str]:
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [
-        f"mean power {quantity(watts * _mean(results.time, one.values), 'W')} over {span:g} s "
-        f"({name}){rows and f', {rows}'}"
+        f"mean power {quantity(watts * mean_over_time(results.time, one.values), 'W')}"
+        f" over {span:g} s ({name}){rows and f', {rows}'}"
         for name, one in _powers(reals).items()
         if (watts := _watts(one.unit))
     ]
@@ -135,7 +135,7 @@ def _extremes(results: Results, rows: str) -> list[str]:
         lines.append(f"  {rows:<36} {'min':>10} {'mean':>10} {'max':>10}")
     for panel, name, one in shown:
         values = panel.scale * one.values
-        low, mean, high = np.min(values), _mean(results.time, values), np.max(values)
+        low, mean, high = np.min(values), mean_over_time(results.time, values), np.max(values)
         told = " ".join(f"{text:>10}" for text in aligned(low, mean, high))
         lines.append(f"  {name:<36} {told} {panel.unit}")
     lines += [
@@ -168,8 +168,8 @@ def _watts(unit: str) -> float:
     return found.factor if ours == theirs else 0.0
 
 
-def _mean(time: np.ndarray, values: np.ndarray) -> float:
-    """The mean of `values` over `time` [s], by the trapezoidal rule."""
+def mean_over_time(time: np.ndarray, values: np.ndarray) -> float:
+    """The mean of `values` (n,) over `time` (n,) [s], by the trapezoidal rule."""
     span = float(time[-1] - time[0])
     return float(np.trapezoid(values, time) / span if span else values[0])
 

@@ -18,6 +18,7 @@ INWARDS = 1e-3  # of a panel's side, by which points lie behind it: bodies that 
 POINTS = 5  # in each direction of a panel, between which gaps are measured
 ROOM = 2.5  # sides of a panel in a gap below which forces in it are off by more than 10 %
 MOST_ANGLES = 1_000_000  # solid angles of one pair of bodies
+FEW = 16  # points that are tried before the others: bodies that are one in another need no more
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,10 @@ def reaching(
     """A point [m] on these panels that is inside the `other` hull, None if there is none."""
     points = _behind(panels, inwards)
     points = points[_within(points, other.vertices, 0.0)]
-    inside = _inside(points, other)
-    if not inside.any():
+    first = _first_inside(points, other)
+    if first is None:
         return None
-    x, y, z = points[int(np.argmax(inside))]
+    x, y, z = points[first]
     return float(x), float(y), float(z)
 
 
@@ -112,17 +113,21 @@ def _within(points: np.ndarray, vertices: np.ndarray, reach: float) -> np.ndarra
     return np.all((points >= low) & (points <= high), axis=1)
 
 
-def _inside(points: np.ndarray, panels: Panels) -> np.ndarray:
-    """Which points (n, 3) below the water are inside a hull, (n,); of very many, some are tried."""
+def _first_inside(points: np.ndarray, panels: Panels) -> int | None:
+    """Index of the first of points (n, 3) below the water that is inside a hull, None if none is.
+
+    Of very many, some are tried.
+    """
     triangles = panels.triangles
     mirrored = triangles[:, ::-1] * np.array([1.0, 1.0, -1.0])
     closed = np.concatenate([triangles, mirrored])
-    found = np.zeros(len(points), dtype=bool)
     every = max(1, math.ceil(len(points) * len(closed) / MOST_ANGLES))
     tried = np.arange(0, len(points), every)
-    if len(tried):
-        found[tried] = _seen(points[tried], closed) > 0.5
-    return found
+    for some in np.split(tried, [FEW]):
+        inside = some[_seen(points[some], closed) > 0.5]
+        if len(inside):
+            return int(inside[0])
+    return None
 
 
 def _seen(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from support import mesh_writers
 
 from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig
+from m4e_adapters.hydrodynamics.geometry import clearance
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_fmi.cosim import prepare
@@ -180,3 +181,36 @@ def test_keys_that_a_fixed_body_does_not_have(tmp_path: Path) -> None:
     }
     assert found["drag",] == "'drag' has no effect on a fixed body"
     assert "no such mesh file" in found["shape", "mesh"]
+
+
+@pytest.mark.parametrize(
+    ("shape", "sizes"),
+    [
+        ("cylinder", {"radius": 1e-300, "draft": 3}),
+        ("cylinder", {"radius": 1e-300, "draft": 3, "top_z": -1}),
+        ("sphere", {"radius": 1e-300}),
+    ],
+)
+def test_a_volume_that_numbers_do_not_hold(shape: str, sizes: dict[str, float]) -> None:
+    body = {"shape": {shape: sizes}, "center_of_gravity": [0, -1]}
+    content = {"bodies": {"float": body}, "waves": {"spectrum": "still"}}
+    with pytest.raises(InputError, match="m3 is too small to compute with") as told:
+        check_config(HydrodynamicsConfig.model_validate(content), folder=Path())
+    assert told.value.problems[0].keys == ("bodies", "float", "shape", shape)
+
+
+def test_bodies_that_are_one_in_another_are_found_by_few_points(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried, seen = 0, clearance._seen
+
+    def counted(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+        nonlocal tried
+        tried += len(points)
+        return seen(points, triangles)
+
+    monkeypatch.setattr(clearance, "_seen", counted)
+    hull = box()
+    assert len(hull.faces) > 2 * clearance.FEW
+    assert clearance.overlap(hull, hull) is not None
+    assert tried == clearance.FEW
