@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.csv_columns import COMMAS, SUFFIXES, column_names, read_columns, shortened
+from m4e_fmi.files.csv_columns import SUFFIXES
+from m4e_fmi.results.compared_file import Quantity, read_compared
+from m4e_fmi.results.doubts import doubts
+from m4e_fmi.results.foreign_table import heading
 from m4e_fmi.results.results_file import load
 from m4e_fmi.units import Unit, parse_unit
 
@@ -25,8 +28,6 @@ MOTIONS = {
 """Motions by the last word of a name."""
 LEAVE_OUT = "leave such rows out: a gap is told, and does no harm"
 TURNS = ("roll", "pitch", "yaw")
-_UNIT = re.compile(r"\[([^\[\]]*)\]")
-_TIMES = ("time", "t")
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Measured:
     """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
 
     `motion` is surge, heave, …, or empty if the name does not say which. `notes` tell what was
-    taken for granted.
+    taken for granted; those that are `doubts` tell of rows that may be no measurements.
     """
 
     path: Path
@@ -44,56 +45,47 @@ class Measured:
     time: np.ndarray = field(repr=False)
     values: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def read_measured(path: Path, name: str | None = None) -> Measured:
     """The column or variable `name` of a file; of a table with two columns the one beside time.
 
-    InputError with line and remedy: no such column, units that are no length or angle, entries that
-    are not finite numbers, times that do not increase.
+    Tables are read as by `read_compared`; rows without a value are left out. InputError with line
+    and remedy: no such column, units that are no length or angle, entries that are no numbers,
+    times that decrease.
     """
     table = path.suffix.lower() in SUFFIXES
     return _of_table(path, name) if table else _of_results(path, name)
 
 
 def _of_table(path: Path, name: str | None) -> Measured:
-    columns = column_names(path)
-    time_name = _time_column(path, columns)
-    chosen = _chosen(path, [c for c in columns if c != time_name], name)
-    try:
-        read = read_columns(path, [time_name, chosen])
-    except InputError as error:
-        problems = [
-            p if p.remedy or not p.line else replace(p, remedy=LEAVE_OUT) for p in error.problems
-        ]
-        raise InputError(problems) from None
-    time, values = (np.array(column) for column in read.values)
-    back = [
-        read.problem(k + 1, f"time {time[k + 1]:g} does not follow {time[k]:g}", "sort the rows")
-        if time[k + 1] < time[k]
-        else read.problem(k + 1, f"time {time[k]:g} is there twice", "remove one of the rows")
-        for k in np.flatnonzero(np.diff(time) <= 0.0).tolist()
-    ]
-    if back:
-        raise InputError(shortened(back))
-    notes = []
-    seconds = _unit(path, time_name, "s", "time")
-    motion = _motion(_plain(chosen))
-    text = _UNIT.search(chosen)
-    if text is None and motion in TURNS:
-        message = f"column {chosen!r} does not say its unit, deg or rad"
-        raise InputError.single(message, f"name it '{chosen} [deg]' or '{chosen} [rad]'", str(path))
-    if text is None:
-        notes.append(f"column {chosen!r} says no unit: taken as m")
-    unit = _unit(path, chosen, "m", "a length or an angle", other="rad")
+    table = read_compared(path)
+    chosen = _chosen(path, table.quantities, name)
+    motion = _motion(chosen.name)
+    if chosen.unit is None and motion in TURNS:
+        message = f"column {chosen.name!r} does not say its unit, deg or rad"
+        remedy = f"name it '{chosen.name} [deg]' or '{chosen.name} [rad]'"
+        raise InputError.single(message, remedy, str(path))
+    notes = list(table.notes)
+    if chosen.unit is None:
+        notes.append(f"column {chosen.name!r} says no unit: taken as m")
+    text = chosen.unit or "m"
+    unit = _checked(path, chosen.name, text, "m", "a length or an angle", other="rad")
+    doubted = tuple(doubts(table.time, chosen.values, text))
+    known = np.isfinite(chosen.values)
+    if not known.any():
+        raise InputError.single(f"column {chosen.name!r} has no numbers", "", str(path))
+    values = chosen.values[known] * unit.factor
     return Measured(
         path,
-        _plain(chosen),
+        chosen.name,
         unit.si_text,
         motion,
-        time * seconds.factor,
-        values * unit.factor,
-        tuple(notes),
+        table.time[known],
+        values,
+        (*notes, *doubted),
+        doubted,
     )
 
 
@@ -123,44 +115,24 @@ def _lengths(series: dict) -> list[str]:
     return [name for name, one in series.items() if one.unit in ("m", "rad", "deg")]
 
 
-def _plain(column: str) -> str:
-    """The name of a column without its unit."""
-    return column.split("[")[0].strip(" #")
-
-
 def _motion(name: str) -> str:
     words = re.split(r"[\s._]+", name.lower())
     return MOTIONS.get(words[-1], "")
 
 
-def _time_column(path: Path, columns: Sequence[str]) -> str:
-    for column in columns:
-        if _plain(column).lower() in _TIMES:
-            return column
-    message = "has no column for the time"
-    raise InputError.single(message, f"call it 'time [s]'; {COMMAS}", str(path))
-
-
-def _chosen(path: Path, columns: Sequence[str], name: str | None) -> str:
+def _chosen(path: Path, columns: Mapping[str, Quantity], name: str | None) -> Quantity:
     """The column whose name, with or without its unit, is `name`."""
     if name is None and len(columns) == 1:
-        return columns[0]
-    plain = {_plain(column): column for column in columns}
+        return next(iter(columns.values()))
     if name is None:
-        remedy = f"name one with --column; {suggestion('', plain, 'columns')}"
+        remedy = f"name one with --column; {suggestion('', columns, 'columns')}"
         raise InputError.single(f"has {len(columns)} columns beside the time", remedy, str(path))
-    if name in columns:
-        return name
-    if name not in plain:
-        message = f"no column {name!r}"
-        raise InputError.single(message, suggestion(name, plain, "columns"), str(path))
-    return plain[name]
-
-
-def _unit(path: Path, column: str, default: str, what: str, *, other: str = "") -> Unit:
-    found = _UNIT.search(column)
-    text = found[1].strip() if found else default
-    return _checked(path, column, text, default, what, other=other)
+    plain = name if name in columns else heading(name)[0]
+    if plain not in columns:
+        raise InputError.single(
+            f"no column {name!r}", suggestion(name, columns, "columns"), str(path)
+        )
+    return columns[plain]
 
 
 def _checked(path: Path, name: str, text: str, default: str, what: str, *, other: str = "") -> Unit:

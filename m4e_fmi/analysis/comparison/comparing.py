@@ -21,8 +21,9 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.results.compared_file import ComparedFile, read_compared
-from m4e_fmi.results.results_file import Results
+from m4e_fmi.results.compared_file import ComparedFile, Quantity, read_compared
+from m4e_fmi.results.doubts import doubts
+from m4e_fmi.results.results_file import NETCDF, Results
 
 MOSTLY_OFFSET = 0.2
 """RMS difference without its mean over that with it, below which a note says so."""
@@ -192,8 +193,15 @@ def _difference(
         left_out=both.left_out, lacking=both.lacking, interpolated=both.interpolated,
         interpolation_error=both.error, rms=rms, largest=largest, largest_at=at,
         sizes=sizes, scale=getattr(sizes, relative_to), nrmse=nrmse, phase=found,
-        notes=pair.notes,
+        notes=(*pair.notes, *_doubts(variable, a), *_doubts(reference, b)),
     )  # fmt: skip
+
+
+def _doubts(one: Quantity, file: ComparedFile) -> list[str]:
+    """Notes on rows of a table that may be no measurements; results of ours have none."""
+    if one.held or file.path.suffix.lower() == NETCDF:
+        return []
+    return [f"{file.path.name}: {text}" for text in doubts(file.time, one.values, one.unit or "1")]
 
 
 def _told(found: Mapping[str, Difference]) -> list[str]:

@@ -16,7 +16,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "decay", help="period, linear and quadratic damping of a recorded free decay"
     )
     command.add_argument(
-        "record", type=Path, metavar="FILE", help="a table (CSV) with a time, or results (netCDF)"
+        "record", type=Path, metavar="FILE", help="a table with a time, or results (netCDF)"
     )
     for flag, text in (
         ("--column", "of a table: the motion; default the one beside the time"),
@@ -57,9 +57,11 @@ def _run(options: argparse.Namespace) -> None:
         found = fit_decay(motion.time, motion.values, start=options.from_, end=options.to_)
     except InputError as error:
         (problem,) = error.problems
-        raise InputError.single(problem.message, problem.remedy, str(path)) from None
+        remedy = "; ".join((*motion.doubts, problem.remedy))
+        raise InputError.single(problem.message, remedy, str(path)) from None
     except RunError as error:
-        raise RunError(f"{path}: {error.message}", error.remedy) from None
+        remedy = "; ".join((*motion.doubts, error.remedy))
+        raise RunError(f"{path}: {error.message}", remedy) from None
     inertia = {"mass": options.mass, "stiffness": options.stiffness}
     if options.json:
         print(json.dumps(decay_json(found, motion, **inertia), indent=2))

@@ -54,6 +54,17 @@ def test_a_part_of_the_reference_is_no_pass(
     assert main([*command, "--stop-time", "15"]) == 0
 
 
+def test_marks_of_missing_values_are_told(files: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = (files / "near.csv").read_text("utf-8").splitlines()
+    rows[101] = "5,-9999,0.28"
+    (files / "marked.csv").write_text("\n".join(rows), encoding="utf-8")
+    assert main(["compare", "ours.csv", "marked.csv", "--no-plot"]) == 0
+    said = capsys.readouterr().out
+    assert "buoy.z: marked.csv: 1 rows are -9999 m, the first at 5 s" in said
+    assert main(["compare", "ours.csv", "near.csv", "--no-plot"]) == 0
+    assert "as measured" not in capsys.readouterr().out
+
+
 @pytest.mark.usefixtures("files")
 def test_json_and_picture(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", "ours.csv", "far.csv", "--json", "--tolerance", "0.1"]) == 0
