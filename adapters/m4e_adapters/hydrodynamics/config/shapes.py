@@ -19,6 +19,9 @@ KEYS_OF_SHAPES = (
     "revolved: {profile}, mesh: FILE"
 )
 
+SMALLEST = 1e-4
+"""Least length [m] of built-in shapes: panels of any smaller ones are none, or very many."""
+Length = Annotated[Positive, Field(ge=SMALLEST)]
 Top = Annotated[Coordinate, Field(le=0)]
 """Height z [m] of a flat top; 0: the body pierces the water."""
 
@@ -52,8 +55,8 @@ class Cylinder(Section):
     on whole hulls need it.
     """
 
-    radius: Positive
-    draft: Positive
+    radius: Length
+    draft: Length
     freeboard: Positive | None = None
     top_z: Top = 0.0
     center_x: Coordinate = 0.0
@@ -70,8 +73,8 @@ class HorizontalCylinder(Section):
     (`center_x`, `center_y`, `center_z`) [m]; half immersed by default.
     """
 
-    radius: Positive
-    length: Positive
+    radius: Length
+    length: Length
     axis: Literal["x", "y"] = "x"
     center_z: Coordinate = 0.0
     center_x: Coordinate = 0.0
@@ -88,7 +91,7 @@ class Sphere(Section):
     default.
     """
 
-    radius: Positive
+    radius: Length
     center_z: Coordinate = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
@@ -104,8 +107,8 @@ class Torus(Section):
     z = `center_z` [m] about (`center_x`, `center_y`) [m]; half immersed by default.
     """
 
-    radius: Positive
-    tube_radius: Positive
+    radius: Length
+    tube_radius: Length
     center_z: Coordinate = 0.0
     center_x: Coordinate = 0.0
     center_y: Coordinate = 0.0
@@ -130,9 +133,9 @@ class Box(Section):
     on whole hulls need it.
     """
 
-    length: Positive
-    width: Positive
-    draft: Positive
+    length: Length
+    width: Length
+    draft: Length
     freeboard: Positive | None = None
     top_z: Top = 0.0
     center_x: Coordinate = 0.0

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 from support import mesh_writers
 
 from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry import clearance
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, turned
 from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document
@@ -187,16 +189,25 @@ def test_keys_that_a_fixed_body_does_not_have(tmp_path: Path) -> None:
     ("shape", "sizes"),
     [
         ("cylinder", {"radius": 1e-300, "draft": 3}),
-        ("cylinder", {"radius": 1e-300, "draft": 3, "top_z": -1}),
+        ("cylinder", {"radius": 3, "draft": 1e-50}),
         ("sphere", {"radius": 1e-300}),
+        ("torus", {"radius": 3, "tube_radius": 1e-300}),
+        ("box", {"length": 1e-50, "width": 3, "draft": 1}),
+        ("box", {"length": 3, "width": 1e-50, "draft": 1}),
+        ("horizontal_cylinder", {"radius": 3, "length": 1e-110, "axis": "y"}),
     ],
 )
-def test_a_volume_that_numbers_do_not_hold(shape: str, sizes: dict[str, float]) -> None:
+def test_lengths_that_have_no_panels(shape: str, sizes: dict[str, Any]) -> None:
     body = {"shape": {shape: sizes}, "center_of_gravity": [0, -1]}
     content = {"bodies": {"float": body}, "waves": {"spectrum": "still"}}
-    with pytest.raises(InputError, match="m3 is too small to compute with") as told:
-        check_config(HydrodynamicsConfig.model_validate(content), folder=Path())
-    assert told.value.problems[0].keys == ("bodies", "float", "shape", shape)
+    with pytest.raises(ValidationError, match=r"greater than or equal to 0\.0001"):
+        HydrodynamicsConfig.model_validate(content)
+
+
+def test_a_profile_without_a_volume() -> None:
+    line = np.array([0.0, 1e-300, 0.0])
+    with pytest.raises(InputError, match="a volume of 0 m3 is too small to compute with"):
+        turned(line, np.array([-2.0, -1.0, 0.0]), 12, 0.0, pivot=0.0)
 
 
 def test_bodies_that_are_one_in_another_are_found_by_few_points(

@@ -39,7 +39,7 @@ def test_defaults() -> None:
         ("density:", "densety:", 1, "did you mean 'density'?"),
         ("depth: 50", "depth: -50", 1, "greater than 0"),
         ("depth: 50", "depth: .nan", 1, "greater than 0"),
-        ("draft: 3.0", "draft: 0", 4, "greater than 0"),
+        ("draft: 3.0", "draft: 0", 4, "greater than or equal to 0.0001"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{}", 4, "one shape, got none"),
         ("draft: 3.0}", "draft: 3.0}, sphere: {radius: 1}", 4, "got cylinder and sphere"),
         ("{cylinder: {radius: 4.0, draft: 3.0}}", "{sphere: {radius: 1, center_z: 2}}", 4, "touch"),
