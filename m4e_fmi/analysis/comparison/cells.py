@@ -28,9 +28,9 @@ class CellDifference:
     """A variable beside its reference in the cells of both, in `unit`, over `dimensions`.
 
     `values` and `reference` (…,) have the shape of the common cells; `left_out` counts those in
-    which one of them is nan, `lacking` those of them in which the reference is not. `largest_at` is
-    the cell of the `largest` difference by the values of its dimensions. `scale` is the divisor of
-    shares.
+    which one of them is nan, `lacking` cells of the reference that have a number and, here, none or
+    no place. `largest_at` is the cell of the `largest` difference by the values of its dimensions.
+    `scale` is the divisor of shares.
     """
 
     name: str
@@ -202,7 +202,7 @@ def _difference(
     }[relative_to]
     return CellDifference(
         name=name, unit=one.unit, dimensions=one.dimensions, values=values, reference=reference,
-        left_out=int(np.sum(~known)), lacking=int(np.isfinite(reference).sum() - known.sum()),
+        left_out=int(np.sum(~known)), lacking=int(np.isfinite(other.values).sum() - known.sum()),
         rms=float(np.sqrt(np.mean(difference**2))),
         largest=float(difference.max()), largest_at=at, scale=scale,
     )  # fmt: skip

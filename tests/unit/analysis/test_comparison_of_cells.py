@@ -61,8 +61,17 @@ def test_cells_belong_together_by_the_values_of_their_dimensions(tmp_path: Path)
     assert found["power"].left_out == 1
     assert found["power"].values.shape == (2, 4)
     assert found.notes == ("height: 2 values are in both files, of 3 and 3",)
+    assert found["power"].lacking == 4  # those at 5 m
     assert (found.only_here, found.only_there) == (("revenue",), ("cost",))
     assert "power: largest" in repr(found)
+
+
+def test_cells_that_are_only_in_the_reference_are_within_no_tolerance(tmp_path: Path) -> None:
+    """A study of which a sea state was left out does not pass; one with more of them does."""
+    less = study(tmp_path / "a.nc", POWER[:2], [1.0, 2.0])
+    reference = study(tmp_path / "b.nc")
+    assert compare_cells(less, reference, tolerance=0.01).beyond == ("power",)
+    assert compare_cells(reference, less, tolerance=0.01).is_within
 
 
 def test_what_has_no_numbers_in_either_file_is_noted(tmp_path: Path) -> None:
