@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.threads import NETCDF_LIBRARY
 
 if TYPE_CHECKING:
     from netCDF4 import Dataset
@@ -144,13 +145,14 @@ def netcdf(path: Path) -> Generator[Dataset]:
     """A new netCDF-4 file, open; OSError where netCDF's library fails."""
     from netCDF4 import Dataset
 
-    file = Dataset(path, "w", format="NETCDF4")
-    try:
-        yield file
-        file.close()
-    except RuntimeError as error:  # what netCDF4 makes of a full disk
-        raise OSError(str(error)) from error
-    finally:
-        if file.isopen():
-            with suppress(RuntimeError):
-                file.close()
+    with NETCDF_LIBRARY:
+        file = Dataset(path, "w", format="NETCDF4")
+        try:
+            yield file
+            file.close()
+        except RuntimeError as error:  # what netCDF4 makes of a full disk
+            raise OSError(str(error)) from error
+        finally:
+            if file.isopen():
+                with suppress(RuntimeError):
+                    file.close()

@@ -29,6 +29,7 @@ from m4e_fmi.results.row_file import SMALLER, check_size, is_row_file, read_rows
 from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
 from m4e_fmi.results.series import Series
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
+from m4e_fmi.threads import NETCDF_LIBRARY
 
 if TYPE_CHECKING:
     import xarray
@@ -189,7 +190,7 @@ def _of_rows(path: Path) -> Results:
 def _of_netcdf(path: Path) -> Results:
     from netCDF4 import Dataset
 
-    with Dataset(path) as file:
+    with NETCDF_LIBRARY, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         _check_format(path, attributes)

@@ -18,6 +18,7 @@ from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.runs.record import Record
+from m4e_fmi.threads import NETCDF_LIBRARY
 
 if TYPE_CHECKING:
     import xarray
@@ -193,7 +194,8 @@ def write_dataset(found: xarray.Dataset, path: Path) -> None:
             _write_table(found, part)
             return
         try:
-            found.to_netcdf(part, engine="netcdf4")
+            with NETCDF_LIBRARY:
+                found.to_netcdf(part, engine="netcdf4")
         except RuntimeError as error:  # what netCDF4 makes of a full disk
             raise OSError(str(error)) from error
 

@@ -25,6 +25,7 @@ from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.results_file import stream_of
+from m4e_fmi.threads import ONE_RUN
 
 
 def run(
@@ -72,21 +73,25 @@ def run(
     it had not been interrupted: `results` get the same rows from the start on. Observers are called
     from there on, unless the run is made again up to there, which `tell` receives. InputError if
     the checkpoint is missing, damaged, or of another run; RunError for other values on the way.
+
+    In one process there is one run at a time: a second thread waits. Runs side by side are made by
+    processes, as those of a study.
     """
     resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
-    prepared, given = _ready(system, results, variables, build_directory, tell, animated=animated)
-    options = replace(
-        given,
-        watched=bool(observers),
-        warn=warn,
-        tell=tell,
-        beside=beside,
-        resumed=resumed,
-        paced=None if real_time is None else RealTime(real_time),
-        certify=certify,
-    )
-    options.warn_of([*prepared.warnings, *_no_checkpoints(prepared, options)])
-    return (_checked if check else _once)(prepared, options, observers, progress)
+    with ONE_RUN:
+        ready, given = _ready(system, results, variables, build_directory, tell, animated=animated)
+        options = replace(
+            given,
+            watched=bool(observers),
+            warn=warn,
+            tell=tell,
+            beside=beside,
+            resumed=resumed,
+            paced=None if real_time is None else RealTime(real_time),
+            certify=certify,
+        )
+        options.warn_of([*ready.warnings, *_no_checkpoints(ready, options)])
+        return (_checked if check else _once)(ready, options, observers, progress)
 
 
 @contextmanager

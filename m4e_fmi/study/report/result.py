@@ -14,6 +14,7 @@ from m4e_fmi.errors import InputError, is_file, missing_file
 from m4e_fmi.study.report.record import StudyRecord, record_of
 from m4e_fmi.study.report.series import StudySeries, series_of, unit_of
 from m4e_fmi.study.shown.averages import means_of_designs
+from m4e_fmi.threads import NETCDF_LIBRARY
 
 if TYPE_CHECKING:
     import xarray
@@ -155,9 +156,12 @@ def load_study_result(path: Path) -> StudyResult:
     if not is_file(path):
         raise InputError.single(*missing_file(path), str(path))
     try:
-        with xarray.open_dataset(
-            path, engine="netcdf4", decode_times=False, decode_timedelta=False, cache=False
-        ) as data:
+        with (
+            NETCDF_LIBRARY,
+            xarray.open_dataset(
+                path, engine="netcdf4", decode_times=False, decode_timedelta=False, cache=False
+            ) as data,
+        ):
             record = record_of(data.attrs, str(path))
             return _of(path, data, record)
     except (OSError, ValueError, KeyError) as error:

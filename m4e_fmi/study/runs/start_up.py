@@ -30,6 +30,14 @@ def start_up(stated: float | None, start_time: float, starts: Mapping[str, float
     return start_time + (1.0 + SETTLING) * ramp_of(starts.items())
 
 
+def within_ramp(stated: float, ramp: float) -> str:
+    """The warning of a start-up that is `stated` [s] and shorter than a `ramp` [s]."""
+    return (
+        f"start_up of {stated:g} s ends within the ramp of the sea, of up to {ramp:g} s: "
+        "statistics count waves that still grow; state more, or leave it out"
+    )
+
+
 def left_out(first: np.ndarray, how: str) -> str:
     """The part of runs that statistics leave out, in words: rows count from `first` (…,) [s] on.
 

@@ -28,7 +28,7 @@ from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
+from m4e_fmi.study.runs.start_up import RAMP, check_start_up, ramp_of, start_up, within_ramp
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.targets import dotted
 from m4e_fmi.study.systems.task import Blob, Task
@@ -125,6 +125,7 @@ class Plan:
         self._files: dict[Path, Blob] = {}
         self._imported: dict[Path, str] = {}
         self._of_base: list[str] = []
+        self._early: list[float] = []  # ramps [s] that end after the start-up
 
     @cached_property
     def _base(self) -> dict[str, ReadyFmu]:
@@ -201,6 +202,9 @@ class Plan:
                 for run in runs:
                     variant = self.versions.variant(name, run)
                     found.update(_warning(f"{name}: {line}") for line in variant.warnings)
+        if self._early:
+            stated = self.versions.named.study.start_up
+            found[within_ramp(stated or 0.0, max(self._early))] = len(self._early)
         self.warnings = dict(found)
         return tasks
 
@@ -256,6 +260,8 @@ class Plan:
                     given = component.start.get(name, float(variable.start))
                     starts[f"{component.name}.{name}"] = float(value_of(variable, given))
         times = prepared.system.simulation
+        if study.start_up is not None and study.start_up < ramp_of(starts.items()):
+            self._early.append(ramp_of(starts.items()))
         first = start_up(study.start_up, times.start_time, starts)
         check_start_up(study, first, times.stop_time)
         return first

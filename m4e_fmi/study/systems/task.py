@@ -12,7 +12,6 @@ import math
 import os
 import pickle
 import shutil
-import threading
 import time as clock
 from collections.abc import Mapping
 from contextlib import suppress
@@ -33,9 +32,9 @@ from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.statistics_of import computed
+from m4e_fmi.threads import ONE_RUN
 
 RESULTS = "run.nc"
-_one_run = threading.Lock()
 MEMORY, LEAST_FREE = Path("/dev/shm"), 2**28
 """Folder in memory of Linux, and the bytes that it must have left to be used."""
 
@@ -95,7 +94,7 @@ def perform(task: Task, sent: Mapping[str, bytes] | None = None) -> Record | Lac
     A run that fails is a record of its failure. In one process there is one run at a time, as of
     FMUs and netCDF's library many cannot be called by two threads.
     """
-    with _one_run:
+    with ONE_RUN:
         return _performed(task, sent)
 
 

@@ -83,3 +83,34 @@ def test_imports_of_an_fmu_lead_to_all_local_modules(tmp_path: Path, modules: Pa
     with zipfile.ZipFile(tmp_path / "native.fmu", "w") as archive:
         archive.writestr("binaries/x.so", "")
     assert imports_of(tmp_path / "native.fmu") == ""
+
+
+SEA = """\
+class Sea:
+    \"\"\"Waves that grow at first.\"\"\"
+
+    parameters = {"ramp_time": (0.05, "s")}
+    outputs = {"y": "1"}
+
+    def step(self, t, h, v):
+        return {"y": t}
+"""
+
+
+def test_a_start_up_that_ends_within_the_ramp_of_a_sea_is_warned_of(tmp_path: Path) -> None:
+    system = SYSTEM.replace("  push:", "  own: {kind: python, file: own.py}\n  push:")
+    (tmp_path / "own.py").write_text(SEA, "utf-8")
+    warned = []
+    for stated in ("start_up: 0.02\n", "start_up: 0.06\n"):
+        text = STUDY.replace("start_up: 0\n", stated).replace("[30]", "[30, 40]")
+        study = written_study(tmp_path, text, system=system)
+        warned.append(run_study(study, build_directory=tmp_path / "build", executor=Here()))
+    first, second = (
+        {line: n for line, n in outcome.warnings.items() if "start_up" in line}
+        for outcome in warned
+    )
+    assert not second
+    assert first == {
+        "start_up of 0.02 s ends within the ramp of the sea, of up to 0.05 s: statistics count "
+        "waves that still grow; state more, or leave it out": 2
+    }
