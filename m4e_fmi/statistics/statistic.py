@@ -45,7 +45,7 @@ class Limits:
             texts = [f"more than {self.above:g}"] if math.isfinite(self.above) else []
             texts += [f"at most {self.most:g}"] if math.isfinite(self.most) else []
             return f"is {value:g}, expected {' and '.join(texts)}"
-        if self.whole and value != round(value):
+        if self.whole and not float(value).is_integer():
             return f"is {value:g}, expected a whole number"
         return ""
 

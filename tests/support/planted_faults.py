@@ -218,8 +218,8 @@ FAULTS = {
     # ---- adapters and kinds ----
     "excitation lags instead of leading": Fault(
         "adapters",
-        "own.amplitude[k] * imaginary * s",
-        "own.amplitude[k] * -imaginary * s",
+        "waves.amplitude[k] * imaginary * s",
+        "waves.amplitude[k] * -imaginary * s",
         "verification/test_hydrodynamics_sphere.py conformance/test_reference_series.py",
     ),
     "a line's buoyancy is left out": Fault(

@@ -63,9 +63,8 @@ def _ramps(made: Versions, run: int) -> Iterator[tuple[str, float]]:
     for name, (number, component) in made.components(run).items():
         variables = made.named.descriptions[name].variables
         starts = {n: v.start for n, v in variables.items() if v.start is not None}
-        program = made.of[name].builds[number].program if name in made.of else None
-        if program is not None:
-            starts |= {v.name: v.start for v in program.parameters if v.name in starts}
+        own = made.of[name].builds[number].variables if name in made.of else None
+        starts |= {v.name: v.start for v in own or () if v.name in starts}
         for variable in starts:
             if variable.rpartition(".")[2] == RAMP:
                 given = component.start.get(variable, float(starts[variable]))

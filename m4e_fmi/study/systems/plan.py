@@ -148,12 +148,13 @@ class Plan:
                 for line in variant.warnings:
                     self.tell(f"{name}: {line} ({_told(one.keys, combination)})")
             lines = _BuildLines(self.tell, name, one)
-            for number, build in enumerate(one.builds):
+            for number in range(len(one.builds)):
+                draft = one.drafts.pop(number, None)
                 fmus = ready_fmus(
                     self.part(name, number),
                     self._variants_folder,
                     tell=partial(lines.tell, number),
-                    drafts={name: build.draft},
+                    drafts={name: draft} if draft else {},
                 )
                 self._fmus[name, number] = fmus[name]
             lines.end()

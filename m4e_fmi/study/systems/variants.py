@@ -25,6 +25,8 @@ from m4e_fmi.study.systems.targets import dotted, with_values
 Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
 Make = Callable[[Component], Draft]
+MOST_DRAFTS = 8
+"""Drafts that are kept until their FMUs are built; others are made again. One may have 50 MB."""
 _GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 _NO_REFERENCES = 2
 """Version of marshal's form in which equal operations have equal bytes."""
@@ -32,16 +34,14 @@ _NO_REFERENCES = 2
 
 @dataclass(frozen=True)
 class Build:
-    """One FMU of a component: what it is made of, and the values of the keys it was made for."""
+    """One FMU of a component: what it is made of, and the values of the keys it was made for.
+
+    `variables` are parameters, states and inputs of its program; None of Python code.
+    """
 
     component: Component
-    draft: Draft = field(repr=False)
     of: Combination
-
-    @property
-    def program(self) -> Program | None:
-        """The program; None of Python code."""
-        return self.draft.made if isinstance(self.draft.made, Program) else None
+    variables: tuple[Variable, ...] | None = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ class Variant:
 class Variants:
     """All versions of one component, by the values of its varied `keys`.
 
-    `units` are unit and description of keys that are parameters of its program, by place.
+    `labels` are unit and description of keys that are parameters of its program, by place. `drafts`
+    are those of some builds, by number, until they are used: all would fill the memory.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Variants:
     builds: tuple[Build, ...]
     of: Mapping[Combination, Variant] = field(repr=False)
     labels: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    drafts: dict[int, Draft] = field(default_factory=dict, repr=False)
 
 
 def variants(
@@ -86,30 +88,33 @@ def variants(
     sections = _Sections(system, name, tuple(keys), make)
     problems: dict[Problem, Problem] = {}
     builds: list[Build] = []
+    drafts: dict[int, Draft] = {}
     by_code: dict[str, list[int]] = {}
     of: dict[Combination, Variant] = {}
     labels = [_Label(key) for key in keys]
     for one in dict.fromkeys(combinations):
         try:
-            made = sections.build(one)
+            made, draft = sections.build(one)
         except InputError as error:
             for problem in error.problems:
                 problems.setdefault(problem, sections.with_values(problem, one))
             continue
         for label, value in zip(labels, one, strict=True):
-            label.narrow(made.program, value)
-        alike = by_code.setdefault(code_of(made), [])
+            label.narrow(_program(draft), value)
+        alike = by_code.setdefault(code_of(made, _program(draft)), [])
         started = ((n, _started(builds[n], made)) for n in alike)
         number, start = next(((n, s) for n, s in started if s is not None), (len(builds), {}))
         if number == len(builds):
             builds.append(made)
             alike.append(number)
-        warnings = tuple(line for line in made.draft.lines if line.startswith(WARNING))
+            if number < MOST_DRAFTS:
+                drafts[number] = draft
+        warnings = tuple(line for line in draft.lines if line.startswith(WARNING))
         of[one] = Variant(number, made.component, start, warnings)
     if problems:
         raise InputError(problems.values())
     told = {k: found for k, label in enumerate(labels) if (found := label.found)}
-    return Variants(name, tuple(keys), tuple(builds), of, told)
+    return Variants(name, tuple(keys), tuple(builds), of, told, drafts)
 
 
 class _Sections:
@@ -121,7 +126,7 @@ class _Sections:
         self._name, self._keys, self._make = name, keys, make
         self._section = self._document.data["components"][name]
 
-    def build(self, values: Combination) -> Build:
+    def build(self, values: Combination) -> tuple[Build, Draft]:
         """The component with these values, and its draft; InputError if they are refused."""
         try:
             section = with_values(self._section, dict(zip(self._keys, values, strict=True)))
@@ -131,9 +136,12 @@ class _Sections:
         document = self._document.with_data({**self._document.data, "components": components})
         component = read_component(document, self._name)
         try:
-            return Build(component, self._make(component), values)
+            draft = self._make(component)
         except InputError as error:
             raise InputError(self._system.located(self._name, p) for p in error.problems) from None
+        program = _program(draft)
+        variables = program and (*program.parameters, *program.states, *program.inputs)
+        return Build(component, values, variables), draft
 
     def with_values(self, problem: Problem, values: Combination) -> Problem:
         """The problem with the values that lead to it in its message."""
@@ -174,18 +182,17 @@ class _Label:
         return alone[0].unit, alone[0].description.partition(",")[0]
 
 
-def _variables(build: Build) -> tuple[Variable, ...]:
-    program = build.program
-    assert program is not None
-    return (*program.parameters, *program.states, *program.inputs)
+def _program(draft: Draft) -> Program | None:
+    """The program of a draft; None of Python code."""
+    return draft.made if isinstance(draft.made, Program) else None
 
 
 def _started(built: Build, wanted: Build) -> dict[str, float] | None:
     """Start values with which `built` is what `wanted` would be; None if its FMU refuses them."""
-    if built.program is None:
+    if built.variables is None or wanted.variables is None:
         return None
     found: dict[str, float] = {}
-    for old, new in zip(_variables(built), _variables(wanted), strict=True):
+    for old, new in zip(built.variables, wanted.variables, strict=True):
         if new.start == old.start:
             continue
         if not old.minimum <= new.start <= old.maximum:
@@ -194,12 +201,11 @@ def _started(built: Build, wanted: Build) -> dict[str, float] | None:
     return found
 
 
-def code_of(build: Build) -> str:
+def code_of(build: Build, program: Program | None) -> str:
     """Hash of what the FMU computes: a program without its start values, or Python code with all.
 
     Programs with one hash have the same variables and operations in the same order.
     """
-    program = build.program
     own = [repr(build.component.step_size), repr(build.component.dependencies)]
     digest = hashlib.sha256("\0".join(own).encode())
     if program is None:

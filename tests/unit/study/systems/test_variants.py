@@ -14,7 +14,7 @@ from m4e_fmi.cosim.input_checks.drafts import Draft, drafted
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
-from m4e_fmi.study.systems.variants import Combination, Variants, variants
+from m4e_fmi.study.systems.variants import MOST_DRAFTS, Combination, Variants, variants
 
 Keys = list[tuple[str | int, ...]]
 Changed = Callable[[Program], Program]
@@ -105,3 +105,10 @@ def test_a_key_in_degrees_is_not_labelled_in_radians(tmp_path: Path) -> None:
 
     one = found(tmp_path, "pto", [("damping",)], [(0.0,), (30.0,)], in_radians)
     assert one.labels == {}
+
+
+def test_few_drafts_wait_for_their_fmus(tmp_path: Path) -> None:
+    """A sea in space has 50 MB: hundreds of them would fill the memory."""
+    one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
+    assert len(one.builds) == 14
+    assert [*one.drafts] == [*range(MOST_DRAFTS)]
