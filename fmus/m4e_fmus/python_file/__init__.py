@@ -16,7 +16,7 @@ from m4e_fmi.files.files_read import read_text
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource
 from m4e_fmi.program import Program
 from m4e_fmus.python_file.config import Config
-from m4e_fmus.python_file.declarations import Lines, Variables, declared
+from m4e_fmus.python_file.declarations import Lines, Variables, declared, ends_of_process
 from m4e_fmus.python_file.recorded import recorded
 from m4e_fmus.python_file.recording_file import CannotBeRecordedError
 from m4e_fmus.python_file.user_class import UserClass, UserCodeError, loaded
@@ -45,6 +45,7 @@ def make(
             text = f"two files are called {name_of}: they travel in one folder"
             raise InputError.single(text, "rename one of them", keys=("files", k - 1))
     shown, lines = path.name, Lines(_source(path))
+    _check_ends([path, *(file for file in others if file.suffix == ".py")])
     try:
         user = UserClass(loaded(path, shown, f"checked_{path.stem}", travels=names), path, shown)
     except UserCodeError as error:
@@ -86,6 +87,22 @@ def _source(path: Path) -> str:
         return read_text(path)
     except UnicodeDecodeError:
         raise InputError.single("is not text in UTF-8", "save it so", str(path)) from None
+
+
+def _check_ends(paths: list[Path]) -> None:
+    """InputError if a file calls what ends the process: nothing of it may have run before."""
+    problems = [
+        Problem(
+            f"os.{name} ends the whole run without an error",
+            "raise an error: it is told with its line, and the rows up to there are kept",
+            str(path),
+            line,
+        )
+        for path in paths
+        for line, name in ends_of_process(_source(path))
+    ]
+    if problems:
+        raise InputError(problems)
 
 
 def _input_error(text: str, path: Path) -> InputError:

@@ -30,6 +30,10 @@ FORMS = {
 }
 
 
+ENDS = ("_exit", "abort")
+"""Functions of `os` that no error handling sees."""
+
+
 @dataclass(frozen=True)
 class Lines:
     """Where the source names things."""
@@ -85,6 +89,32 @@ class Lines:
             if isinstance(key, ast.Constant) and key.value == name and key.lineno >= method
         )
         return min(keys, default=method)
+
+
+def ends_of_process(source: str) -> list[tuple[int, str]]:
+    """Line and name of each use of a function of `os` that ends the process at once.
+
+    The run would have no error to tell, and its exit code might be 0. Nothing if the source is not
+    valid Python.
+    """
+    try:
+        nodes = [*ast.walk(ast.parse(source))]
+    except (SyntaxError, ValueError):
+        return []
+    used = [
+        (node.lineno, node.attr)
+        for node in nodes
+        if isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name)
+        and node.value.id == "os"
+    ]
+    imported = [
+        (node.lineno, alias.name)
+        for node in nodes
+        if isinstance(node, ast.ImportFrom) and node.module == "os"
+        for alias in node.names
+    ]
+    return sorted(found for found in (*used, *imported) if found[1] in ENDS)
 
 
 def declared(user: UserClass, path: Path, lines: Lines) -> Variables:

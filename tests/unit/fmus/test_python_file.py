@@ -372,6 +372,8 @@ def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
         ('"pressure": "Pa"', '"oil": "Pa"', r"'oil' is in outputs and in states"),
         ("import math", "import maths", r"hydraulics\.py:3: ModuleNotFoundError"),
         ("(self, t, v):", "(self, t, v:", r"hydraulics\.py:\d+: not valid Python"),
+        ("import math", "import math, os; os._exit(0)", r"hydraulics\.py:3: os\._exit ends the"),
+        ("import math", "import math\nfrom os import abort", r"hydraulics\.py:4: os\.abort ends"),
         ("class HydraulicPto:", "def HydraulicPto():", r"one class must have a method .* none"),
     ],
 )
