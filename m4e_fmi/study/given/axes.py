@@ -157,13 +157,17 @@ def _values(name: str, given: AxisSection, at: Location, document: Document) -> 
     if low is None or high is None or both or (given.step is None and given.count is None):
         message = f"{name}: a range has 'from', 'to', and either 'step' or 'count'"
         raise InputError([document.problem(at, message, "write {from: 5, to: 12, count: 8}")])
+    if given.count == 1 and low != high:
+        message = f"{name}: one value cannot be both {low:g} and {high:g}"
+        raise InputError([document.problem((*at, "count"), message, "take 2 or more, or a list")])
     if given.count is not None:
         return tuple(np.linspace(low, high, given.count).tolist())
     step = given.step or 0.0
     count = (high - low) / step if step else math.nan
     if not 0.0 <= count < MOST_POINTS:
         message = f"{name}: steps of {step:g} do not lead from {low:g} to {high:g}"
-        raise InputError([document.problem((*at, "step"), message)])
+        remedy = f"write step: {-step:g}" if -MOST_POINTS < count < 0.0 else ""
+        raise InputError([document.problem((*at, "step"), message, remedy)])
     if abs(count - round(count)) > 1e-9 * max(1.0, count):
         reached = low + math.floor(count) * step
         message = f"{name}: steps of {step:g} from {low:g} do not meet {high:g}"

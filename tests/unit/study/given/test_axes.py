@@ -211,6 +211,8 @@ def test_what_has_no_probability_is_not_run(tmp_path: Path) -> None:
         ("vary: {x: {from: 0, to: 1, count: 2000}, y: {from: 0, to: 1, count: 2000}}\n",
          "4,000,000 points together"),
         ("vary: {x: {from: 0, to: .inf, count: 3}}\n", "a range of inf"),
+        ("vary: {x: {from: 3, to: 9, count: 1}}\n", "one value cannot be both 3 and 9"),
+        ("vary: {x: {from: 3, to: 1, step: 1}}\n", "write step: -1"),
         ("vary: {x: {from: .nan, to: 1, step: 0.1}}\n", "a range of nan"),
         ("sample: {method: sobol, count: 2, seed: -1, of: {x: [0, 1]}}\n", "sample.seed"),
     ],
