@@ -17,6 +17,7 @@ MOST_LINES = len(BODY_COLOURS)
 SAME = 0.005  # of a panel's height: a line's width, so that one hides the other
 SMALL = 0.02  # of the largest power: a panel of its own shows it, in this one it seems to be zero
 NOTHING = 1e-9  # of the largest power: a rounding error
+ROUNDING = 1e-12  # of the largest range in a panel: what moves by rounding only
 
 
 @dataclass(frozen=True)
@@ -130,11 +131,8 @@ def _scaled(panel: Panel) -> Panel:
 
 
 def moving(shown: list[Panel]) -> list[Panel]:
-    """The panels with the series that change; as they are if nothing changes."""
-    changing = [
-        replace(panel, series={name: s for name, s in panel.series.items() if _changes(s)})
-        for panel in shown
-    ]
+    """The panels with the series that change by more than rounding; as they are if none does."""
+    changing = [replace(panel, series=_changing(panel)) for panel in shown]
     return [panel for panel in changing if panel.series] or shown
 
 
@@ -170,8 +168,11 @@ def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
     return found
 
 
-def _changes(series: Series) -> bool:
-    return bool((series.values != series.values[:1]).any())
+def _changing(panel: Panel) -> dict[str, Series]:
+    """The series of a panel that change, but for rounding of what would not."""
+    ranges = {name: _height([curve]) for name, curve in panel.curves.items()}
+    least = ROUNDING * max(filter(math.isfinite, ranges.values()), default=0.0)
+    return {name: one for name, one in panel.series.items() if not ranges[name] <= least}
 
 
 def _height(curves: Iterable[np.ndarray]) -> float:

@@ -28,17 +28,23 @@ RARER = 2
 """After n steps, the next look is n over this many steps later."""
 NOISE = 1e-9
 """Share of an output by which rounding and iterations may change one that follows no input."""
+ROUNDING = 1e-12
+"""Likewise, share of the largest output in the same unit: of those that are 0 but for rounding."""
 
 
 @dataclass(frozen=True)
 class _Part:
-    """Outputs of a component, which `get` reads into `view`; `places` of those in `values`."""
+    """Outputs of a component, which `get` reads into `view`; `places` of those in `values`.
+
+    `units` (n_outputs,) [1] are equal where units are.
+    """
 
     instance: Instance
     outputs: tuple[str, ...]
     places: np.ndarray
     view: np.ndarray
     get: Call
+    units: np.ndarray
 
     def read(self) -> np.ndarray:
         """The outputs, as they are now."""
@@ -46,6 +52,17 @@ class _Part:
         if status > WARNING:
             self.instance.fail(status, "fmi2GetReal")
         return self.view.copy()
+
+    def changed(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """True where outputs differ by more than rounding, (n_outputs,) booleans.
+
+        `one` and `other` (n_outputs,) are in the outputs' units.
+        """
+        sizes = np.maximum(np.abs(one), np.abs(other))
+        largest = np.zeros(self.units.max(initial=0) + 1)
+        np.maximum.at(largest, self.units, sizes)
+        rough = np.maximum(NOISE * sizes, ROUNDING * largest[self.units])
+        return np.abs(one - other) > rough
 
 
 @dataclass(frozen=True)
@@ -129,8 +146,7 @@ class SecondLook:
                 self._tell(component, [name], self._probed(component, name))
             else:
                 declared[name] = how
-        rough = NOISE * np.maximum(np.abs(exchanged), np.abs(values))
-        moved = dict(zip(part.outputs, np.abs(values - exchanged) > rough, strict=True))
+        moved = dict(zip(part.outputs, part.changed(exchanged, values), strict=True))
         suspects = [name for name in declared if moved[name]]
         if not suspects or part.instance.has_ended:
             return
@@ -169,11 +185,9 @@ class SecondLook:
             if before == value:
                 continue
             moved = True
-            there, back = (self._with(part, name, given) for given in (before, value))
+            changed = part.changed(*(self._with(part, name, given) for given in (before, value)))
             for output, row in zip(outputs, rows, strict=True):
-                known = name in instance.description.dependencies[output]
-                rough = NOISE * max(abs(there[row]), abs(back[row]))
-                if not known and abs(there[row] - back[row]) > rough:
+                if changed[row] and name not in instance.description.dependencies[output]:
                     found[output] += (name,)
         if returns:
             instance.restore_state(network.time)
@@ -245,4 +259,6 @@ def _part(network: Network, instance: Instance, outputs: tuple[str, ...]) -> _Pa
         for port, place in zip(ports, known, strict=True)
     ]
     view = np.zeros(len(outputs))
-    return _Part(instance, outputs, np.array(places), view, instance.getter(outputs, view))
+    names = [instance.description.variables[name].unit for name in outputs]
+    units = np.unique(names, return_inverse=True)[1]
+    return _Part(instance, outputs, np.array(places), view, instance.getter(outputs, view), units)

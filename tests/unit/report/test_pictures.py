@@ -334,11 +334,14 @@ class TestTimeHistories:
     def test_a_panel_shows_what_varies_most_and_how_many_there_are(
         self, spiderfloat: Model, tmp_path: Path
     ) -> None:
-        """Of 14 coordinates 8: no arm's x, which moves millimetres, and one of each mirrored z."""
+        """Of 14 coordinates 8: no arm's x, which moves millimetres, and one of each mirrored z.
+
+        The float's own x is none of 13: it moves by rounding, 7e-15 m.
+        """
         done = simulate(spiderfloat, stop_time=10.0)
         plot_simulation(done, tmp_path / "all.svg")
         text = (tmp_path / "all.svg").read_text(encoding="utf-8")
-        assert "<!-- 8 of 14 shown, those that vary most -->" in text
+        assert "<!-- 8 of 13 shown, those that vary most -->" in text
         for name in ("float.z", "left_buoy.x", "right_buoy.x"):
             assert f"<!-- body.{name} -->" in text
         assert "<!-- body.right_arm.x -->" not in text
@@ -387,3 +390,15 @@ class TestTimeHistories:
         """It fills its columns: of four entries in three columns the second is below the first."""
         assert figures._by_rows(["a", "b", "c", "d"]) == ["a", "d", "b", "c"]
         assert figures._by_rows(list("abcdef")) == ["a", "d", "b", "e", "c", "f"]
+
+
+def test_what_moves_by_rounding_only_is_not_shown() -> None:
+    """Sway and yaw of a symmetric hull: 1e-17 m in pictures and summaries say nothing."""
+    time = np.linspace(0.0, 6.0, 50)
+    sizes = {"body.hull.x": 0.3, "body.hull.y": 1e-17, "body.hull.z": 1e-9}
+    series = {n: Series(n, "m", n, size * np.sin(time)) for n, size in sizes.items()}
+    (panel,) = moving(panels(series))
+    assert list(panel.series) == ["body.hull.x", "body.hull.z"]
+    lost = {**series, "body.hull.x": Series("x", "m", "x", np.full(50, np.nan))}
+    (panel,) = moving(panels(lost))
+    assert list(panel.series) == [*sizes]
