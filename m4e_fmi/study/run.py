@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -100,27 +100,30 @@ def run_study(
         for line in work.warnings:
             tell(f"{WARNING}{line}")
         records, kept = _records(work, store, fresh=fresh, progress=progress, tell=tell)
-        study = work.study
-        warnings = _warnings(work.warnings, records)
-        notes = (*work.notes, *(one.text for one in study.grid.not_run))
-        record = carried_record(
-            study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
-        )
-        attributes = {**_attributes(study), **record}
-        found = dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes)
-        path = None if output is None else Path(output)
-        if path is not None:
-            write_dataset(found, path)
+        outcome = _outcome(work, records, kept, None if output is None else Path(output))
+        if outcome.path is not None:
+            write_dataset(outcome.data, outcome.path)
+    return replace(outcome, wall_time=clock.perf_counter() - began)
+
+
+def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None) -> StudyOutcome:
+    """The study with the record of each point, of which so many runs were kept."""
+    study, warnings = work.study, _warnings(work.warnings, records)
+    notes = (*work.notes, *(one.text for one in study.grid.not_run))
+    record = carried_record(
+        study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
+    )
+    attributes = {**_attributes(study), **record}
     return StudyOutcome(
         study=study,
-        data=found,
+        data=dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes),
         path=path,
         records=tuple(records),
         failures={k: r.failure for k, r in enumerate(records) if r.failure},
         warnings=warnings,
         notes=notes,
         kept=kept,
-        wall_time=clock.perf_counter() - began,
+        wall_time=math.nan,
     )
 
 

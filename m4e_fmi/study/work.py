@@ -119,6 +119,7 @@ def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
 
     named, labels = plan.named, plan.named.labels()
     inputs = inputs_of(named.study)
+    warnings |= plan.warnings()
     return Work(
         named.study, plan.keys, plan.start_up, labels, inputs, warnings, plan.notes(), records
     )

@@ -14,7 +14,6 @@ from m4e_fmi.files.document import Document, Location
 from m4e_fmi.study.given.grid import (
     Axis,
     Grid,
-    NotRun,
     Varied,
     cases_without_weight,
     states_without_time,
@@ -42,44 +41,63 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
         one = given if isinstance(given, AxisSection) else AxisSection(values=given)
         found = _axis(name, one, ("vary", name), document, problems)
         axes += [found] if found else []
-    if section.sample:
+    made = Grid(tuple(axes))
+    for section_of in (_of_sample, _of_table, _of_scatter):
         try:
-            axes.append(_sampled(section.sample, document))
+            made = section_of(made, section, document)
         except InputError as error:
             problems += error.problems
-    probability, covered = None, ""
-    not_run = list[NotRun]()
-    folder = document.path.parent
-    if section.table:
-        try:
-            points, weights, units = table(folder, section.table, document)
-            plain = _varied(section.table.columns, ("table", "columns"))
-            heads = section.table.columns.values()
-            varied = tuple(
-                replace(one, column=column, unit=unit)
-                for one, column, unit in zip(plain, heads, units, strict=True)
-            )
-            axes.append(Axis("case", varied, points, weights))
-            if weights and not section.table.run_all:
-                not_run += cases_without_weight(np.array(weights))
-        except InputError as error:
-            problems += error.problems
-    if section.scatter:
-        try:
-            rows, columns, shares, covered = scatter(folder, section.scatter, document)
-        except InputError as error:
-            problems += error.problems
-        else:
-            for key, values in (("rows", rows), ("columns", columns)):
-                name = getattr(section.scatter, key)
-                one = Varied(name, (name,), ("scatter", key))
-                axes.append(Axis(name, (one,), tuple((value,) for value in values)))
-            probability = (section.scatter.rows, section.scatter.columns), shares
-            if not section.scatter.run_all:
-                not_run += states_without_time(probability[0], shares)
-    problems += [*_twice(axes, document), *_crossed(axes, document)]
-    taken = {*RESERVED, *section.wanted}
-    named = _with_short_names(axes, taken)
+    problems += [*_twice(made.axes, document), *_crossed(made.axes, document)]
+    named = _named(made, {*RESERVED, *section.wanted}, document, problems)
+    if named.size > MOST_POINTS:
+        message = f"the dimensions have {named.size:,} points together, {MOST_POINTS:,} at most"
+        problems.append(document.problem(("name",), message, "vary less, or draw a sample"))
+        return Grid(())
+    return named
+
+
+def _of_sample(made: Grid, section: StudySection, document: Document) -> Grid:
+    """The grid with the points of a sample, if one is asked for."""
+    if section.sample is None:
+        return made
+    return replace(made, axes=(*made.axes, _sampled(section.sample, document)))
+
+
+def _of_table(made: Grid, section: StudySection, document: Document) -> Grid:
+    """The grid with the cases of a table, if there is one."""
+    given = section.table
+    if given is None:
+        return made
+    points, weights, units = table(document.path.parent, given, document)
+    plain = _varied(given.columns, ("table", "columns"))
+    varied = tuple(
+        replace(one, column=column, unit=unit)
+        for one, column, unit in zip(plain, given.columns.values(), units, strict=True)
+    )
+    left = cases_without_weight(np.array(weights)) if weights and not given.run_all else ()
+    cases = Axis("case", varied, points, weights)
+    return replace(made, axes=(*made.axes, cases), not_run=(*made.not_run, *left))
+
+
+def _of_scatter(made: Grid, section: StudySection, document: Document) -> Grid:
+    """The grid with the sea states of a scatter diagram, if there is one."""
+    given = section.scatter
+    if given is None:
+        return made
+    rows, columns, shares, covered = scatter(document.path.parent, given, document)
+    axes = list(made.axes)
+    for key, values in (("rows", rows), ("columns", columns)):
+        name = getattr(given, key)
+        one = Varied(name, (name,), ("scatter", key))
+        axes.append(Axis(name, (one,), tuple((value,) for value in values)))
+    names = given.rows, given.columns
+    left = () if given.run_all else states_without_time(names, shares)
+    return Grid(tuple(axes), (names, shares), covered, (*made.not_run, *left))
+
+
+def _named(made: Grid, taken: set[str], document: Document, problems: list[Problem]) -> Grid:
+    """The grid with short names, which are none of those `taken`; adds to `problems`."""
+    named = _with_short_names(list(made.axes), taken)
     problems += [
         document.problem(at, f"a dimension or column cannot be called {name!r}",
                          "choose another name with 'as', or in 'wanted'")
@@ -87,16 +105,13 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
         if name in taken
     ]  # fmt: skip
     problems += _same_names(named, document)
-    short = {old.name: new.name for old, new in zip(axes, named, strict=True)}
+    short = {old.name: new.name for old, new in zip(made.axes, named, strict=True)}
+    probability = made.probability
     if probability:
-        probability = (short[probability[0][0]], short[probability[0][1]]), probability[1]
-    not_run = [replace(one, names=tuple(short[name] for name in one.names)) for one in not_run]
-    found = Grid(tuple(named), probability, covered, tuple(not_run))
-    if found.size > MOST_POINTS:
-        message = f"the dimensions have {found.size:,} points together, {MOST_POINTS:,} at most"
-        problems.append(document.problem(("name",), message, "vary less, or draw a sample"))
-        return Grid(())
-    return found
+        (rows, columns), shares = probability
+        probability = (short[rows], short[columns]), shares
+    not_run = (replace(one, names=tuple(short[n] for n in one.names)) for one in made.not_run)
+    return Grid(tuple(named), probability, made.covered, tuple(not_run))
 
 
 def _varied(names: Iterable[str], location: Location) -> tuple[Varied, ...]:

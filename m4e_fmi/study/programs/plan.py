@@ -29,7 +29,7 @@ from m4e_fmi.study.programs.chunks import Pace, chunks, in_threads
 from m4e_fmi.study.programs.names import NamedProgram, Version
 from m4e_fmi.study.programs.settings import Settings
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.runs.start_up import RAMP, check_start_up, start_up
+from m4e_fmi.study.runs.start_up import RAMP, check_start_up, ramp_of, start_up, within_ramp
 from m4e_fmi.study.runs.statistics_of import computed
 
 COMPILING_PAYS = 1.0
@@ -105,12 +105,21 @@ class ProgramPlan:
     def _start_up_of(self, group: Group) -> np.ndarray:
         """The same of the runs of a group (n_runs,) [s]."""
         stated = self.named.study.start_up
-        if stated is not None:
-            return np.full(len(group.runs), stated)
+        return np.array([start_up(stated, 0.0, ramps) for ramps in self._ramps(group)])
+
+    def _ramps(self, group: Group) -> Iterator[dict[str, float]]:
+        """The ramps [s] of seas by name, of each run of a group."""
         values = self.named.start_values(group.version, group.runs)
         names = [v.name for v in group.version.variables]
         ramps = [k for k, name in enumerate(names) if name.rpartition(".")[2] == RAMP]
-        return np.array([start_up(None, 0.0, {names[k]: row[k] for k in ramps}) for row in values])
+        return ({names[k]: float(row[k]) for k in ramps} for row in values)
+
+    def warnings(self) -> dict[str, int]:
+        """Doubts before any run is made, with the number of runs that it is of."""
+        stated = self.named.study.start_up
+        every = [ramp_of(ramps.items()) for group in self.groups for ramps in self._ramps(group)]
+        early = [ramp for ramp in every if stated is not None and stated < ramp]
+        return {within_ramp(stated or 0.0, max(early)): len(early)} if early else {}
 
     @cached_property
     def keys(self) -> list[str]:

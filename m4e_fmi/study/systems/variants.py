@@ -26,7 +26,7 @@ Combination = tuple[Scalar, ...]
 """Values of the varied keys of one component."""
 Make = Callable[[Component], Draft]
 MOST_DRAFTS = 8
-"""Drafts that are kept until their FMUs are built; others are made again. One may have 50 MB."""
+"""Programs that are kept until their FMUs are built; others are made again. One may have 50 MB."""
 _GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 _NO_REFERENCES = 2
 """Version of marshal's form in which equal operations have equal bytes."""
@@ -62,7 +62,7 @@ class Variants:
     """All versions of one component, by the values of its varied `keys`.
 
     `labels` are unit and description of keys that are parameters of its program, by place. `drafts`
-    are those of some builds, by number, until they are used: all would fill the memory.
+    are those of builds by number, until they are used; of many programs all would fill the memory.
     """
 
     name: str
@@ -107,7 +107,7 @@ def variants(
         if number == len(builds):
             builds.append(made)
             alike.append(number)
-            if number < MOST_DRAFTS:
+            if number < MOST_DRAFTS or made.variables is None:
                 drafts[number] = draft
         warnings = tuple(line for line in draft.lines if line.startswith(WARNING))
         of[one] = Variant(number, made.component, start, warnings)

@@ -377,3 +377,20 @@ def test_points_that_are_alike_are_made_once_and_both_counted(tmp_path: Path) ->
     outcome = made(path, progress=lambda *n: told.append(n))
     assert told[-1] == (3, 3)
     assert outcome.data["swing"].values[0] == outcome.data["swing"].values[1]
+
+
+def test_a_start_up_that_ends_within_the_ramp_of_a_sea_is_warned_of(tmp_path: Path) -> None:
+    """As where systems are co-simulated."""
+    study = f"{STUDY}start_up: 0.2\n".replace("[30, 50]", "[30, 50], ramp_time: [0.1, 0.3]")
+    path = written_study(tmp_path, study)
+    model = tmp_path / "cart.model.yaml"
+    text = model.read_text("utf-8").replace("effort: -k*", "effort: -k/ramp_time*ramp_time*")
+    parameter = "parameters:\n  ramp_time: {value: 0.1, unit: s}\n"
+    model.write_text(text.replace("parameters:\n", parameter, 1), "utf-8")
+    outcome = made(path)
+    (line,) = (line for line in outcome.warnings if "start_up" in line)
+    longest = float(outcome.data["ramp_time"].max())
+    assert line.startswith(
+        f"start_up of 0.2 s ends within the ramp of the sea, of up to {longest:g} s"
+    )
+    assert outcome.warnings[line] == int((outcome.data["ramp_time"] > 0.2).sum()) == 10
