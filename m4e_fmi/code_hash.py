@@ -169,6 +169,9 @@ def _version_of_module(name: str) -> str:
 
 def _distributions_with(name: str) -> list[str]:
     """Names of the distributions that install a top-level module."""
+    spec = _spec(name)
+    if spec is not None and spec.origin is None:  # a folder that many may install into
+        return list(_all_distributions().get(name, ()))
     declared = (d for d in distributions() if name in (d.read_text("top_level.txt") or "").split())
     return [d.name for d in declared] or list(_all_distributions().get(name, ()))
 

@@ -30,17 +30,21 @@ def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) ->
     for value in np.unique(x[marked]).tolist():
         rows = t[x == value]
         yield (
-            f"{len(rows)} rows are {value:g} {unit}, the first at {rows[0]:g} s, as marks of "
-            f"missing values are: {REMEDY}"
+            f"{_rows(len(rows))} {value:g} {unit}, the first at {rows[0]:g} s, as marks of missing "
+            f"values are: {REMEDY}"
         )
     t, x = t[~marked], x[~marked]
     far = _spikes(x)
     if far.any():
         k = int(np.flatnonzero(far)[0])
         yield (
-            f"{np.sum(far)} rows are far from those beside them, the first at {t[k]:g} s "
+            f"{_rows(int(np.sum(far)))} far from those beside, the first at {t[k]:g} s "
             f"({x[k]:g} {unit}), as spikes are: {REMEDY}"
         )
+
+
+def _rows(count: int) -> str:
+    return f"{count} row{'s are' if count > 1 else ' is'}"
 
 
 def _marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:

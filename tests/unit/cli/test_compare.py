@@ -60,7 +60,7 @@ def test_marks_of_missing_values_are_told(files: Path, capsys: pytest.CaptureFix
     (files / "marked.csv").write_text("\n".join(rows), encoding="utf-8")
     assert main(["compare", "ours.csv", "marked.csv", "--no-plot"]) == 0
     said = capsys.readouterr().out
-    assert "buoy.z: marked.csv: 1 rows are -9999 m, the first at 5 s" in said
+    assert "buoy.z: marked.csv: 1 row is -9999 m, the first at 5 s" in said
     assert main(["compare", "ours.csv", "near.csv", "--no-plot"]) == 0
     assert "as measured" not in capsys.readouterr().out
 

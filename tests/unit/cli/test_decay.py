@@ -85,7 +85,7 @@ def test_marks_and_spikes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["decay", str(path), "--from", "3", "--no-plot"]) == 2
     said = "".join(capsys.readouterr())
     assert "3 rows are -9999 mm, the first at 29.9 s" in said
-    assert "1 rows are far from those beside them, the first at 19.9 s (900 mm)" in said
+    assert "1 row is far from those beside, the first at 19.9 s (900 mm)" in said
 
 
 def test_degrees_are_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

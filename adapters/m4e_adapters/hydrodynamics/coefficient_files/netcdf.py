@@ -12,6 +12,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import refused
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_COEFFICIENTS
+from m4e_fmi.threads import NETCDF_LIBRARY
 
 if TYPE_CHECKING:
     import netCDF4
@@ -26,15 +27,16 @@ def opened_netcdf(path: Path) -> Iterator[Tree]:
         content = read_bytes(path, largest=LARGEST_COEFFICIENTS)
     except (TooLongError, OSError) as error:
         raise refused(f"{path} cannot be read: {error}") from None
-    try:
-        file = netCDF4.Dataset(path.name, memory=content)
-    except OSError:
-        text = f"{path} is damaged or cut off, or neither netCDF nor HDF5"
-        raise refused(text, "copy it again, or write it anew") from None
-    try:
-        yield Tree(path, file)
-    finally:
-        file.close()
+    with NETCDF_LIBRARY:
+        try:
+            file = netCDF4.Dataset(path.name, memory=content)
+        except OSError:
+            text = f"{path} is damaged or cut off, or neither netCDF nor HDF5"
+            raise refused(text, "copy it again, or write it anew") from None
+        try:
+            yield Tree(path, file)
+        finally:
+            file.close()
 
 
 class Tree:

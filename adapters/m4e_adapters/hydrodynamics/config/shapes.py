@@ -7,7 +7,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from m4e_adapters.hydrodynamics.config.numbers import Coordinate, NotNegative, Place, Positive
+from m4e_adapters.hydrodynamics.config.numbers import (
+    Coordinate,
+    Finite,
+    NotNegative,
+    Place,
+    Positive,
+)
 from m4e_fmi.files.document import Section, rejected
 
 SHAPES = ("cylinder", "horizontal_cylinder", "sphere", "torus", "box", "revolved", "mesh")
@@ -21,7 +27,7 @@ KEYS_OF_SHAPES = (
 
 SMALLEST = 1e-4
 """Least length [m] of built-in shapes: panels of any smaller ones are none, or very many."""
-Length = Annotated[Positive, Field(ge=SMALLEST)]
+Length = Annotated[Finite, Field(ge=SMALLEST)]
 Top = Annotated[Coordinate, Field(le=0)]
 """Height z [m] of a flat top; 0: the body pierces the water."""
 
