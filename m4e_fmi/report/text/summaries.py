@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.report.digits import aligned, percent, quantity
-from m4e_fmi.report.panels import fitting, panels
+from m4e_fmi.report.panels import fitting, moving, panels
 from m4e_fmi.results.results_file import Results, Series
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
@@ -122,7 +122,7 @@ def _extremes(results: Results, rows: str) -> list[str]:
     `rows` is what is said of figures that are from some communication points only.
     """
     reals = {name: one for name, one in results.series.items() if one.recorded.is_real}
-    found = [fitting(panel) for panel in panels(reals)]
+    found = [fitting(panel) for panel in moving(panels(reals))]
     shown = [(panel, name, one) for panel in found for name, one in panel.series.items()]
     span = float(results.time[-1] - results.time[0])
     lines = [

@@ -115,7 +115,7 @@ class ProgramPlan:
         return ({names[k]: float(row[k]) for k in ramps} for row in values)
 
     def warnings(self) -> dict[str, int]:
-        """Doubts before any run is made, with the number of runs that it is of."""
+        """Doubts before any run is made, with the number of runs that each is of."""
         stated = self.named.study.start_up
         every = [ramp_of(ramps.items()) for group in self.groups for ramps in self._ramps(group)]
         early = [ramp for ramp in every if stated is not None and stated < ramp]
