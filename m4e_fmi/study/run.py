@@ -113,7 +113,7 @@ def _outcome(work: Work, records: Sequence[Record], kept: int, path: Path | None
     record = carried_record(
         study, records, inputs=work.inputs, kept=kept, warnings=warnings, notes=notes
     )
-    attributes = {**_attributes(study), **record}
+    attributes = {**_attributes(study), "rows": work.rows, **record}
     return StudyOutcome(
         study=study,
         data=dataset(study, records, work.labels, start_up=work.start_up, attributes=attributes),

@@ -20,7 +20,7 @@ from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
-from m4e_fmi.study.systems.names import Named
+from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.order import LongestFirst
 from m4e_fmi.study.systems.plan import Plan, Versions, system_id
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
@@ -38,8 +38,8 @@ class Work:
     Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
     (n_points,) [s] is the time from which on rows count. `inputs` are files as they are before the
     first run. `records` makes the runs of some numbers.
-    `pace` has the simulated time [s] of each point, by what tells how long runs take; it is empty
-    where nothing does.
+    `rows` tells which rows statistics are of. `pace` has the simulated time [s] of each point, by
+    what tells how long runs take; it is empty where nothing does.
     """
 
     study: Study
@@ -50,6 +50,7 @@ class Work:
     warnings: Mapping[str, int]
     notes: Sequence[str]
     records: Make = field(repr=False)
+    rows: str
     pace: tuple[str, Sequence[float]] = field(default=("", ()), repr=False)
 
 
@@ -83,6 +84,8 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
     plan.build()
     tasks, points = plan.tasks(), range(known.study.grid.size)
     began = known.system.simulation.start_time
+    settings = (known.settings(known.study.grid.values(run)) for run in known.study.grid.runs)
+    systems = (changed(known.system, one) for one in settings)
     spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
 
     def records(missing: Sequence[int]) -> Generator[Batch]:
@@ -100,6 +103,7 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
         warnings=plan.warnings,
         notes=(),
         records=records,
+        rows=_rows([one.simulation.output_interval for one in systems]),
         pace=(system_id(known), spans),
     )
 
@@ -120,9 +124,19 @@ def _of_program(study: Study, jobs: int, tell: Callable[[str], None]) -> Work:
     named, labels = plan.named, plan.named.labels()
     inputs = inputs_of(named.study)
     warnings |= plan.warnings()
+    rows = _rows([group.settings.output_interval for group in plan.groups])
     return Work(
-        named.study, plan.keys, plan.start_up, labels, inputs, warnings, plan.notes(), records
+        named.study, plan.keys, plan.start_up, labels, inputs, warnings, plan.notes(), records, rows
     )
+
+
+def _rows(intervals: Sequence[float | None]) -> str:
+    """Where the rows of runs are, which have these intervals [s] between them (None: none)."""
+    known = [one for one in intervals if one is not None]
+    if not known:
+        return "at all communication points"
+    low, high = min(known), max(known)
+    return f"every {low:g} s" if low == high else f"every {low:g} to {high:g} s"
 
 
 def _labels(made: Versions) -> Labels:

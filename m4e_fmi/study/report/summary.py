@@ -40,6 +40,7 @@ def _facts(result: StudyResult) -> dict[str, str]:
         "Varied": "; ".join(map(_varied, result.dimensions)),
         "Wanted": wanted,
         "Statistics leave out": _left_out(result) if wanted else "",
+        "Statistics of rows": result.attribute("rows") if wanted else "",
         "Largest coupling error": _coupling(result),
         "Time of the runs": _times(result.numbers["wall_time"]),
         "Made": result.attribute("created"),

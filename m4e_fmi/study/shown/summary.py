@@ -32,7 +32,10 @@ def summary(outcome: StudyOutcome) -> str:
     lines = [f"{study.name}: {count} runs, {made} made{kept}, in {_time(outcome.wall_time)}"]
     lines += [f"  {note}" for note in outcome.notes]
     lines += [f"  {study.grid.covered}"] if study.grid.covered else []
-    lines += [f"  statistics leave out {_start_up(outcome)}"] if study.wanted else []
+    if study.wanted:
+        lines += [f"  statistics leave out {_start_up(outcome)}"]
+        rows = outcome.data.attrs["rows"]
+        lines += [f"  statistics are of rows {rows}: extremes between them are not seen"]
     for wanted in study.wanted:
         lines += ["", *_of(outcome, wanted)]
     lines += ["", *_worst(outcome), *_failures(outcome), *_warnings(outcome)]

@@ -145,6 +145,7 @@ def test_a_study_without_a_sea_leaves_nothing_out(tmp_path: Path) -> None:
     path = written_study(tmp_path, STUDY)
     told = summary(run_study(path, build_directory=tmp_path / "build"))
     assert "statistics leave out nothing: no start_up is stated, and no sea has a ramp" in told
+    assert "statistics are of rows every 0.01 s: extremes between them are not seen" in told
     path.write_text(f"{STUDY}start_up: 0.1\n", "utf-8")
     told = summary(run_study(path, build_directory=tmp_path / "build"))
     assert "statistics leave out all before t = 0.1 s (as stated)" in told
