@@ -7,5 +7,6 @@ import threading
 ONE_RUN = threading.RLock()
 """Held by a run: FMUs may change what all threads have in common, as the working folder."""
 
-NETCDF_LIBRARY = threading.RLock()
-"""Held while a netCDF file is open: the library is not made for threads, and ends the process."""
+PROCESS = threading.RLock()
+"""Held by what uses or changes something that all threads have: netCDF's library, which ends the
+process if two threads call it, while a file is open; the working folder while it is another one."""

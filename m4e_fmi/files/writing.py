@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     from netCDF4 import Dataset
@@ -145,7 +145,7 @@ def netcdf(path: Path) -> Generator[Dataset]:
     """A new netCDF-4 file, open; OSError where netCDF's library fails."""
     from netCDF4 import Dataset
 
-    with NETCDF_LIBRARY:
+    with PROCESS:
         file = Dataset(path, "w", format="NETCDF4")
         try:
             yield file

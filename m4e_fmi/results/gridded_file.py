@@ -12,7 +12,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, is_file
 from m4e_fmi.results.row_file import check_size
 from m4e_fmi.shown import listing
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     from netCDF4 import Dataset, Variable
@@ -60,7 +60,7 @@ def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
     try:
         from netCDF4 import Dataset
 
-        with NETCDF_LIBRARY, Dataset(path) as file:
+        with PROCESS, Dataset(path) as file:
             return {
                 prefix + name: variable.dimensions
                 for prefix, group in _groups(file).items()
@@ -78,7 +78,7 @@ def read_gridded(path: Path) -> GriddedFile:
     from netCDF4 import Dataset
 
     try:
-        with NETCDF_LIBRARY, Dataset(path) as file:
+        with PROCESS, Dataset(path) as file:
             grids, coordinates = dict[str, Grid](), dict[str, np.ndarray]()
             for prefix, group in _groups(file).items():
                 for name, variable in group.variables.items():

@@ -29,7 +29,7 @@ from m4e_fmi.results.row_file import SMALLER, check_size, is_row_file, read_rows
 from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
 from m4e_fmi.results.series import Series
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
@@ -119,7 +119,11 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    path = as_path(path)
+    with PROCESS:
+        return _loaded(as_path(path))
+
+
+def _loaded(path: Path) -> Results:
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -190,7 +194,7 @@ def _of_rows(path: Path) -> Results:
 def _of_netcdf(path: Path) -> Results:
     from netCDF4 import Dataset
 
-    with NETCDF_LIBRARY, Dataset(path) as file:
+    with PROCESS, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         _check_format(path, attributes)

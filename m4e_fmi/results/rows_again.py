@@ -13,7 +13,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.row_file import READ, is_row_file, leading_rows
 from m4e_fmi.results.row_header import TIME, Section
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 _REMEDY = "the results and the checkpoint of one run belong together: give those, or run again"
 Place = Callable[[bytes], int]
@@ -55,7 +55,7 @@ def _of_netcdf(
 ) -> Iterator[list[np.ndarray]]:
     from netCDF4 import Dataset
 
-    with NETCDF_LIBRARY, Dataset(path) as file:
+    with PROCESS, Dataset(path) as file:
         file.set_auto_mask(False)
         file.set_auto_scale(False)
         if count > len(file.dimensions["time"]):

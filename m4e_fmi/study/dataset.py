@@ -18,7 +18,7 @@ from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
@@ -194,7 +194,7 @@ def write_dataset(found: xarray.Dataset, path: Path) -> None:
             _write_table(found, part)
             return
         try:
-            with NETCDF_LIBRARY:
+            with PROCESS:
                 found.to_netcdf(part, engine="netcdf4")
         except RuntimeError as error:  # what netCDF4 makes of a full disk
             raise OSError(str(error)) from error

@@ -77,8 +77,8 @@ def run(
     In one process there is one run at a time: a second thread waits. Runs side by side are made by
     processes, as those of a study.
     """
-    resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
     with ONE_RUN:
+        resumed = begun_at(results, resume, check=check, watched=bool(observers), warn=warn)
         ready, given = _ready(system, results, variables, build_directory, tell, animated=animated)
         options = replace(
             given,

@@ -38,6 +38,7 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.importer.opening import replaced
 from m4e_fmi.fmu.importer.reading import resized
+from m4e_fmi.threads import ONE_RUN
 
 
 def prepare(
@@ -60,7 +61,19 @@ def prepare(
     that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
     that say they can go back are tried (`forgetful`).
     """
-    system = _as_system(system, tell)
+    with ONE_RUN:
+        return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)
+
+
+def _prepared(
+    system: System,
+    build_directory: str | Path,
+    native: bool | None,
+    tell: Callable[[str], None] | None,
+    drafts: Mapping[str, Draft] | None,
+    fmus: Mapping[str, ReadyFmu] | None,
+) -> Prepared:
+    """The same, by one thread at a time."""
     if not system.components:
         raise InputError([no_component(system)])
     if fmus is None:

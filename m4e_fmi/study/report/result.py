@@ -14,7 +14,7 @@ from m4e_fmi.errors import InputError, is_file, missing_file
 from m4e_fmi.study.report.record import StudyRecord, record_of
 from m4e_fmi.study.report.series import StudySeries, series_of, unit_of
 from m4e_fmi.study.shown.averages import means_of_designs
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
@@ -157,7 +157,7 @@ def load_study_result(path: Path) -> StudyResult:
         raise InputError.single(*missing_file(path), str(path))
     try:
         with (
-            NETCDF_LIBRARY,
+            PROCESS,
             xarray.open_dataset(
                 path, engine="netcdf4", decode_times=False, decode_timedelta=False, cache=False
             ) as data,

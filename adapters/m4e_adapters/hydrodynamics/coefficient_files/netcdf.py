@@ -12,7 +12,7 @@ import numpy as np
 from m4e_adapters.hydrodynamics.coefficient_files.file_data import refused
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_COEFFICIENTS
-from m4e_fmi.threads import NETCDF_LIBRARY
+from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import netCDF4
@@ -27,7 +27,7 @@ def opened_netcdf(path: Path) -> Iterator[Tree]:
         content = read_bytes(path, largest=LARGEST_COEFFICIENTS)
     except (TooLongError, OSError) as error:
         raise refused(f"{path} cannot be read: {error}") from None
-    with NETCDF_LIBRARY:
+    with PROCESS:
         try:
             file = netCDF4.Dataset(path.name, memory=content)
         except OSError:

@@ -35,6 +35,7 @@ from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.worker import Host, Worker
 from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
+from m4e_fmi.threads import PROCESS
 
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
 """FMPy's, by version of FMI."""
@@ -106,15 +107,17 @@ class Binary:
         """`like` is one of the same FMU, whose functions have the same signatures."""
         self.in_use = 0
         self.files = files
-        library, here = files.library(), Path.cwd()
-        try:
-            self._functions = (
-                _again(like, library) if like else _loaded(description, files, library)
-            )
-        except Exception as error:
-            raise _not_loaded(description, files, origin, str(error)) from error
-        finally:
-            os.chdir(here)  # loading leaves the process elsewhere when it fails
+        library = files.library()
+        with PROCESS:
+            here = Path.cwd()
+            try:
+                self._functions = (
+                    _again(like, library) if like else _loaded(description, files, library)
+                )
+            except Exception as error:
+                raise _not_loaded(description, files, origin, str(error)) from error
+            finally:
+                os.chdir(here)  # loading leaves the process elsewhere when it fails
 
     @property
     def functions(self) -> FmpyInstance:
