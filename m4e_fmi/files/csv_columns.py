@@ -25,7 +25,7 @@ _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
 _WITH_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 _WITH_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-_UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
+_UNIT = re.compile(r"(?<!\s)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
 _WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
 """Of names of tables."""
@@ -97,7 +97,9 @@ def read_columns(
     unclear += filter(None, (_unit_problem(*column) for column in dict.fromkeys(columns)))
     if unclear:
         raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
-    factors = [_factor(*column) for column in columns]
+    factors = [
+        number_in(unit, f"1 {heading(name)[1] or unit}") if unit else 1.0 for name, unit in columns
+    ]
     values = tuple(
         [factor * _number(row, place) for _, row in rows[1:]]
         for place, factor in zip(places, factors, strict=True)
@@ -111,7 +113,7 @@ def read_columns(
             _remedy(row[place] if place < len(row) else ""),
         )
         for line, row in rows[1:]
-        for place, factor in dict(zip(places, factors, strict=True)).items()
+        for place, factor in dict.fromkeys(zip(places, factors, strict=True))
         if not math.isfinite(factor * _number(row, place))
         for got in [f"got {_shown(row[place])}" if place < len(row) else "got nothing"]
     ]
@@ -295,20 +297,11 @@ def _checked_text(path: Path, encoding: str, largest: int) -> str:
     return text
 
 
-def _factor(name: str, unit: str | None) -> float:
-    """Factor to `unit` of the numbers of a column, whose unit its name may say."""
-    own = heading(name)[1]
-    return 1.0 if own is None or unit is None else number_in(unit, f"1 {own}")
-
-
 def _unit_problem(name: str, unit: str | None) -> tuple[str, str] | None:
     """Message and remedy of a column whose name says a unit that is unknown or not like `unit`."""
-    own = heading(name)[1]
-    if own is None:
-        return None
+    own = heading(name)[1] or unit or "1"
     try:
-        given = parse_unit(own)
-        difference = given.difference(parse_unit(unit or own))
+        difference = parse_unit(own).difference(parse_unit(unit or own))
     except ValueError as error:
         difference = str(error)
     if not difference:
@@ -343,7 +336,7 @@ def _header_problems(
             listed = [entry[:_LONGEST_SHOWN] for entry in header]
             message, remedy = f"no column {name!r}", suggestion(name, listed, "columns")
             if header[0].startswith(COMMENTS):
-                beside = header[0].lstrip("".join(COMMENTS)).strip()
+                beside = heading(header[0].lstrip("".join(COMMENTS)))[0]
                 what = "this mark before" if beside == name else "the lines above"
                 remedy = f"remove {what} the names of the columns"
             if name in asked:

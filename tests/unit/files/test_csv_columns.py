@@ -46,6 +46,7 @@ DATES = "write dates and times of day as seconds since the first row"
         ("time,eta\n0,5;1,2\n", "separate the names of the columns as the numbers are"),
         ("# buoy 44, at sea\ntime,eta\n0,1\n", "remove the lines above the names"),
         ("# time,eta\n0,1\n", "remove this mark before the names"),
+        ("# time [s],eta [m]\n0,1\n", "remove this mark before the names"),
     ],
 )
 def test_tables_of_other_forms_are_refused_with_the_remedy(
@@ -63,6 +64,36 @@ def test_other_separators(tmp_path: Path, mark: str) -> None:
     file = tmp_path / "t.csv"
     file.write_text(f"time{mark}force\n0{mark}1\n1{mark}2\n", "utf-8")
     assert read_columns(file, [("time", "s"), ("force", "N")]).values == ([0.0, 1.0], [1.0, 2.0])
+
+
+def test_a_column_is_asked_for_twice_in_two_units(tmp_path: Path) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text("time,force [kN]\n0,1\n1,2\n", "utf-8")
+    found = read_columns(file, [("force", "N"), ("force [kN]", "kN"), ("force", None)])
+    assert found.values == ([1000.0, 2000.0], [1.0, 2.0], [1.0, 2.0])
+    assert set(found.names) == {"force [kN]"}
+
+
+@pytest.mark.parametrize("header", ["a,a [m]", "a [m],a [cm]", "a,a"])
+def test_columns_of_one_name_are_refused_whatever_their_units(tmp_path: Path, header: str) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(f"{header}\n0,1\n", "utf-8")
+    with pytest.raises(InputError, match="1:1: two columns are called 'a'"):
+        read_columns(file, [("a", "m")])
+
+
+def test_numbers_that_are_too_large_in_the_unit_asked_for_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text("time,force [kN]\n0,1e306\n", "utf-8")
+    assert read_columns(file, [("force", "kN")]).values == ([1e306],)
+    with pytest.raises(InputError, match=r"2:1: expected a finite number in column 'force \[kN\]'"):
+        read_columns(file, [("force", "kN"), ("force", "N")])
+
+
+def test_blanks_within_a_name_take_no_time(tmp_path: Path) -> None:
+    file = tmp_path / "t.csv"
+    file.write_text(f"time,a{' ' * 100_000}b\n0,1\n", "utf-8")
+    assert read_columns(file, [("time", "s")]).values == ([0.0],)
 
 
 @pytest.mark.parametrize("mark", [";", "\t"])
