@@ -1,4 +1,7 @@
-"""Columns of numbers from a CSV file; all its problems are reported together, by line."""
+"""Columns of numbers from a CSV file, in the units asked for; names and units of headings.
+
+All problems of a file are reported together, by line.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,13 +19,14 @@ from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, opened, read_text
 from m4e_fmi.files.limits import LARGEST_TABLE
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import number_in, parse_unit
 
 _NO_TEXT = re.compile("[\x00-\x08\x0e-\x1f]")
 _WITH_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 _WITH_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")
-_IN_BRACKETS = re.compile(r"\[([^\[\]]*)\]\s*$")
+_UNIT = re.compile(r"(?<!\s)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
+_WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
 SUFFIXES = (".csv", ".txt", ".dat", ".tsv")
 """Of names of tables."""
 UTF_8, UTF_16, WINDOWS = "utf-8-sig", "utf-16", "Windows-1252"
@@ -43,10 +47,12 @@ MOST_PROBLEMS = 10
 class Columns:
     """Columns of a file: `values[i][k]` is the number in row k of the i-th column asked for.
 
-    Row k, from 0, stands in line `lines[k]` of `path`, from 1. Units are the file's.
+    Row k, from 0, stands in line `lines[k]` of `path`, from 1. Numbers are in the units that they
+    were asked for in; `names` are those of the file, with its units.
     """
 
     path: Path
+    names: tuple[str, ...]
     lines: tuple[int, ...]
     values: tuple[list[float], ...] = field(repr=False)
     _text: Sequence[str] = field(default=(), repr=False, compare=False)
@@ -65,27 +71,39 @@ class Asked:
 
 
 def read_columns(
-    path: Path, wanted: Sequence[str | int], asked: Mapping[str, Asked] | None = None
+    path: Path,
+    wanted: Sequence[tuple[str | int, str | None]],
+    asked: Mapping[str, Asked] | None = None,
 ) -> Columns:
-    """The columns `wanted` of a CSV file, by the names in its first row or by place, from 0.
+    """The columns `wanted` of a CSV file: each by its name or place, from 0, and in a unit.
 
+    Names in the first row may end with a unit, ``force [kN]`` or ``force (kN)``, from which numbers
+    are converted; without, they are in the unit asked for. A column may be asked for with or
+    without that ending, and in the unit None: as it stands in the file.
     `asked` gives the source of each demand by column name, where the problems do not show it.
     Columns are separated by commas, semicolons or tabs; empty lines are skipped. Between
     semicolons or tabs numbers may have decimal commas, as of spreadsheets in many languages.
     InputError with all problems: no file, not a text, fewer than two columns, unknown names,
-    entries that are not finite numbers.
+    units that are unknown or of another dimension, entries that are not finite numbers.
     """
     lines, rows = _rows(path)
     header = [entry.strip() for entry in rows[0][1]]
-    names = [entry if isinstance(entry, str) else header[entry] for entry in wanted]
-    by_place = [header[entry] for entry in wanted if not isinstance(entry, str)]
-    unclear = dict.fromkeys(
-        (*_header_problems(header, names, asked or {}), *_unit_problems(by_place))
-    )
+    known = _places(header)
+    names = [name if isinstance(name, str) else header[name] for name, _ in wanted]
+    places = [known[name][0] for name in names if name in known]
+    units = [unit for name, (_, unit) in zip(names, wanted, strict=True) if name in known]
+    columns = [(header[place], unit) for place, unit in zip(places, units, strict=True)]
+    unclear = _header_problems(header, dict.fromkeys(names), known, asked or {})
+    unclear += filter(None, (_unit_problem(*column) for column in dict.fromkeys(columns)))
     if unclear:
         raise InputError(_problem(path, lines, rows[0][0], *texts) for texts in unclear)
-    places = [header.index(name) for name in names]
-    values = tuple([_number(row, place) for _, row in rows[1:]] for place in places)
+    factors = [
+        number_in(unit, f"1 {heading(name)[1] or unit}") if unit else 1.0 for name, unit in columns
+    ]
+    values = tuple(
+        [factor * _number(row, place) for _, row in rows[1:]]
+        for place, factor in zip(places, factors, strict=True)
+    )
     problems = [
         _problem(
             path,
@@ -95,8 +113,8 @@ def read_columns(
             _remedy(row[place] if place < len(row) else ""),
         )
         for line, row in rows[1:]
-        for place in dict.fromkeys(places)
-        if not math.isfinite(_number(row, place))
+        for place, factor in dict.fromkeys(zip(places, factors, strict=True))
+        if not math.isfinite(factor * _number(row, place))
         for got in [f"got {_shown(row[place])}" if place < len(row) else "got nothing"]
     ]
     problems += [
@@ -106,16 +124,57 @@ def read_columns(
     ]
     if problems:
         raise InputError(shortened(problems))
-    return Columns(path, tuple(line for line, _ in rows[1:]), values, lines)
+    names = tuple(name for name, _ in columns)
+    return Columns(path, names, tuple(line for line, _ in rows[1:]), values, lines)
 
 
 def column_names(path: Path) -> list[str]:
-    """Names of the columns of a CSV file, its first row; errors as `read_columns` without names."""
+    """Names of the columns of a CSV file without units, from its first row.
+
+    Errors as `read_columns` without names.
+    """
     _, rows = _rows(path)
     header = [entry.strip() for entry in rows[0][1]]
-    if unclear := _header_problems(header, [], {}):
+    if unclear := _header_problems(header, (), {}, {}):
         raise InputError.single(*unclear[0], str(path))
-    return header
+    return [heading(entry)[0] for entry in header]
+
+
+def heading(text: str) -> tuple[str, str | None]:
+    """Name and unit of a heading, as ``heave [m]`` or ``heave (m)``; None where it has no unit.
+
+    Parentheses belong to the name if they hold no unit. A unit within a name, as in ``tension (kN)
+    at end A``, stays part of it.
+    """
+    found = _UNIT.search(text)
+    if not found or not text[: found.start()].strip():
+        return text.strip(), _unit_within(text)
+    unit = unit_text(found[1] if found[1] is not None else found[2])
+    if found[1] is None and not is_unit(unit):
+        return text.strip(), _unit_within(text)
+    return text[: found.start()].strip(), unit
+
+
+def _unit_within(text: str) -> str | None:
+    """The only unit in brackets between words; None without, or of several."""
+    units = [
+        unit for unit in _WITHIN.findall(text) if unit.strip() not in ("", "1") and is_unit(unit)
+    ]
+    return units[0].strip() if len(units) == 1 else None
+
+
+def unit_text(text: str) -> str:
+    """The unit in the brackets of a heading, "1" of an empty one or a dash."""
+    return "1" if text.strip() in ("", "-", "–") else text.strip()
+
+
+def is_unit(text: str) -> bool:
+    """True of the text of a known unit."""
+    try:
+        parse_unit(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -238,52 +297,53 @@ def _checked_text(path: Path, encoding: str, largest: int) -> str:
     return text
 
 
-def unit_of_column(name: str) -> str:
-    """The unit in brackets at the end of a column's name, "" without; ValueError if it is none."""
-    found = _IN_BRACKETS.search(name)
-    unit = found[1].strip() if found else ""
-    if unit in ("", "-"):
-        return ""
-    parse_unit(unit)
-    return unit
+def _unit_problem(name: str, unit: str | None) -> tuple[str, str] | None:
+    """Message and remedy of a column whose name says a unit that is unknown or not like `unit`."""
+    own = heading(name)[1] or unit or "1"
+    try:
+        difference = parse_unit(own).difference(parse_unit(unit or own))
+    except ValueError as error:
+        difference = str(error)
+    if not difference:
+        return None
+    of = f"of {unit}" if unit else "known here"
+    message = f"column {name[:_LONGEST_SHOWN]!r} is not in a unit {of}: {difference}"
+    if unit == "1":
+        return message, f"state its unit where the file is named, as 'unit: {own}'"
+    return message, f"convert it to {unit}" if unit else "write a known one, or none"
 
 
-def _unit_problems(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Message and remedy for each column taken by place whose name has a unit that is not SI."""
-    found = []
-    for name in names:
-        unit = _IN_BRACKETS.search(name)
-        try:
-            plain = not unit or parse_unit(unit[1]).factor == 1.0
-        except ValueError:
-            plain = False
-        if not plain:
-            message = f"column {name[:_LONGEST_SHOWN]!r} names a unit, which is not read"
-            found.append(
-                (message, "convert the column to SI units, and name them so or not at all")
-            )
+def _places(header: Sequence[str]) -> dict[str, list[int]]:
+    """Places of the columns by name, with and without the unit."""
+    found: dict[str, list[int]] = {}
+    for place, entry in enumerate(header):
+        for name in {entry, heading(entry)[0]}:
+            found.setdefault(name, []).append(place)
     return found
 
 
 def _header_problems(
-    header: Sequence[str], names: Sequence[str], asked: Mapping[str, Asked]
+    header: Sequence[str],
+    names: Iterable[str],
+    known: Mapping[str, Sequence[int]],
+    asked: Mapping[str, Asked],
 ) -> list[tuple[str, str]]:
     if all(math.isfinite(_number(header, place)) for place in range(len(header))):
         return [("the first row is numbers: column names are missing", "write names above them")]
     found = []
     for name in names:
-        if name not in header:
-            known = [entry[:_LONGEST_SHOWN] for entry in header]
-            message, remedy = f"no column {name!r}", suggestion(name, known, "columns")
+        if name not in known:
+            listed = [entry[:_LONGEST_SHOWN] for entry in header]
+            message, remedy = f"no column {name!r}", suggestion(name, listed, "columns")
             if header[0].startswith(COMMENTS):
-                beside = header[0].lstrip("".join(COMMENTS)).strip()
+                beside = heading(header[0].lstrip("".join(COMMENTS)))[0]
                 what = "this mark before" if beside == name else "the lines above"
                 remedy = f"remove {what} the names of the columns"
             if name in asked:
                 message = f"{message} in this file, {asked[name].by}"
                 remedy = f"{asked[name].remedy}; {remedy}"
             found.append((message, remedy))
-        elif header.count(name) > 1:
+        elif len(known[name]) > 1:
             found.append((f"two columns are called {name!r}", "rename one of them"))
     return found
 

@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic_core import PydanticKnownError
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import read_columns
+from m4e_fmi.files.csv_columns import heading, read_columns
 from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.checks import (
@@ -330,15 +330,18 @@ def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list
             remedy = "give 'times' and 'values', or the 'file' of a table"
             found.append(Finding(at, "expected numbers or a file", remedy))
             continue
-        times, values = member.times or [], member.values or []
+        times, values, unit = member.times or [], member.values or [], member.unit
         if member.file is not None:
+            first, second = member.columns or (0, 1)
+            wanted = (first, "s"), (second, None if unit == "1" else unit)
             try:
-                columns = read_columns(folder / member.file, member.columns or (0, 1))
+                columns = read_columns(folder / member.file, wanted)
             except InputError as error:
                 found += (_file_finding(at, problem) for problem in error.problems)
                 continue
             times, values = columns.values
-        tables[name] = Table(tuple(times), tuple(values), member.unit, member.description)
+            unit = (heading(columns.names[1])[1] or "1") if unit == "1" else unit
+        tables[name] = Table(tuple(times), tuple(values), unit, member.description)
     return tables, found
 
 

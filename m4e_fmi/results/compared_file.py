@@ -11,15 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.csv_columns import SUFFIXES, shortened
+from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.results.clock_times import SECONDS_TO_1970, Clock
-from m4e_fmi.results.foreign_table import (
-    ForeignColumn,
-    ForeignTable,
-    heading,
-    read_foreign_table,
-)
+from m4e_fmi.results.foreign_table import ForeignColumn, ForeignTable, read_foreign_table
 from m4e_fmi.results.results_file import NETCDF, PARQUET, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import parse_unit

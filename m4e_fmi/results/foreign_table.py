@@ -18,15 +18,20 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import COMMENTS, OF_CLOCK, foreign_text, shortened
+from m4e_fmi.files.csv_columns import (
+    COMMENTS,
+    OF_CLOCK,
+    foreign_text,
+    heading,
+    is_unit,
+    shortened,
+    unit_text,
+)
 from m4e_fmi.files.limits import LARGEST_RECORD
 from m4e_fmi.results.clock_times import REMEDY, Clock, without_clock
 from m4e_fmi.shown import one_line
-from m4e_fmi.units import parse_unit
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
-_UNIT = re.compile(r"\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))\s*$")
-_WITHIN = re.compile(r"(?<=\S)\s+[\[(]([^\[\]()]*)[\])]\s*(?=\S)")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
 _LONGEST_SHOWN = 40
@@ -161,41 +166,6 @@ def _place(form: _Form, line: str, clock: Clock) -> int:
     return next(k for k, entry in enumerate(form.entries(marked)) if "@" in entry)
 
 
-def heading(text: str) -> tuple[str, str | None]:
-    """Name and unit of a heading, as ``heave [m]`` or ``heave (m)``; None where it has no unit.
-
-    Parentheses belong to the name if they hold no unit. A unit within a name, as in ``tension (kN)
-    at end A``, stays part of it.
-    """
-    found = _UNIT.search(text)
-    if not found or not text[: found.start()].strip():
-        return text.strip(), _unit_within(text)
-    unit = _unit_text(found[1] if found[1] is not None else found[2])
-    if found[1] is None and not _is_unit(unit):
-        return text.strip(), _unit_within(text)
-    return text[: found.start()].strip(), unit
-
-
-def _unit_within(text: str) -> str | None:
-    """The only unit in brackets between words; None without, or of several."""
-    units = [
-        unit for unit in _WITHIN.findall(text) if unit.strip() not in ("", "1") and _is_unit(unit)
-    ]
-    return units[0].strip() if len(units) == 1 else None
-
-
-def _unit_text(text: str) -> str:
-    return "1" if text.strip() in ("", "-", "–") else text.strip()
-
-
-def _is_unit(text: str) -> bool:
-    try:
-        parse_unit(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     """The form of the last row: the first in which it is one of numbers.
 
@@ -287,9 +257,9 @@ def _names(
         raise InputError([Problem(message[:200], remedy, str(path), number, 1)])
     units: list[str | None] = []
     last = [re.sub(r"^[\[(](.*)[\])]$", r"\1", entry) for entry in names]
-    of_units = (_is_unit(_unit_text(entry)) for k, entry in enumerate(last) if k != clock)
+    of_units = (is_unit(unit_text(entry)) for k, entry in enumerate(last) if k != clock)
     if len(found) > 1 and all(of_units):
-        units = [_unit_text(entry) for entry in last]
+        units = [unit_text(entry) for entry in last]
         number, names = found[-2]
     else:
         parts = [heading(entry) for entry in names]

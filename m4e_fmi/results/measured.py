@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.csv_columns import SUFFIXES
+from m4e_fmi.files.csv_columns import SUFFIXES, heading
 from m4e_fmi.results.compared_file import Quantity, read_compared
 from m4e_fmi.results.doubts import doubts
-from m4e_fmi.results.foreign_table import heading
 from m4e_fmi.results.results_file import load
 from m4e_fmi.units import Unit, parse_unit
 

@@ -41,8 +41,8 @@ def read_rows(config: Config, folder: Path) -> Rows:
         given = {name: signal.values or () for name, signal in config.signals.items()}
         return Rows(config.times or (), given)
     path = folder / config.file
-    columns = [signal.column or name for name, signal in config.signals.items()]
-    found = read_columns(path, (config.time or 0, *columns), _asked(config))
+    columns = [(signal.column or name, signal.unit) for name, signal in config.signals.items()]
+    found = read_columns(path, [(config.time or 0, "s"), *columns], _asked(config))
     if not found.lines:
         raise InputError.single("has no rows below its first", "", str(path))
     times, *values = found.values

@@ -6,10 +6,11 @@ import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion, unknown_names
+from m4e_fmi.files.csv_columns import heading
 from m4e_fmi.results.compared_file import ComparedFile, Quantity
-from m4e_fmi.results.foreign_table import heading
 from m4e_fmi.units import parse_unit, parse_unit_like
 
 _MOST_SHOWN = 4
@@ -109,7 +110,8 @@ def matched(
             (one.quantities[n], reference.quantities[found[n].name], found[n], notes.get(n))
             for n in wanted
             if n in found
-        ]
+        ],
+        reference.path,
     )
 
 
@@ -155,7 +157,9 @@ def _nothing(one: ComparedFile, reference: ComparedFile) -> Problem:
     return Problem(message, "say which belong together: --map REFERENCE=COMPONENT.VARIABLE")
 
 
-def _in_units(pairs: list[tuple[Quantity, Quantity, _Column, str | None]]) -> list[Pair]:
+def _in_units(
+    pairs: list[tuple[Quantity, Quantity, _Column, str | None]], path: Path
+) -> list[Pair]:
     found, problems = [], []
     for variable, reference, column, note in pairs:
         notes = [note] if note else []
@@ -170,7 +174,8 @@ def _in_units(pairs: list[tuple[Quantity, Quantity, _Column, str | None]]) -> li
                 "write the unit behind the name, as in 'name [unit]'; or convert by a factor: "
                 f"--map '{reference.name} * 1.0, units ignored={variable.name}'"
             )
-            problems.append(Problem(f"{variable.name} and {reference.name}: {error}", remedy))
+            message = f"{variable.name} and {reference.name}: {error}"
+            problems.append(Problem(message, remedy, str(path)))
             continue
         notes += [told] if told else []
         found.append(

@@ -84,15 +84,10 @@ def _of_scatter(made: Grid, section: StudySection, document: Document) -> Grid:
     given = section.scatter
     if given is None:
         return made
-    rows, columns, shares, covered = scatter(document.path.parent, given, document)
-    axes = list(made.axes)
-    for key, values in (("rows", rows), ("columns", columns)):
-        name = getattr(given, key)
-        one = Varied(name, (name,), ("scatter", key))
-        axes.append(Axis(name, (one,), tuple((value,) for value in values)))
+    axes, shares, covered = scatter(document.path.parent, given, document)
     names = given.rows, given.columns
     left = () if given.run_all else states_without_time(names, shares)
-    return Grid(tuple(axes), (names, shares), covered, (*made.not_run, *left))
+    return Grid((*made.axes, *axes), (names, shares), covered, (*made.not_run, *left))
 
 
 def _named(made: Grid, taken: set[str], document: Document, problems: list[Problem]) -> Grid:

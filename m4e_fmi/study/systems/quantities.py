@@ -5,11 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from m4e_fmi.cosim.system.simulation import TOLERANCES
 from m4e_fmi.errors import Problem
 from m4e_fmi.study.given.grid import Varied
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.systems.targets import StartTarget, Target, Targets
+from m4e_fmi.study.systems.targets import (
+    KeyTarget,
+    SettingTarget,
+    StartTarget,
+    Target,
+    Targets,
+)
 from m4e_fmi.units import number_in, parse_unit
 
 RENAME = "convert the column if need be, and leave the unit out of its name"
@@ -48,11 +55,13 @@ def new_places(problems: Sequence[Problem], told: Sequence[Problem]) -> list[Pro
 
 def _converted(varied: Varied, targets: Sequence[Target], values: Sequence[Scalar]) -> list[Scalar]:
     """The values of a varied quantity; ValueError where they do not fit."""
-    units = {t.unit if isinstance(t, StartTarget) and t.is_real else None for t in targets}
+    units = set(map(_unit, targets))
     unit = units.pop() if len(units) == 1 else None
     if varied.unit:
         given = parse_unit(varied.unit)
-        if unit is None and given.factor != 1.0:
+        of_component = isinstance(targets[0], KeyTarget) and targets[0].component
+        unclear = of_component and given.same_dimension(parse_unit("rad"))  # some keys are in deg
+        if unit is None and (given.factor != 1.0 or unclear):
             message = f"the column {varied.column!r} names a unit, but {targets[0]} takes numbers"
             raise ValueError(f"{message} as its documentation says")
         if unit:  # a variable without a unit takes any
@@ -60,6 +69,13 @@ def _converted(varied: Varied, targets: Sequence[Target], values: Sequence[Scala
                 return [number_in(unit, f"{value!r} {varied.unit}") for value in values]
             except ValueError as error:
                 raise ValueError(f"the column {varied.column!r}: {error}") from None
-    if unit is None:
+    if unit is None or not isinstance(targets[0], StartTarget):
         return [*values]
     return [number_in(unit, value) if isinstance(value, str) else value for value in values]
+
+
+def _unit(target: Target) -> str | None:
+    """Unit of the numbers that a target takes; None if only its documentation says it."""
+    if isinstance(target, SettingTarget):
+        return "1" if target.key in TOLERANCES else "s"
+    return target.unit if isinstance(target, StartTarget) and target.is_real else None

@@ -480,7 +480,7 @@ def test_a_table_that_is_none_is_not_printed(tmp_path: Path):
     path = tmp_path / "environ.csv"
     path.write_bytes(b"SECRET=abc\0PATH=a,b\0")
     with pytest.raises(InputError) as caught:
-        read_columns(path, ["time", "force"])
+        read_columns(path, [("time", "s"), ("force", "N")])
     assert "abc" not in str(caught.value)
 
 
@@ -488,7 +488,7 @@ def test_of_a_long_line_little_is_printed(tmp_path: Path):
     path = tmp_path / "a.csv"
     path.write_text(f"time,force\n0,{'secret' * 1000}\n")
     with pytest.raises(InputError) as caught:
-        read_columns(path, ["time", "force"])
+        read_columns(path, [("time", "s"), ("force", "N")])
     assert len(str(caught.value)) < 400
 
 

@@ -65,7 +65,7 @@ def test_a_pipe_in_a_folder_is_refused_and_one_of_the_shell_read(tmp_path: Path)
 
 READERS: dict[str, Callable[[Path], object]] = {
     "m.yaml": Document.load,
-    "t.csv": lambda path: read_columns(path, [0]),
+    "t.csv": lambda path: read_columns(path, [(0, "s")]),
     "f.fmu": check_archive,
     "s.ssp": Package,
     "p.ssv": read_parameter_set,

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.csv_columns import heading
 from m4e_fmi.results.compared_file import read_compared
-from m4e_fmi.results.foreign_table import heading, read_foreign_table
+from m4e_fmi.results.foreign_table import read_foreign_table
 
 PLAIN = "time,heave [m],pitch [deg]\n0,1.5,2\n0.1,-2e-3,3\n0.2,0.25,4\n"
 FORMS = {

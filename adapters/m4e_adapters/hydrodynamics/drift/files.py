@@ -26,7 +26,8 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import Columns, read_columns, shortened
 
 FORMATS = "formats: CSV, WAMIT's .7, .8, .9 (mean drift), .10d, .11d, .12d (QTFs of differences)"
-COLUMNS = ("omega", "direction")  # rad/s, deg; before those of the motions
+UNITS = {"omega": "rad/s", "direction": "deg", "surge": "N/m2", "sway": "N/m2", "yaw": "N.m/m2"}
+"""Of the numbers in columns whose names say none, and of those that are read."""
 
 
 def read_drift(
@@ -68,7 +69,7 @@ def _check_plain(section: Drift) -> None:
 
 
 def _read_csv(path: Path, names: list[str]) -> MeanDrift:
-    columns = read_columns(path, [*COLUMNS, *names])
+    columns = read_columns(path, [(name, UNITS[name]) for name in ("omega", "direction", *names)])
     omega, directions, *values = columns.values
     problems = list[Problem]()
     for row, value in enumerate(omega):

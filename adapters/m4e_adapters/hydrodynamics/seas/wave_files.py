@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from m4e_adapters.hydrodynamics.config.waves import (
 )
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.csv_columns import Columns, column_names, read_columns, shortened
-from m4e_fmi.units import parse_unit
 
 FEWEST_ROWS, MOST_ROWS = 3, 10_000  # of a spectrum
 SHORTEST_RECORD = 32  # rows
@@ -33,11 +31,10 @@ UNITS = {
     "frequency": "Hz",
     "amplitude": "m",
     "period": "s",
-    "phase": "deg",
+    "phase": "rad",
     "direction": "deg",
 }
-"""Of columns; a name may end with another one of the same dimension, in brackets."""
-_BRACKETS = re.compile(r"\s*\[([^\[\]]*)\]$")
+"""Of the numbers in columns whose names say none, and of those that are read."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,8 @@ def read_density(section: SpectrumTable, folder: Path) -> Density:
     path = folder / section.file
     key = _one_of(path, "omega", "frequency")
     per = "m2.s/rad" if key == "omega" else "m2/Hz"
-    columns, (frequency, density) = _columns(path, {key: UNITS[key], "density": per})
+    columns = read_columns(path, [(key, UNITS[key]), ("density", per)])
+    frequency, density = map(np.array, columns.values)
     _check(columns, list(_of_density(frequency, density)), fewest=FEWEST_ROWS, most=MOST_ROWS)
     turn = 2.0 * math.pi if key == "frequency" else 1.0
     return Density(turn * frequency, density / turn)
@@ -85,58 +83,26 @@ def read_components(section: ComponentWaves, folder: Path) -> tuple[Component, .
     if section.components is not None:
         return section.components
     path = folder / (section.file or "")
-    names, key = _plain(column_names(path)), _one_of(path, "period", "omega")
-    wanted = ["amplitude", key, *(name for name in ("phase", "direction") if name in names)]
-    columns, values = _columns(path, {name: UNITS[name] for name in wanted})
-    found = dict(zip(wanted, values, strict=True))
+    names, key = column_names(path), _one_of(path, "period", "omega")
+    like = [one for one in ("phase", "direction") if any(n.lower().startswith(one) for n in names)]
+    wanted = ["amplitude", key, *like]  # a name that is only like one of these is reported
+    columns = read_columns(path, [(name, UNITS[name]) for name in wanted])
     problems = [
-        (row, f"{name} {found[name][row]:g} is not positive", "leave the row out, or correct it")
-        for name in ("amplitude", key)
-        for row in np.flatnonzero(found[name] <= 0).tolist()
+        (row, f"{name} {value:g} is not positive", "leave the row out, or correct it")
+        for name, values in zip(("amplitude", key), columns.values, strict=False)
+        for row, value in enumerate(values)
+        if value <= 0
     ]
     _check(columns, problems, fewest=1, most=MOST_COMPONENTS)
     return tuple(
         Component.model_validate(dict(zip(wanted, row, strict=True)))
-        for row in zip(*(column.tolist() for column in values), strict=True)
+        for row in zip(*columns.values, strict=True)
     )
-
-
-def _plain(names: Sequence[str]) -> list[str]:
-    """Names of columns without their units."""
-    return [_BRACKETS.sub("", name) for name in names]
-
-
-def _columns(path: Path, units: Mapping[str, str]) -> tuple[Columns, list[np.ndarray]]:
-    """The columns called as the keys, and their numbers (n,) each, converted to `units`.
-
-    InputError if a name has a unit of another dimension.
-    """
-    names = column_names(path)
-    plain = _plain(names)
-    twice = [name for name in units if plain.count(name) > 1]
-    if twice:
-        message = f"two columns are called {twice[0]!r}"
-        raise InputError.single(message, "rename one of them", str(path))
-    there = dict(zip(plain, names, strict=True))
-    wanted = [there.get(name, name) for name in units]
-    columns = read_columns(path, wanted)
-    converted = []
-    for name, unit, values in zip(wanted, units.values(), columns.values, strict=True):
-        given, own = _BRACKETS.search(name), parse_unit(unit)
-        try:
-            found = parse_unit(given[1].strip()) if given else own
-        except ValueError:
-            found = None
-        if found is None or not found.same_dimension(own):
-            message = f"column {name!r} is not in a unit of {unit}"
-            raise InputError.single(message, f"convert it to {unit}", str(path))
-        converted.append(found.factor / own.factor * np.array(values))
-    return columns, converted
 
 
 def _one_of(path: Path, first: str, second: str) -> str:
     """Which of two columns a file has; the first if none. InputError if it has both."""
-    names = _plain(column_names(path))
+    names = column_names(path)
     if first in names and second in names:
         message = f"has both a column {first!r} and a column {second!r}"
         raise InputError.single(message, "leave one out", str(path))
@@ -145,14 +111,15 @@ def _one_of(path: Path, first: str, second: str) -> str:
 
 def read_record(section: Record, folder: Path) -> Samples:
     """The record of a section whose file is in `folder`; InputError with all its problems."""
-    units = {name: UNITS[name] for name in ("time", "elevation")}
+    wanted = [(name, UNITS[name]) for name in ("time", "elevation")]
     try:
-        columns, (time, elevation) = _columns(folder / section.file, units)
+        columns = read_columns(folder / section.file, wanted)
     except InputError as error:
         raise InputError(
             replace(problem, remedy=FILL) if problem.line and not problem.remedy else problem
             for problem in error.problems
         ) from None
+    time, elevation = map(np.array, columns.values)
     problems = list(_of_times(time))
     if len(elevation) and np.ptp(elevation) == 0.0:
         problems.append((0, "the elevation never changes", "write {spectrum: still} for no waves"))

@@ -199,7 +199,6 @@ def test_units_of_columns_and_texts_are_converted(tmp_path: Path) -> None:
     ("name", "column", "message"),
     [
         ("k", "k [kg]", "k: the column 'k \\[kg\\]': it is in N/m"),
-        ("k", "k [see notes]", "column 'k \\[see notes\\]': unit"),
         ("bodies.bob.mass", "m [g]", "'m \\[g\\]' names a unit, but the key bodies.bob.mass"),
     ],
 )
@@ -215,6 +214,19 @@ def test_units_of_columns_that_do_not_fit(
         made(path)
     (problem,) = caught.value.problems
     assert problem.line == len(text.splitlines()) + 1
+
+
+def test_an_angle_is_no_unit_of_a_key(tmp_path: Path) -> None:
+    """Of components: angles of some sections are in deg, of others in rad."""
+    text = (
+        "name: carts\nsystem: system.yaml\nmethod: composed\nsimulation: {stop_time: 1}\n"
+        'table: {file: t.csv, columns: {pto.damping: "d [rad]"}}\n'
+        "wanted: {force: {variable: pto.force, statistic: rms}}\n"
+    )
+    path = written_study(tmp_path, text)
+    (tmp_path / "t.csv").write_text("d [rad],n\n10,0.3\n", "utf-8")
+    with pytest.raises(InputError, match=r"'d \[rad\]' names a unit, but the key damping"):
+        made(path)
 
 
 def test_wrong_start_values_are_told_together_by_line(tmp_path: Path) -> None:
