@@ -8,8 +8,10 @@ In such a page
 - a `python` block is run, with the names that earlier ones have made; a `text` block right after it
   is what it prints.
 
-In what is printed, `...` stands for anything and the amount of white space does not matter. Blocks
-of other languages are for reading only. The folder examples/ is at hand as in the repository.
+In what is printed, `...` stands for anything, the amount of white space does not matter, and the
+last digit of a number with a decimal point may be another by one: it follows the rounding of the
+processor. Blocks of other languages are for reading only. The folder examples/ is at hand as in the
+repository.
 """
 
 from __future__ import annotations
@@ -20,8 +22,9 @@ import io
 import re
 import shlex
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +32,7 @@ from m4e_fmi import cli
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"\d*\.\d+(?:e[+-]?\d+)?")
 FILE = re.compile(r"# (\S+\.yaml)\n|/\* (\S+\.c)\b")
 LENIENT = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
@@ -109,5 +113,18 @@ def _printed(action: Callable[[], object], place: str) -> str:
 
 
 def _compare(expected: str, printed: str, place: str) -> None:
+    printed = _with_digits(printed, NUMBER.findall(expected))
     if not doctest.OutputChecker().check_output(expected, printed, LENIENT):
         raise PageError(f"{place}: the page says\n{expected}\nbut what comes out is\n{printed}")
+
+
+def _with_digits(printed: str, numbers: Sequence[str]) -> str:
+    """The text with each number as `numbers` have it, if they differ by one in the last digit."""
+
+    def known(match: re.Match[str]) -> str:
+        given = Decimal(match[0])
+        near = min(numbers, key=lambda text: abs(Decimal(text) - given), default=match[0])
+        finest = min((Decimal(text).as_tuple().exponent for text in (near, match[0])), key=int)
+        return near if abs(Decimal(near) - given) <= Decimal((0, (1,), int(finest))) else match[0]
+
+    return NUMBER.sub(known, printed)

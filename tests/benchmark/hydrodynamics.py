@@ -112,14 +112,14 @@ def pressure(folder: Path) -> None:
     """An evaluation of the nonlinear pressure on a hull."""
     import json
 
-    import yaml
+    from ruamel.yaml import YAML
 
     from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
     from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
     from m4e_fmus import hull_pressure
 
     for depth in ("deep", "50"):
-        section = yaml.safe_load(HULL % (1000, depth))
+        section = YAML(typ="safe").load(HULL % (1000, depth))
         section["bodies"]["a"]["shape"]["box"]["freeboard"] = 2.0
         section["waves"] = {
             "spectrum": "jonswap", "significant_height": 2, "peak_period": 8, "direction": 30,

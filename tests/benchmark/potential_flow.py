@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
+from ruamel.yaml import YAML
 
 from benchmark.hydrodynamics import HULL
 from m4e_adapters.hydrodynamics.build import make_hulls
@@ -52,7 +52,7 @@ def script(hulls: Sequence[Hull], water: Water, omega: np.ndarray) -> Any:
 
 
 def main(who: str, depth: str, panels: int, count: int) -> None:
-    config = HydrodynamicsConfig.model_validate(yaml.safe_load(HULL % (panels, depth)))
+    config = HydrodynamicsConfig.model_validate(YAML(typ="safe").load(HULL % (panels, depth)))
     hulls = make_hulls(config, Path(), progress=lambda _: None)
     omega = np.linspace(*LIMITS, count)
     capytaine = import_capytaine()

@@ -122,7 +122,8 @@ def test_a_page_that_is_right(tmp_path: Path) -> None:
     command = "```console\n$ m4e-fmi equations link.model.yaml\nlink:\n...\n```\n"
     code = "```python\nx = 1\n```\n\n```python\nprint(x + 1)\n```\n\n```text\n2\n```\n"
     reading = "```sh\nmake coffee\n```\n\n```yaml\nany: thing\n```\n"
-    run(MODEL + command + code + reading, tmp_path)
+    digits = "```python\nprint('-4.18035 of 0.220649')\n```\n\n```text\n-4.18034 of 0.22065\n```\n"
+    run(MODEL + command + code + reading + digits, tmp_path)
     assert (tmp_path / "work" / "link.model.yaml").is_file()
 
 
@@ -130,6 +131,8 @@ def test_a_page_that_is_right(tmp_path: Path) -> None:
     ("page", "message"),
     [
         ("```python\nprint(1)\n```\n\n```text\n2\n```\n", "page.md:2: the page says\n2"),
+        ("```python\nprint(4.18036)\n```\n\n```text\n4.18034\n```\n", "out is\n4.18036"),
+        ("```python\nprint(4.2)\n```\n\n```text\n-4.2\n```\n", "out is\n4.2"),
         ("```python\n1 / 0\n```\n", "page.md:2: ZeroDivisionError"),
         ("```console\n$ m4e-fmi equations none.yaml\nlink:\n```\n", "but what comes out is\nerror"),
         ("```console\n$ m4e-fmi fly\n```\n", "invalid choice: 'fly'"),

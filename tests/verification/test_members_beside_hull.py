@@ -120,10 +120,13 @@ def test_hull_and_members_are_as_one_hull_of_both(tmp_path: Path) -> None:
 @pytest.mark.verifies(
     "drag, inertia and added mass of members split between two components move a body as together",
     analytic="equality",
-    tolerance="1e-9",
+    tolerance="3e-10 of the range",
 )
 def test_split_coefficients_are_as_the_whole(tmp_path: Path) -> None:
-    """C_M is 1 + C_A; the split parts have the inertia 1.5 and 0.9 of 2.4 in all."""
+    """C_M is 1 + C_A; the split parts have the inertia 1.5 and 0.9 of 2.4 in all.
+
+    Rounding chooses the adaptive steps: 300 of them, each off by up to its tolerance of 1e-12.
+    """
     whole = members(1.4, 1.1, WAVES)
     first, second = members(0.5, 0.3, WAVES), members(0.9, 0.8, WAVES)
     second = second.replace("added_mass: 0.9", "added_mass: 0.9, inertia: 0.9")
@@ -133,7 +136,7 @@ def test_split_coefficients_are_as_the_whole(tmp_path: Path) -> None:
     ]
     one, two = (composed(s) for s in systems)
     assert np.ptp(one) > 0.5
-    assert two == pytest.approx(one, abs=1e-9)
+    assert two == pytest.approx(one, abs=3e-10 * np.abs(one).max())
     outcomes = [coupled(s, tmp_path / n) for s, n in zip(systems, ("one", "two"), strict=True)]
     heights = [np.asarray(o.results()["buoy.body.float.z"].values) for o in outcomes]
     assert heights[1] == pytest.approx(heights[0], abs=1e-9)

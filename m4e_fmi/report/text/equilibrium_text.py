@@ -29,6 +29,17 @@ def equilibrium_values(point: OperatingPoint) -> dict[str, float]:
     return {**point.values, **dict(zip(names, outputs, strict=True))}
 
 
+def without_rounding(
+    variables: Sequence[Variable], values: Mapping[str, float]
+) -> dict[str, float]:
+    """The `values` of `variables` by name, in their units; 0 for those that are rounding."""
+    largest: dict[str, float] = {}
+    for v in variables:
+        largest[v.unit] = max(largest.get(v.unit, 1.0), abs(values[v.name]))
+    found = {v.name: (values[v.name], NOISE * largest[v.unit]) for v in variables}
+    return {name: value if abs(value) > least else 0.0 for name, (value, least) in found.items()}
+
+
 def note_lines(notes: Sequence[str]) -> list[str]:
     """An empty line, and a line for each note; nothing without notes."""
     return ["", *(f"note: {note}" for note in notes)] if notes else []
@@ -51,19 +62,14 @@ def equilibrium_text(
     known = {v.name for v in program.states} | turned
     # rates are zero at rest
     outputs = [v for v in program.outputs if not (v.local or v.name in known or v.derivative_of)]
-    largest: dict[str, float] = {}
-    for v in (*states, *outputs):
-        largest[v.unit] = max(largest.get(v.unit, 1.0), abs(values[v.name]))
+    shown = without_rounding((*states, *outputs), values)
     lines = [f"{program.name}: equilibrium, t = {point.time:g} s"]
     if any(TIME in program.dependencies(node) for node in program.rates):
         lines[0] += " (its loads depend on time: it is their balance at that time)"
     units = {v.name: v.unit for v in (*program.parameters, *program.inputs)}
     lines += [f"  {name:<40} {values[name]: .9g} {units[name]} (found)" for name in varied]
-    for v in states:
-        value = values[v.name]
-        shown = 0.0 if abs(value) <= NOISE * largest[v.unit] else value
-        lines.append(f"  {v.name:<40} {shown: .9g} {v.unit}")
-    acting = [v for v in outputs if abs(values[v.name]) > NOISE * largest[v.unit]]
+    lines += [f"  {v.name:<40} {shown[v.name]: .9g} {v.unit}" for v in states]
+    acting = [v for v in outputs if shown[v.name]]
     if acting:
         lines.append("outputs that are not zero:")
         lines += _output_lines(acting, values)

@@ -7,25 +7,29 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from m4e_fmi.analysis.rest_notes import growth
+from m4e_fmi.report.text.equilibrium_text import without_rounding
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from m4e_fmi.analysis import Linearization, Modes
     from m4e_fmi.program import Variable
 
 LEAST_PART = 0.3
 """Part of coordinates and their velocities in a mode, from which on it counts as a motion."""
+ROUNDING = 1e-12
+"""Growth and decay below this part of the largest frequency, to which eigenvalues are found."""
 
 
 def linear_text(linear: Linearization, modes: Modes, *, title: str) -> str:
     """The point, and a table of its modes; `title` says what point it is."""
     point = linear.point
+    states = point.program.states
+    values = without_rounding(states, point.values)
+    coordinates = {v.name for v in linear.coordinates}
     lines = [f"{point.program.name}: {title}, t = {point.time:g} s"]
     lines += [
-        f"  {v.name:<32} {value: .9g} {v.unit}"
-        for v, value in _values(point.program.states, point.values)
-        if v in linear.coordinates or v.unit == "1" or (value and not v.local)
+        f"  {v.name:<32} {values[v.name]: .9g} {v.unit}"
+        for v in states
+        if v.name in coordinates or v.unit == "1" or (values[v.name] and not v.local)
     ]
     lines += _table(linear, modes)
     found = growth(linear)
@@ -45,6 +49,7 @@ def _table(linear: Linearization, modes: Modes) -> list[str]:
         f"  {'':>4} {'[Hz]':>12} {'[s]':>12} {'ratio':>9}",
     ]
     parts = modes.participation[:n] + modes.participation[n : 2 * n]
+    least = ROUNDING * np.max(modes.frequencies, initial=0.0)
     left_out = 0
     for k, eigenvalue in enumerate(modes.eigenvalues, start=1):
         if has_others:
@@ -53,11 +58,13 @@ def _table(linear: Linearization, modes: Modes) -> list[str]:
                 left_out += 1
                 continue
             name = f"  {linear.coordinates[int(np.argmax(share))].name:<32}"
+        if abs(eigenvalue.real) <= least:
+            eigenvalue = complex(0.0, eigenvalue.imag)
         hertz = abs(eigenvalue) / (2 * np.pi)
         oscillates = eigenvalue.imag != 0
         frequency = f"{hertz:12.6g}" if oscillates else f"{'–':>12}"
         period = f"{1 / hertz:12.6g}" if oscillates else f"{'–':>12}"
-        ratio = modes.damping_ratios[k - 1]
+        ratio = 0.0 - eigenvalue.real / abs(eigenvalue) if eigenvalue else np.nan
         shown = f"{ratio:9.5f}" if np.isfinite(ratio) else f"{'–':>9}"
         lines.append(f"  {k:>4} {frequency} {period} {shown} {name}  {_complex(eigenvalue)}")
     if left_out:
@@ -103,12 +110,6 @@ def linear_json(linear: Linearization, modes: Modes) -> dict[str, object]:
         names = ("M", "C", "K", "F", "S")
         result["mechanical"] = {name: getattr(mechanical, name).tolist() for name in names}
     return result
-
-
-def _values(
-    variables: Iterable[Variable], values: dict[str, float]
-) -> Iterable[tuple[Variable, float]]:
-    return ((v, values[v.name]) for v in variables)
 
 
 def _complex(value: complex) -> str:
