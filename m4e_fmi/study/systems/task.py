@@ -169,7 +169,8 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
 
 def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, str]:
     """The coupling error [1] that a run tells by itself, and its output; nan if it is not known."""
-    worst = certificate.worst if isinstance(certificate, CouplingErrorReport) else None
+    known = isinstance(certificate, CouplingErrorReport) and not certificate.uncovered
+    worst = certificate.worst if known else None
     return (float(worst.error), str(worst.source)) if worst else (math.nan, "")
 
 
