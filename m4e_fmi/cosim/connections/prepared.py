@@ -12,7 +12,7 @@ from m4e_fmi.cosim.connections.timing import Timing, timings
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.shown import Displayed, listing
 
@@ -48,7 +48,7 @@ class Prepared(Displayed):
         return {
             name: rate
             for name, rate in self.rates.items()
-            if rate.is_longer and any(v.is_continuous for v in self._given(name))
+            if rate.is_longer and "continuous" in self._variabilities(name)
         }
 
     @property
@@ -60,12 +60,12 @@ class Prepared(Displayed):
             if not rate.constant and self.descriptions[name].internal_step is None
         }
 
-    def _given(self, component: str) -> list[Variable]:
-        """The connected outputs of a component, or all where none is connected."""
-        description = self.descriptions[component]
-        connected = [p.variable for p in self.wiring.sources if p.component == component]
-        known = [description.variables[name] for name in connected]
-        return known or description.of_causality("output")
+    def _variabilities(self, component: str) -> set[str]:
+        """Those of the connected Real outputs of a component, or of all if none is connected."""
+        outputs = self.descriptions[component].of_causality("output")
+        connected = {p.variable for p in self.wiring.sources if p.component == component}
+        given = [v for v in outputs if v.name in connected] or outputs
+        return {v.variability for v in given if v.type == "Real"}
 
     @property
     def timings(self) -> dict[Link, Timing]:

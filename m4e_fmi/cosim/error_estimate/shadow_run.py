@@ -1,4 +1,5 @@
-"""Online estimate of the coupling error where FMUs cannot go back: a second set of instances.
+"""Online estimate of the coupling error where FMUs cannot go back, or step less often than the
+system without being sampled: a second set of instances.
 
 It begins at the start time as the run does, and makes steps twice as long (or half as long: see
 `step_doubling` for the meaning of the difference). It costs half of the run again (or twice), but

@@ -70,11 +70,6 @@ class Variable:
     minimum: float = -math.inf
     maximum: float = math.inf
 
-    @property
-    def is_continuous(self) -> bool:
-        """True of a Real that may change at any time, not at events or sample times only."""
-        return self.type == "Real" and self.variability == "continuous"
-
 
 @dataclass(frozen=True)
 class Description(Displayed):
