@@ -43,7 +43,7 @@ class Prepared(Displayed):
 
         A sampled component, as a digital controller, is known by its connected outputs (its
         outputs, if none is connected): all are discrete, so that its step is a part of what it is.
-        Any other is a continuous system, of which a longer step is an approximation.
+        All others are continuous systems, of which a longer step is an approximation.
         """
         return {
             name: rate
