@@ -3,7 +3,8 @@
 Two-mass oscillator as in `test_cosim_order`, one of the two stepped by H/n. The order follows from
 what acts on it (`m4e_fmi/cosim/stepping/input_interpolation.py`): held values with the first moment
 of the course leave third order, one held value, right in its mean only, second. A sampled component
-gives constants to the others, so that its system has the exact course whatever the step.
+gives constants to the others, so that its system has the exact course whatever the step. A longer
+step of a mass is an approximation like any other.
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim import (
+    Component,
+    CouplingErrorReport,
+    FmuFile,
+    Network,
+    Outcome,
+    Simulation,
+    System,
+    prepare,
+    run,
+)
 
 Fmus = Callable[[str], Path]
 
@@ -103,6 +114,123 @@ def test_the_certificate_knows_of_own_steps(
     stated = outcome.certificate.errors[0].error  # type: ignore[union-attr]
     assert true < 3 * stated
     assert stated < 10 * true
+
+
+Oscillators = tuple[float, float, float]
+
+
+def coupled(
+    fmus: Fmus, algorithm: str, side: str, own: float, given: Oscillators, options: str = ""
+) -> tuple[System, np.ndarray]:
+    """Two masses of 1 kg in steps of 0.01 s, but `side` of `own`, and their exact course.
+
+    `given` are the stiffness of b to the wall and of the coupling [N/m], and the damping [N.s/m] of
+    both walls and the coupling; a has 1 N/m to its wall. The course is x and v of a, and the force.
+    """
+    wall, between, damping = given
+    extra = {side: options}
+    parts = (
+        Component(
+            "a",
+            FmuFile(fmus(f"mass+state{extra.get('a', '')}")),
+            {"stiffness": 1.0, "damping": damping, "body.m.x": 1.0},
+        ),
+        Component(
+            "b",
+            FmuFile(fmus(f"partner+state{extra.get('b', '')}")),
+            {"stiffness": wall, "coupling": between, "damping": damping, "wall_damping": damping},
+        ),
+    )
+    parts = tuple(replace(part, step_size=own) if part.name == side else part for part in parts)
+    matrix = np.array(
+        [
+            [0.0, 1.0, 0.0, 0.0],
+            [-1.0 - between, -2.0 * damping, between, damping],
+            [0.0, 0.0, 0.0, 1.0],
+            [between, damping, -wall - between, -2.0 * damping],
+        ]
+    )
+    whole, states = expm(0.01 * matrix), [np.array([1.0, 0.0, 0.0, 0.0])]
+    for _ in range(600):
+        states.append(whole @ states[-1])
+    x, v, x_b, v_b = np.array(states).T
+    exact = np.column_stack((x, v, between * (x_b - x) + damping * (v_b - v)))
+    return System("s", parts, ("a.m <-> b.end",), Simulation(6.0, 0.01, algorithm)), exact
+
+
+def stated_and_true(system: System, exact: np.ndarray) -> tuple[Outcome, float]:
+    """The outcome, and the largest error over the range of its output."""
+    names, seen = ("a.body.m.x", "a.body.m.vx", "b.end.force_x"), list[list[float]]()
+    outcome = run(system, observers=[lambda _, n: seen.append([n.read(name) for name in names])])
+    return outcome, (np.abs(np.array(seen) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
+
+
+@pytest.mark.verifies(
+    "coupling error stated of two oscillators in steps of 10 ms, one of 20, 30 or 50 ms, of "
+    "several stiffnesses and dampings: true one at most so many times as large",
+    analytic="matrix exponential",
+    tolerance="3",
+)
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("side", ["a", "b"])
+@pytest.mark.parametrize("own", [0.02, 0.03, 0.05])
+def test_longer_steps_of_a_mass_are_in_the_stated_error(
+    c_fmu: Fmus, algorithm: str, side: str, own: float
+) -> None:
+    cases = [(1.0, 1.0, 0.0), (100.0, 1.0, 0.0), (1.0, 0.1, 0.05), (10.0, 50.0, 0.5)]
+    for given in cases if own == 0.03 else cases[:1]:
+        outcome, true = stated_and_true(*coupled(c_fmu, algorithm, side, own, given))
+        report = outcome.certificate
+        assert isinstance(report, CouplingErrorReport)
+        assert report.worst
+        assert true < 3 * report.worst.error
+        assert report.worst.error < 3 * true
+        assert f"halve the step, and that of {side}, for" in str(report)
+        assert not outcome.warnings or "unusable" in outcome.warnings[0]
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_an_unstable_longer_step_is_unusable(c_fmu: Fmus, algorithm: str) -> None:
+    outcome, true = stated_and_true(*coupled(c_fmu, algorithm, "b", 0.05, (10.0, 50.0, 0.0)))
+    assert true > 10.0
+    assert "and that of b, or another algorithm" in " ".join(outcome.warnings)
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_longer_steps_that_no_other_can_replace_are_named(c_fmu: Fmus, algorithm: str) -> None:
+    """True error 0.06 of the range; the FMU makes steps of one size only."""
+    system, exact = coupled(c_fmu, algorithm, "b", 0.03, (1.0, 1.0, 0.0), "+constant")
+    outcome, true = stated_and_true(system, exact)
+    assert true > 0.03
+    report = outcome.certificate
+    assert isinstance(report, CouplingErrorReport)
+    assert not report.errors
+    assert "longer steps of b" in str(report)
+    assert any("does not count the longer steps of b" in line for line in outcome.warnings)
+
+
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
+def test_a_sampled_controller_is_known_by_its_discrete_outputs(c_fmu: Fmus, version: str) -> None:
+    rows: list[list[tuple[float, float]]] = []
+    for options, longer in (("", {"c"}), ("+discrete", set[str]())):
+        parts = (
+            Component("plant", FmuFile(c_fmu("lag+state")), {"y": 1.0}),
+            Component("c", FmuFile(c_fmu(f"{version}integrator{options}")), step_size=0.3),
+        )
+        links = ("plant.y * -1 -> c.u", "c.y -> plant.u")
+        prepared = prepare(System("s", parts, links, Simulation(3.0, 0.1)))
+        assert {*prepared.longer} == longer
+        rows.append([])
+        report = run(
+            prepared, observers=[lambda _, n: rows[-1].append((n.read("plant.y"), n.read("c.y")))]
+        ).certificate
+        assert isinstance(report, CouplingErrorReport)
+        assert report.worst
+        # half the samples are another controller; what is left of a sampled one is Runge and
+        # Kutta's error (0.1/20)^4
+        assert (report.worst.error > 0.01) == bool(longer)
+        assert (report.worst.error < 1e-9) == (not longer)
+    assert rows[0] == rows[1]  # to the last bit
 
 
 @pytest.mark.verifies(

@@ -158,7 +158,9 @@ def _described(
     """The variables of the FMU, with the place in the file where an output comes from.
 
     What outputs depend on is not known: calculated ones on everything, held ones on nothing now.
+    Those of code with steps of its own are discrete: they change where it is sampled.
     """
+    variability = "discrete" if user.has("step") else "continuous"
     for v in variables["parameters"].values():
         for element in v.elements:
             yield FmuVariable(
@@ -179,6 +181,6 @@ def _described(
         for element in v.elements:
             yield FmuVariable(
                 element, v.unit, text,
-                causality="output", initial="calculated",
+                causality="output", variability=variability, initial="calculated",
                 dependencies=() if v.name in held else None, initial_dependencies=None,
             )  # fmt: skip

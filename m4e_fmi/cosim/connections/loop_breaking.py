@@ -44,7 +44,7 @@ def broken(
             f"{'have' if len(found) > 1 else 'has'} the value of the previous step"
         ]
     for name, rate in rates.items():
-        if not rate.is_sampled:
+        if not rate.is_longer:
             continue
         stuck = _loop_links(descriptions, wiring, name)
         if not stuck:

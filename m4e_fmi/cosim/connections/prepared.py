@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.overview import overview
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.connections.timing import Timing, timings
+from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
@@ -35,6 +36,36 @@ class Prepared(Displayed):
     hosts: Mapping[str, Host] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    @property
+    def longer(self) -> dict[str, ComponentStep]:
+        """Steps that are longer than the system's, of components that are not sampled.
+
+        A sampled component, as a digital controller, is known by its connected outputs (its
+        outputs, if none is connected): all are discrete, so that its step is a part of what it is.
+        All others are continuous systems, of which a longer step is an approximation.
+        """
+        return {
+            name: rate
+            for name, rate in self.rates.items()
+            if rate.is_longer and "continuous" in self._variabilities(name)
+        }
+
+    @property
+    def halved(self) -> dict[str, ComponentStep]:
+        """Those `longer` steps at half their length, where the FMUs make such steps."""
+        return {
+            name: replace(rate, step=rate.step / 2)
+            for name, rate in self.longer.items()
+            if not rate.constant and self.descriptions[name].internal_step is None
+        }
+
+    def _variabilities(self, component: str) -> set[str]:
+        """Those of the connected Real outputs of a component, or of all if none is connected."""
+        outputs = self.descriptions[component].of_causality("output")
+        connected = {p.variable for p in self.wiring.sources if p.component == component}
+        given = [v for v in outputs if v.name in connected] or outputs
+        return {v.variability for v in given if v.type == "Real"}
 
     @property
     def timings(self) -> dict[Link, Timing]:

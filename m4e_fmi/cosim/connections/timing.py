@@ -42,16 +42,14 @@ def timings(
 ) -> dict[Link, Timing]:
     """The timing of every link that carries values at communication points."""
 
-    def is_sampled(component: str) -> bool:
-        return component in rates and rates[component].is_sampled
+    def skips(component: str) -> bool:
+        return component in rates and rates[component].is_longer
 
     followed = [
         link
         for link in wiring.links
         if link.is_real
-        and not (
-            link.delayed or is_sampled(link.source.component) or is_sampled(link.target.component)
-        )
+        and not (link.delayed or skips(link.source.component) or skips(link.target.component))
     ]
     cycles = component_cycles(descriptions, followed)
     cycle_of = {name: cycle for cycle in cycles for name in cycle}
@@ -72,9 +70,9 @@ def timings(
     def timing(link: Link) -> Timing:
         if link.delayed:
             return Timing.DELAYED
-        if is_sampled(link.target.component):
+        if skips(link.target.component):
             return Timing.TAKEN
-        if is_sampled(link.source.component):
+        if skips(link.source.component):
             return Timing.HELD
         if not link.is_real:
             return Timing.SWITCHED

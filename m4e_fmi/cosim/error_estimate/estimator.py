@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +22,12 @@ from m4e_fmi.fmu.importer.reading import Description
 
 
 class ErrorEstimator(Watcher, Protocol):
-    """An estimate of the coupling error while a run goes on."""
+    """An estimate of the coupling error while a run goes on.
+
+    `longer` is that of `CouplingErrorReport`.
+    """
+
+    longer: Mapping[str, bool]
 
     @property
     def failure(self) -> str:
@@ -62,7 +68,7 @@ def error_estimator(
     network: Network,
     make: Callable[[Network], Algorithm],
     prepared: Prepared,
-    second: Callable[[], Network],
+    second: Callable[[Prepared], Network],
     *,
     order: int,
     changeable: bool,
@@ -72,6 +78,10 @@ def error_estimator(
     `make` makes the algorithm anew; `second` makes a second network, at the start time. In a
     `changeable` run, values may be set between the steps. With actions of a scenario whose values
     are held within steps, the order is 1.
+
+    A longer step of a component that is not sampled makes an error of first order, of its length
+    and not of the system's. A second network at half the step makes that half as long, too: what
+    it differs by is half of that error, and more of those of higher order.
     """
     held = bool(network.scenario.held)
     order = 1 if held else order
@@ -80,34 +90,44 @@ def error_estimator(
         return lengths
     sources, spans = monitored_places(network), Spans(network)
     fixed = without_rollback(prepared.descriptions)
-    if not fixed:
+    longer, halved = prepared.longer, prepared.halved if HALF in lengths else {}
+    settings = prepared.system.simulation
+    other = None
+    if fixed or halved:
+        try:
+            other = second(replace(prepared, rates={**prepared.rates, **halved}))
+        except RunError as error:
+            if fixed:
+                return (
+                    f"{' and '.join(fixed)} cannot roll back (canGetAndSetFMUstate), a second set "
+                    f"of FMUs fails ({error.message})"
+                )
+            halved = {}
+    if other is None:
         coarse = _coarse(prepared)
-        return StepDoublingEstimator(
+        run = StepDoublingEstimator(
             network, make, sources, lengths, order=order, spans=spans, coarse=coarse
         )
-    try:
-        other = second()
-    except RunError as error:
-        return (
-            f"{' and '.join(fixed)} cannot roll back (canGetAndSetFMUstate), a second set of "
-            f"FMUs fails ({error.message})"
+    else:
+        single = settings.stop_time - settings.start_time <= settings.step_size
+        length = lengths[-1] if halved or changeable or single else lengths[0]
+        order = 1 if halved else order
+        run = ShadowRun(
+            network, other, make, settings, sources, order=order, length=length, spans=spans
         )
-    settings = prepared.system.simulation
-    single = settings.stop_time - settings.start_time <= settings.step_size
-    length = lengths[-1] if changeable or single else lengths[0]
-    run = ShadowRun(network, other, make, settings, sources, length=length, spans=spans)
-    run.switched = held
+        run.switched = held
+    run.longer = {name: name in halved for name in longer}
     return run
 
 
 def _lengths(prepared: Prepared) -> list[float] | str:
     """Usable lengths of steps, over the run's; or why there are none."""
     rates = prepared.rates.items()
-    odd = [f"{n} {r}" for n, r in rates if r.is_sampled and r.every % 2]
+    odd = [f"{n} {r}" for n, r in rates if r.is_longer and r.every % 2]
     whole = [f"{n} {r}" for n, r in rates if not r.shortens]
     size = round(prepared.system.simulation.step_size * NS_PER_SECOND)
-    if without_rollback(prepared.descriptions) and size % 2:
-        whole.append("FMUs without rollback, and steps of an odd number of nanoseconds")
+    if (without_rollback(prepared.descriptions) or prepared.halved) and size % 2:
+        whole.append("two sets of FMUs, and steps of an odd number of nanoseconds")
     if odd and whole:
         return (
             f"steps of twice the length do not meet all points of a component ({odd[0]}), and "

@@ -166,7 +166,7 @@ class RepeatedWindows:
 
     def _phase(self, state: StepDoublingState, run: np.ndarray) -> int | None:
         """Which of two steps of the run begins these times; None if no component has rarer ones."""
-        if len(run) < 2 or not any(rate.is_sampled for rate in self._network.rates.values()):
+        if len(run) < 2 or not any(rate.is_longer for rate in self._network.rates.values()):
             return None
         return round((run[0] - state.coverage.start) / (run[1] - run[0])) % 2
 

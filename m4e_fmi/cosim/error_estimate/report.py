@@ -17,8 +17,8 @@ coupling alone; each FMU's own error is the same in both runs.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -77,15 +77,40 @@ class CouplingError:
 @short
 @dataclass(frozen=True)
 class CouplingErrorReport(Displayed):
-    """Estimated coupling errors of a run, the largest first, and how much of it was watched."""
+    """Estimated coupling errors of a run, the largest first, and how much of it was watched.
+
+    `longer` are the components, none of them sampled, with steps longer than the system's: True
+    where the errors include those of their steps. Where not, errors of rounding are left out.
+    """
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
+    longer: Mapping[str, bool] = field(default_factory=dict)
 
     @property
     def worst(self) -> CouplingError | None:
         """The largest error of what is not `switched`, or if all is, of all; None without any."""
         return next((e for e in self.errors if not e.switched), next(iter(self.errors), None))
+
+    @property
+    def uncovered(self) -> str:
+        """The components whose longer steps are not in the errors, in words; empty if all are."""
+        return " and ".join(name for name, known in self.longer.items() if not known)
+
+    def with_longer(self, longer: Mapping[str, bool]) -> CouplingErrorReport:
+        """The same for a run with these components of `longer` steps."""
+        errors = [e for e in self.errors if e.error > NOISE or all(longer.values())]
+        return replace(self, errors=tuple(errors), longer=longer)
+
+    def partial(self) -> str:
+        """The warning of longer steps whose error is not known; empty if there are none."""
+        if not self.uncovered:
+            return ""
+        return (
+            f"the stated coupling error does not count the longer steps of {self.uncovered}, which "
+            "are made at one length only: take a step_size of the system as long as these; of a "
+            "sampled controller take an FMU that declares its connected outputs as discrete"
+        )
 
     def warning(self, *, advice: bool = True) -> str:
         """The warning of an error that leaves no result; empty if the largest is not LARGE."""
@@ -97,16 +122,25 @@ class CouplingErrorReport(Displayed):
             return told
         if not worst.falls:
             return f"{told}; take another algorithm, or FMUs that announce their events"
-        return f"{told}; take a smaller step_size, or another algorithm"
+        return f"{told}; take a smaller step_size{self._halved or ','} or another algorithm"
 
     def __str__(self) -> str:
-        worst = self.worst
+        worst, without = self.worst, f", without the longer steps of {self.uncovered}"
+        if worst is None and self.uncovered:
+            return f"the coupling error is not known: that of the longer steps of {self.uncovered}"
         if worst is None:
             return "no coupling, no coupling error"
-        remedy = f"halve the step for {worst.halved:.1e}"
+        remedy = f"halve the step{self._halved} for {worst.halved:.1e}"
         if not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        return f"largest coupling error {worst} ({worst.connection}); {remedy}{self._switched}"
+        where = f"{worst} ({worst.connection})" + (without if self.uncovered else "")
+        return f"largest coupling error {where}; {remedy}{self._switched}"
+
+    @property
+    def _halved(self) -> str:
+        """The components whose steps are to be shortened with the system's, in words."""
+        found = " and ".join(name for name, known in self.longer.items() if known)
+        return f", and that of {found}," if found else ""
 
     @property
     def _switched(self) -> str:
@@ -204,18 +238,13 @@ def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
     return np.where(spans > 0.0, np.maximum(spans, least), spans)
 
 
-def is_sampled(network: Network) -> bool:
-    """True if a component does nothing at some points of the system."""
-    return any(rate.is_sampled for rate in network.rates.values())
-
-
 def switching(network: Network) -> frozenset[str]:
     """Components that are sampled, exchange values that are no Reals, or take Reals from such ones.
 
     Others that change by much within one step may have become unstable.
     """
-    sampled = {name for name, rate in network.rates.items() if rate.is_sampled}
-    makers = sampled | {p.component for p in network.discrete.outputs} | network.discrete.takers
+    outputs = {p.component for p in network.discrete.outputs}
+    makers = network.sampled | outputs | network.discrete.takers
     taken = {k.target.component for k in network.links if k.source.component in makers}
     return frozenset(makers | taken)
 
@@ -267,7 +296,7 @@ def compared(
     share = 2.0**order / (2.0**order - 1)
     errors = np.abs(first - second).max(axis=0) * share
     ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
-    leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if is_sampled(network) else None
+    leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if network.sampled else None
     return certificate(
         network, connections, errors=errors, halved=halved, ranges=ranges, leaps=leaps
     )

@@ -1,4 +1,5 @@
-"""Online estimate of the coupling error where FMUs cannot go back: a second set of instances.
+"""Online estimate of the coupling error where FMUs cannot go back, or step less often than the
+system without being sampled: a second set of instances.
 
 It begins at the start time as the run does, and makes steps twice as long (or half as long: see
 `step_doubling` for the meaning of the difference). It costs half of the run again (or twice), but
@@ -7,7 +8,7 @@ covers all of it: nothing has to be concluded from a part.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -99,9 +100,9 @@ class Recorder:
 class ShadowRun:
     """Follows a run of `network` with `other`, a network of the same system at its start.
 
-    `make` gives the algorithm that steps `other`; `simulation` is that of the run. Steps have this
-    `length` over the run's, TWICE or HALF. `spans` gives the range of all outputs of its unit for
-    the range of each source.
+    `make` gives the algorithm that steps `other`; `simulation` is that of the run. Errors are of
+    this `order`, steps have this `length` over the run's, TWICE or HALF. `spans` gives the range of
+    all outputs of its unit for the range of each source.
     """
 
     def __init__(
@@ -112,6 +113,7 @@ class ShadowRun:
         simulation: Simulation,
         sources: np.ndarray,
         *,
+        order: int,
         length: float,
         spans: Callable[[np.ndarray], np.ndarray],
     ) -> None:
@@ -126,7 +128,7 @@ class ShadowRun:
         )
         self._size, stop = round(size * NS_PER_SECOND), round(simulation.stop_time * NS_PER_SECOND)
         self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
-        self._twice, self._order = length == TWICE, algorithm.order
+        self._twice, self._order = length == TWICE, order
         self._spans = spans
         self._steps = 0
         values = network.values[sources]
@@ -138,6 +140,7 @@ class ShadowRun:
         """Why the errors are not known, if so."""
         self.switched = False
         """True if discrete values have changed, at other times in the other set."""
+        self.longer: Mapping[str, bool] = {}
 
     @property
     def operations(self) -> tuple[Operation, ...]:
@@ -214,15 +217,17 @@ class ShadowRun:
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """Largest known errors (n,) of the sources, in their units, or those at half the step.
 
-        Two runs alone do not show their order: it is the algorithm's. Where outputs have kinks
-        it changes with where these fall in a step, and is taken as KINKED; none shows where they
-        make errors of the size of the range.
+        Two runs alone do not show their order: it is the algorithm's, or that of components'
+        longer steps. Where outputs have kinks it changes with where these fall in a step, and is
+        taken as KINKED; none shows where they make errors of the size of the range.
         """
         order = float(self._order)
         found = self._at(order)
         spans = self._spans(self.ranges())
         shares = over(found, spans)
-        if self.switched or (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any():
+        kinked = (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any()
+        held = any(self.longer.values())  # over longer steps: these kinks fall with the steps
+        if self.switched or (kinked and not held):
             found = self._at(KINKED)
             return halved_kinks(found, spans) if halved else found
         return found / 2.0**order if halved else found

@@ -41,7 +41,7 @@ end. Where rougher ones come later, it is followed and decided anew.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -95,6 +95,7 @@ class StepDoublingEstimator:
         self._errors = StretchErrors(
             network, self._windows, self._roughness, sources, coarse=coarse
         )
+        self.longer: Mapping[str, bool] = {}
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (
             gather(self._values, network.values, sources),

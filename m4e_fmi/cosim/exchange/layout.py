@@ -87,7 +87,8 @@ class ExchangedVariables:
     `stepped`, `middle` and `earlier` are the starts of the blocks.
     `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
     `has_loops` is True if algebraic loops are solved at each communication point. `rates` are the
-    steps of the components that have their own.
+    steps of the components that have their own, `sampled` those that are controllers by nature:
+    their outputs are discrete.
     `monitored_outputs` are those by which the coupling error is measured, each with the index of a
     connection: the sources of all links, and the outputs of components without connected outputs.
     """
@@ -106,6 +107,9 @@ class ExchangedVariables:
             k * len(self.outputs) for k in range(BLOCKS)
         )
         self.rates = prepared.rates
+        self.sampled = frozenset(n for n, rate in self.rates.items() if rate.is_longer) - {
+            *prepared.longer
+        }
         self._origin = round(prepared.system.simulation.start_time * NS_PER_SECOND)
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {port: k for k, port in enumerate(self.targets)}
@@ -123,7 +127,7 @@ class ExchangedVariables:
     def due(self, component: str) -> Due | None:
         """The times of the component's points; None if it has one at every communication point."""
         rate = self.rates.get(component)
-        if rate is None or not rate.is_sampled:
+        if rate is None or not rate.is_longer:
             return None
         return Due(self._origin, round(rate.step * NS_PER_SECOND))
 

@@ -173,7 +173,7 @@ class Network(ExchangedVariables):
         instance, rate = self.instances[component], self.rates.get(component)
         if rate is None:
             return [DoStep(instance)]
-        if rate.is_sampled:
+        if rate.is_longer:
             return [DoStep(instance, own=rate.step, due=self.due(component))]
         pieces, steps = self.pieces(rate)
         count = pieces * steps

@@ -13,6 +13,7 @@ from m4e_fmi.cosim.checkpoint.state import Memory, State
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
@@ -84,7 +85,7 @@ class Master:
         with setting_up(), ExitStack() as stack:
             prepared = self._prepared
             self._loaded = binaries(prepared.descriptions, stack, None, prepared.hosts)
-            self.network = self._initialised(self._loaded, stack, self._journal, "")
+            self.network = self._initialised(prepared, self._loaded, stack, self._journal, "")
             self._prepare(stack)
             self._open = stack.pop_all()
         return self
@@ -99,10 +100,15 @@ class Master:
             self._open.__exit__(kind, error, trace)
 
     def _initialised(
-        self, loaded: Mapping[str, Binary], stack: ExitStack, journal: Journal | None, suffix: str
+        self,
+        prepared: Prepared,
+        loaded: Mapping[str, Binary],
+        stack: ExitStack,
+        journal: Journal | None,
+        suffix: str,
     ) -> Network:
         return initialised(
-            self._prepared,
+            prepared,
             loaded,
             stack,
             journal,
@@ -131,7 +137,7 @@ class Master:
                 self.network,
                 self._make,
                 self._prepared,
-                lambda: self._second(stack),
+                lambda other: self._second(other, stack),
                 order=self.order,
                 changeable=self._changeable,
             )
@@ -156,11 +162,10 @@ class Master:
         own = all(rate.shortens for rate in self._prepared.rates.values())
         return own and not self._without_rollback()
 
-    def _second(self, stack: ExitStack) -> Network:
+    def _second(self, prepared: Prepared, stack: ExitStack) -> Network:
         """A second network at the start time; `stack` closes it."""
-        prepared = self._prepared
         loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
-        return self._initialised(loaded, stack, None, SECOND_SET)
+        return self._initialised(prepared, loaded, stack, None, SECOND_SET)
 
     def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors of the run that has ended, or why they are not known."""
@@ -226,7 +231,8 @@ class Master:
         certificate = self.certificate() if self._certify else ""
         known = isinstance(certificate, CouplingErrorReport)
         useless = certificate.warning(advice=not grown) if known else ""
-        return (*early, *self._second_look.notes, *filter(None, (grown, useless)))
+        partial = certificate.partial() if known else ""
+        return (*early, *self._second_look.notes, *filter(None, (grown, useless, partial)))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:
@@ -385,6 +391,8 @@ class Master:
         self._stability.back(state.time, self.steps)
         if isinstance(self.estimator, StepDoublingEstimator) and state.seen:
             self.estimator.restore(state.seen)
+        elif isinstance(self.estimator, ShadowRun):
+            self.estimator.stop("the run went on from a saved state, a second set of FMUs did not")
         self._changes = []
 
     def memory(self) -> Memory:

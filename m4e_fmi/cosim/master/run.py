@@ -184,8 +184,11 @@ def _checked(
     outcome = _once(system, replace(options, watched=True), [*observers, trace], progress)
     with second_run(outcome.path):
         _once(again, Options(watched=True, certify=False), [finer_trace], progress)
-    found = compared(trace, finer_trace, system.system.connections, outcome.order)
-    return replace(outcome, checked=found)
+    halved = system.halved
+    order = 1 if halved else outcome.order
+    found = compared(trace, finer_trace, system.system.connections, order)
+    longer = {name: name in halved for name in system.longer}
+    return replace(outcome, checked=found.with_longer(longer))
 
 
 def begun_at(

@@ -29,8 +29,8 @@ def second_run(results: Path | None) -> Generator[None]:
 def finer(prepared: Prepared) -> Prepared:
     """The same at half the step, which components that make several steps in each halve too.
 
-    Those that step more rarely keep their step: it is what they are, and not how they are computed.
-    InputError for an FMU that makes steps of one size only.
+    Sampled ones keep their step: it is what they are, and not how they are computed. InputError
+    for an FMU that makes steps of one size only.
     """
     system = prepared.system
     settings, tolerance = system.simulation, system.simulation.coupling_tolerance
@@ -43,7 +43,9 @@ def finer(prepared: Prepared) -> Prepared:
                 "leave out --check: the error estimate of each run needs no other step size",
             )
         halved = prepared.descriptions[part.name].internal_step is None
-        if rate and halved and part.step_size is not None and not rate.is_sampled:
+        if rate and rate.is_longer:
+            halved = part.name in prepared.halved
+        if rate and halved and part.step_size is not None:
             part = replace(part, step_size=rate.step / 2)
         parts.append(part)
     simulation = replace(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from m4e_fmi.cosim.connections.links import Bond
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator
-from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate, is_sampled
+from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
@@ -38,15 +38,16 @@ def certified(
         return estimator.failure
     if isinstance(estimator, ShadowRun) and switched:
         estimator.switched = True  # the two sets switch at different times
-    return certificate(
+    found = certificate(
         network,
         connections,
         errors=estimator.errors(),
         halved=estimator.errors(halved=True),
         ranges=estimator.ranges(),
-        leaps=estimator.leaps() if switched or is_sampled(network) else None,
+        leaps=estimator.leaps() if switched or network.sampled else None,
         coverage=estimator.coverage(),
     )
+    return found.with_longer(estimator.longer)
 
 
 def network_notes(network: Network, switches: Switches) -> list[str]:

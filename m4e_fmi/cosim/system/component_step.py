@@ -43,14 +43,14 @@ class ComponentStep:
     adaptive: bool = False
 
     @property
-    def is_sampled(self) -> bool:
-        """True if there are points of the system at which the component does nothing."""
+    def is_longer(self) -> bool:
+        """True if it is longer than the system's: at some points the component does nothing."""
         return self.every > 1
 
     @property
     def shortens(self) -> bool:
         """True if the steps of the system may be shorter than usual."""
-        return self.is_sampled or not self.constant
+        return self.is_longer or not self.constant
 
     def __str__(self) -> str:
         if self.adaptive and self.pieces == 1:
@@ -65,7 +65,7 @@ class ComponentStep:
             )
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"
-        if self.is_sampled:
+        if self.is_longer:
             return f"{how}, once in {self.every} steps"
         return f"{how}, {self.pieces} times in each step" if self.pieces > 1 else how
 

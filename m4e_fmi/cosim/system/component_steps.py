@@ -121,7 +121,7 @@ def _rate(component: Component, description: Description, system: System) -> Com
     own, inside = seconds(component.step_size), description.internal_step
     if inside is not None:
         internal = seconds(inside)
-        if not fits(internal, own) or rate(internal, own).is_sampled:
+        if not fits(internal, own) or rate(internal, own).is_longer:
             raise InputError.single(
                 f"step_size {float(own):g} s is not a multiple of {inside:g} s, its FMU's own step "
                 "(fixedInternalStepSize)",
@@ -134,7 +134,7 @@ def _check(own: ComponentStep, system: System) -> None:
     """InputError if the run does not allow this step."""
     simulation = system.simulation
     only = "its FMU makes steps of one size only (canHandleVariableCommunicationStepSize)"
-    if simulation.coupling_tolerance is not None and (own.constant or own.is_sampled):
+    if simulation.coupling_tolerance is not None and (own.constant or own.is_longer):
         why = only if own.constant else f"it {own}"
         raise InputError.single(
             f"{why}, and with a coupling_tolerance the steps of the system change",

@@ -169,8 +169,9 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
 
 def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, str]:
     """The coupling error [1] that a run tells by itself, and its output; nan if it is not known."""
-    worst = certificate.worst if isinstance(certificate, CouplingErrorReport) else None
-    return (float(worst.error), str(worst.source)) if worst else (math.nan, "")
+    if isinstance(certificate, str) or certificate.uncovered or not certificate.worst:
+        return math.nan, ""
+    return float(certificate.worst.error), str(certificate.worst.source)
 
 
 def _prepared(task: Task, place: _Place) -> Prepared:

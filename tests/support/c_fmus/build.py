@@ -295,6 +295,7 @@ OPTIONS = {
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
     "loud": ("LOUD", ""),
+    "discrete": ("", ""),
     "anonymous": ("ANONYMOUS", ""),
     "reluctant": ("RELUCTANT", ""),
     "armed": ("", ""),
@@ -308,7 +309,8 @@ has made when something has been set. A loud one warns with its name when it is 
 anonymous one without saying which instance it is. A reluctant one answers its end with an error.
 One with a state as bytes can give it to another process; an unreadable one crashes when it is to
 take one. One with a state that forgets does not bring its last variable back; one that claims has
-no state. An armed one does harm when the file `trouble_file` says so: see trouble.h.
+no state. One that is discrete declares its outputs so. An armed one does harm when the file
+`trouble_file` says so: see trouble.h.
 """
 
 
@@ -323,7 +325,7 @@ def build(name: str, folder: Path, linked: Sequence[str] = ()) -> Path:
     library = folder / (name + fmpy.sharedLibraryExtension)
     headers = Path(fmpy.__file__).parent / "c-code"
     flags = ["-DMOVES"] if model == "moving_partner" else []
-    flags += [f"-D{OPTIONS[option][0]}" for option in options if option != "armed"]
+    flags += [f"-D{OPTIONS[option][0]}" for option in options if OPTIONS[option][0]]
     flags += armed(folder / name, options)
     command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
     command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", *linked]
@@ -361,7 +363,7 @@ def describe(name: str, variables: tuple[V, ...], options: Sequence[str] = ()) -
         f'<fmiModelDescription fmiVersion="2.0" modelName="{name}" guid="{name}">'
         f'<CoSimulation modelIdentifier="{name}" {_abilities(options)}/>'
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
-        + "".join(_scalar(k, v, index) for k, v in enumerate(variables))
+        + "".join(_scalar(k, v, index, options) for k, v in enumerate(variables))
         + f"</ModelVariables><ModelStructure><Outputs>{listed(outputs)}</Outputs>"
         + (f"<InitialUnknowns>{listed(unknowns)}</InitialUnknowns>" if unknowns else "")
         + "</ModelStructure></fmiModelDescription>"
@@ -381,9 +383,11 @@ def _needs(v: V, index: dict[str, str]) -> str:
     return f' dependencies="{" ".join(index[name] for name in v.needs)}"'
 
 
-def _scalar(reference: int, v: V, index: dict[str, str]) -> str:
+def _scalar(reference: int, v: V, index: dict[str, str], options: Sequence[str]) -> str:
     fixed = v.causality in ("parameter", "calculatedParameter")
     variability = "tunable" if v.tunable else "fixed" if fixed else "continuous"
+    if v.causality == "output" and "discrete" in options:
+        variability = "discrete"
     initial = v.initial or {"parameter": "exact", "input": None}.get(v.causality, "calculated")
     real = f"unit={quoteattr(v.unit)}" if v.unit else ""
     if v.start is not None:

@@ -16,6 +16,7 @@ OPTIONS_1 = {
     "clears": "",
     "lazy": "",
     "picky": "",
+    "discrete": "",
     "armed": "",
 }
 OPTIONS_3 = {
@@ -30,6 +31,7 @@ OPTIONS_3 = {
     "clears": "",
     "tenth": 'fixedInternalStepSize="0.1"',
     "rigid": "",
+    "discrete": "",
     "armed": "",
     "refuses": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
 }
@@ -121,7 +123,7 @@ def build_version(version: str, name: str, folder: Path) -> Path:
         inputs_from = next((k for k, v in enumerate(variables) if v.causality == "input"), 0)
         flags = [f'-DMODEL="{source}"', f"-DIDENTIFIER={name}", f"-DINPUTS_FROM={inputs_from}"]
         text = (description_1 if version == "1" else scalars_3)(name, variables, options)
-    flags += [f"-D{FLAGS[option]}" for option in options if option != "armed"]
+    flags += [f"-D{FLAGS[option]}" for option in options if FLAGS[option]]
     flags += armed(folder / name, options)
     platform = fmpy.platform if version == "1" else fmpy.platform_tuple
     library = folder / (name + fmpy.sharedLibraryExtension)
@@ -144,22 +146,24 @@ def description_1(name: str, variables: Sequence[V], options: Sequence[str] = ()
         f'<fmiModelDescription fmiVersion="1.0" modelName="{name}" modelIdentifier="{name}" '
         f'guid="{name}" numberOfContinuousStates="0" numberOfEventIndicators="0">'
         f"<UnitDefinitions>{units}</UnitDefinitions><ModelVariables>"
-        + "".join(_scalar_1(k, v) for k, v in enumerate(variables))
+        + "".join(_scalar_1(k, v, options) for k, v in enumerate(variables))
         + "</ModelVariables><Implementation><CoSimulation_StandAlone><Capabilities "
         f'canHandleVariableCommunicationStepSize="true" {capabilities}/>'
         "</CoSimulation_StandAlone></Implementation></fmiModelDescription>"
     )
 
 
-def _scalar_1(reference: int, v: V) -> str:
+def _scalar_1(reference: int, v: V, options: Sequence[str]) -> str:
     fixed = v.causality == "parameter"
+    discrete = v.causality == "output" and "discrete" in options
+    variability = "parameter" if fixed else "discrete" if discrete else "continuous"
     causality = "internal" if fixed or v.causality == "calculatedParameter" else v.causality
     start = f' start="{v.start}"' if v.start is not None else ""
     needs = v.needs if v.causality == "output" else None
     declared = "" if needs is None else "".join(f"<Name>{n}</Name>" for n in needs)
     return (
         f'<ScalarVariable name={quoteattr(v.name)} valueReference="{reference}" '
-        f'variability="{"parameter" if fixed else "continuous"}" causality="{causality}">'
+        f'variability="{variability}" causality="{causality}">'
         f"<Real unit={quoteattr(v.unit)}{start}/>"
         + ("" if needs is None else f"<DirectDependency>{declared}</DirectDependency>")
         + "</ScalarVariable>"
@@ -181,6 +185,8 @@ def scalars_3(name: str, variables: Sequence[V], options: Sequence[str] = ()) ->
         parts = [f"name={quoteattr(v.name)}", f'valueReference="{reference[v.name]}"']
         parts += [f'causality="{v.causality}"', f"unit={quoteattr(v.unit)}"]
         parts += ['variability="tunable"' if v.tunable else 'variability="fixed"'] if fixed else []
+        if v.causality == "output" and "discrete" in options:
+            parts += ['variability="discrete"']
         parts += [f'initial="{v.initial}"'] if v.initial else []
         parts += [f'start="{v.start}"'] if v.start is not None else []
         parts += [f'derivative="{reference[v.rate_of]}"'] if v.rate_of else []

@@ -56,9 +56,9 @@ def loop(c_fmu: Fmus) -> System:
 
 
 def rates(c_fmu: Fmus) -> System:
-    """A component that steps more rarely than the system, and one that says something at first."""
+    """A sampled component, and one that says something at first."""
     body = part(c_fmu, "body", "mass+loud", **{"body.m.x": 1.0})
-    spring = replace(part(c_fmu, "spring", "spring"), step_size="0.2 s")
+    spring = replace(part(c_fmu, "spring", "spring+discrete"), step_size="0.2 s")
     return made(body, spring, links=SPRING, algorithm="corrector")
 
 

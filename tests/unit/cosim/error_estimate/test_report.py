@@ -25,7 +25,7 @@ def network_of(*ports: Port, values: list[float]) -> Network:
         index=ports.index,
         nominal=lambda _: 1.0,
         values=np.array(values),
-        rates={"latch": SimpleNamespace(is_sampled=True)},
+        sampled=frozenset({"latch"}),
         links=[Link(LATCH[0], Port("body", "damping"), 0)],
         discrete=SimpleNamespace(outputs=[], takers=frozenset()),
     )

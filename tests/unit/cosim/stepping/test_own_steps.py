@@ -27,12 +27,14 @@ from m4e_fmi.cosim import (
     prepare,
     run,
     save_system,
+    start,
 )
 from m4e_fmi.cosim.stepping.input_interpolation import PARABOLA, InputInterpolation
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
 from m4e_fmi.cosim.system.simulation import TICK
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import read_description
+from m4e_fmi.report import run_numbers
 
 Fmus = Callable[[str], Path]
 MS = Fraction(1, 1000)
@@ -406,14 +408,67 @@ def test_a_check_halves_the_steps_within_a_step(c_fmu: Fmus) -> None:
     assert run(pair(c_fmu, "0.1 s"), check=True).checked
 
 
-@pytest.mark.parametrize("options", ["", "+constant"])
+@pytest.mark.parametrize("options", ["", "+discrete", "+discrete+constant"])
 def test_where_longer_steps_miss_points_shorter_ones_tell(c_fmu: Fmus, options: str) -> None:
     outcome = run(pair(c_fmu, "0.15 s", options=options), check=True)
     assert isinstance(outcome.certificate, CouplingErrorReport)
     assert outcome.checked is not None
-    # both compare with a course at half the step
+    # both compare with a course at half the step, which is that of b too if it is not sampled
     assert outcome.certificate.errors[0].error == pytest.approx(
         outcome.checked.errors[0].error, rel=1e-9
+    )
+    assert outcome.certificate.longer == ({} if options else {"b": True})
+    assert (outcome.checked.errors[0].error > 0.01) == (not options)
+
+
+@pytest.mark.parametrize("inside", [None, 0.05])
+def test_longer_steps_that_cannot_be_halved_are_named(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, inside: float | None
+) -> None:
+    """Of an FMU that makes steps of one size, or of its own inside: nothing that is known is 0."""
+    read = read_description
+
+    def stiff(path: Path) -> Any:
+        found = read(path)
+        return replace(found, internal_step=inside) if "partner" in path.name else found
+
+    monkeypatch.setattr(sys.modules[prepare.__module__], "read_description", stiff)
+    system = pair(c_fmu, "0.15 s", options="" if inside else "+constant")
+    outcome = run(system, check=True, results=tmp_path / "r.nc")
+    for report in (outcome.certificate, outcome.checked):
+        assert isinstance(report, CouplingErrorReport)
+        assert report.longer == {"b": False}
+        assert report.errors == ()
+        assert str(report) == "the coupling error is not known: that of the longer steps of b"
+    (warning,) = outcome.warnings
+    assert "does not count the longer steps of b" in warning
+    numbers, _ = run_numbers(outcome)
+    assert not any("coupling error" in str(number["name"]) for number in numbers)
+    others = (
+        Component("c", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
+        Component("d", FmuFile(c_fmu("spring+state"))),
+    )
+    parts, links = (*system.components, *others), (*system.connections, "c.m <-> d.end")
+    outcome = run(replace(system, components=parts, connections=links), results=tmp_path / "r.nc")
+    report = outcome.certificate
+    assert isinstance(report, CouplingErrorReport)
+    assert all(one.error > 0.0 for one in report.errors)
+    assert ", without the longer steps of b; halve the step for" in str(report)
+    numbers, _ = run_numbers(outcome)
+    (name,) = (str(one["name"]) for one in numbers if "coupling error" in str(one["name"]))
+    assert name.endswith(", without the longer steps of b")
+
+
+def test_a_run_that_goes_back_does_not_know_its_longer_steps(c_fmu: Fmus) -> None:
+    with start(pair(c_fmu, "0.15 s")) as execution:
+        execution.step()
+        state = execution.save()
+        execution.step()
+        execution.restore(state)
+        for _ in execution:
+            pass
+    assert execution.outcome.certificate == (
+        "the run went on from a saved state, a second set of FMUs did not"
     )
 
 
