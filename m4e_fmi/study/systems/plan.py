@@ -35,8 +35,6 @@ from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 
 Tell = Callable[[str], None]
-LATEST = 1e9
-"""A stop time [s] in place of any: runs of one prepared system may differ in it."""
 
 
 @dataclass(frozen=True)
@@ -277,7 +275,7 @@ class Plan:
             {name: str(fmu.path) for name, fmu in fmus.items()},
             [self._sizes(component) for component in system.components],
             [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
-            replace(system.simulation, stop_time=LATEST),
+            _but_stop_time(system),
         ))  # fmt: skip
         if key not in self._prepared:
             made = prepare(system, build_directory=self.folder, fmus=fmus)
@@ -377,8 +375,12 @@ def system_id(named: Named) -> str:
         (c.name, c.source.name if isinstance(c.source, Kind) else type(c.source).__name__)
         for c in system.components
     ]
-    settings = replace(system.simulation, stop_time=LATEST)
-    return _short(repr((system.name, kinds, settings, named.study.coupling_error)))
+    return _short(repr((system.name, kinds, _but_stop_time(system), named.study.coupling_error)))
+
+
+def _but_stop_time(system: System) -> dict[str, object]:
+    """The settings of a system's simulation without the stop time: prepared ones share any."""
+    return {**vars(system.simulation), "stop_time": None}
 
 
 def of_keys(one: Variants, number: int) -> str:
