@@ -2,6 +2,9 @@
 
 Newton's method on the parameters that may vary, with the exact derivatives of the equilibrium that
 moves with them (`sensitivity`); after each step the equilibrium is found anew.
+
+Values that fix the whole pose leave the parameters alone to be found: pose and parameters follow
+from Newton's method on the balance itself, for efforts in one step, as they are linear in it.
 """
 
 from __future__ import annotations
@@ -11,11 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.analysis.balance import Balance
-from m4e_fmi.analysis.equilibrium import resting
+from m4e_fmi.analysis.equilibrium import balanced, resting
 from m4e_fmi.analysis.local_laws import ROUNDING, followed
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
+    Matrix,
     OperatingPoint,
     System,
     causes,
@@ -26,7 +30,7 @@ from m4e_fmi.analysis.points import (
 )
 from m4e_fmi.analysis.sensitivity import Sensitivities
 from m4e_fmi.errors import InputError, Problem, RunError
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, jacobian
 from m4e_fmi.units import number_in
 
 MOST_STEPS = 30
@@ -52,8 +56,9 @@ def trimmed(
 
     There are as many of the one as of the other; parameters and inputs start from `at`, and stay
     within their limits. Values are in SI or texts with a unit, as ``"25 cm"``. The other arguments
-    are those of `equilibrium`. InputError for unknown names and other counts, RunError if no such
-    equilibrium is found, with what is left of each target.
+    are those of `equilibrium`. Values that fix the whole pose are held there by `vary`, stable or
+    not. InputError for unknown names and other counts, RunError if no such equilibrium is found,
+    with what is left of each target, or of the balance of a given pose.
     """
     program, model = program_and_model(system)
     if of_laws := list(_of_laws(program, vary)):
@@ -75,7 +80,8 @@ def trimmed(
     search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
     start = operating_point(program, at, time=time, model=model)
     limits = [(v.minimum, v.maximum) for v in varied]
-    return search.found(start, limits)
+    pose = search.posed(start)
+    return search.found(start, limits) if pose is None else search.held(pose, limits)
 
 
 def _of_laws(program: Program, vary: Sequence[str]) -> Iterator[Problem]:
@@ -109,6 +115,45 @@ class _Search:
         self._slopes = Sensitivities(program, of=of, by=by, moving=True)
         self._values = Evaluation(observed(self._slopes.program, of))
         self._sizes = np.maximum(np.abs(wanted), 1.0)
+
+    def posed(self, start: OperatingPoint) -> OperatingPoint | None:
+        """The pose that the wanted values fix by themselves; None if they do not."""
+        balance, point = self._balance, self._balance.at_rest(start)
+        names = [start.program.states[k].name for k in balance.unknowns]
+        slopes = jacobian(self._values.program, "outputs", [*names, *self._by])
+        if self._is_measured or len(self._of) != len(balance.unknown_names):
+            return None
+        if any(column >= len(names) for column in slopes.column_indices):
+            return None
+        by_pose = Matrix(jacobian(self._values.program, "outputs", names))
+        for _ in range(MOST_STEPS):
+            matrix, off = by_pose.at(point) @ balance.tangent(point), self._off(point)
+            if np.max(np.abs(off)) <= ACCURACY:
+                return point
+            if np.linalg.matrix_rank(matrix) < len(off):
+                return None
+            point = balance.moved(point, np.linalg.solve(matrix, off * self._sizes))
+        return None
+
+    def held(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
+        """The pose `start` with the parameters that hold it, by Newton's method on the rates."""
+        balance, point, (low, high) = self._balance, start, np.array(limits).T
+        pushes = Matrix(jacobian(balance.observed, "outputs", self._by))
+        for _ in range(MOST_STEPS):
+            slopes = pushes.at(point)
+            columns = np.linalg.norm(slopes, axis=0)
+            columns[columns == 0.0] = 1.0
+            step, _, rank, _ = np.linalg.lstsq(slopes / columns, -balance.rates(point), rcond=RANK)
+            if rank < len(self._by):
+                message = f"{point.program.name}: {', '.join(self._by)} do not hold this pose"
+                remedy = "vary an effort or a force for each coordinate"
+                raise RunError(f"{message}: not each has an effect of its own", remedy)
+            now = np.array([point.values[name] for name in self._by])
+            values = np.clip(now + step / columns, low, high)
+            point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
+            if np.all(np.abs(values - now) <= ACCURACY * np.maximum(np.abs(values), 1.0)):
+                break
+        return balanced(balance, point)
 
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T
