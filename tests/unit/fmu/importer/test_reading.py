@@ -123,6 +123,16 @@ def test_no_binary_for_this_platform(c_fmu: Fmus, tmp_path: Path) -> None:
         read_description(path)
 
 
+def test_a_binary_of_another_name(c_fmu: Fmus, tmp_path: Path) -> None:
+    def change(content: dict[str, bytes]) -> dict[str, bytes]:
+        return {n.replace(f"{fmpy.platform}/mass.", f"{fmpy.platform}/heavy."): d
+                for n, d in content.items()}  # fmt: skip
+
+    found = refusal(rewritten(c_fmu("mass"), tmp_path / "x.fmu", change))
+    assert f"no binary for this platform, {fmpy.platform}/mass." in found
+    assert f"it has {fmpy.platform}/heavy." in found
+
+
 @pytest.mark.parametrize("name", ["../evil", "/etc/evil", "C:evil"])
 def test_path_that_leads_out(c_fmu: Fmus, tmp_path: Path, name: str) -> None:
     path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", lambda c: {**c, name: b"x"})
