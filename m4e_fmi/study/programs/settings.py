@@ -95,9 +95,9 @@ def varied_problems(
 def count_problems(
     study: Study, fixed: Mapping[str, object], varied: Mapping[str, np.ndarray]
 ) -> Iterator[Problem]:
-    """Problems of the numbers of rows and steps, by the extremes of `varied` settings (n_points,).
+    """Problems of the numbers of rows and steps, by the extremes of `varied` (n_points,) [SI].
 
-    `fixed` ones are of all runs; those of neither have their defaults.
+    `fixed` settings are those of all runs; those of neither have their defaults.
     """
     given = {**Settings(stop_time=0.0).__dict__, **fixed}
     extremes = [
