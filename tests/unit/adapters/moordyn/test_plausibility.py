@@ -82,7 +82,11 @@ def test_plausible_lines_start_without_a_word():
             "stiffness: 1.0e+6",
             ("% at the start, where it", "1e+06 N"),
         ),
-        ("mass_per_length: 150", "mass_per_length: 0.15", ("internal steps a second", "MoorDyn makes")),
+        (
+            "mass_per_length: 150",
+            "mass_per_length: 0.15",
+            ("internal steps a second", "MoorDyn makes"),
+        ),
         ("stiffness: 1.0e+9", "stiffness: 1.0e+6", ("by its own weight", "44.5 %", "not kN")),
         ("[-10, -10]", "[-10, 14]", ("fairlead f starts at z = 14 m, above the water",)),
         ("segments: 20", "segments: 1", ("weighs 4.455e+05 N", "pulls 4.455e+05 N", "than 1 ")),
