@@ -3,8 +3,8 @@
 Newton's method on the parameters that may vary, with the exact derivatives of the equilibrium that
 moves with them (`sensitivity`); after each step the equilibrium is found anew.
 
-Values that fix the whole pose leave the parameters alone to be found: pose and parameters follow
-from Newton's method on the balance itself, for efforts in one step, as they are linear in it.
+Where the values fix the whole pose, inputs such as efforts follow from the balance itself, which is
+linear in them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.analysis.balance import Balance
-from m4e_fmi.analysis.equilibrium import balanced, resting
+from m4e_fmi.analysis.equilibrium import TINY, balanced, resting
 from m4e_fmi.analysis.local_laws import ROUNDING, followed
 from m4e_fmi.analysis.points import (
     At,
@@ -80,8 +80,7 @@ def trimmed(
     search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
     start = operating_point(program, at, time=time, model=model)
     limits = [(v.minimum, v.maximum) for v in varied]
-    pose = search.posed(start)
-    return search.found(start, limits) if pose is None else search.held(pose, limits)
+    return search.held(start, limits) or search.found(start, limits)
 
 
 def _of_laws(program: Program, vary: Sequence[str]) -> Iterator[Problem]:
@@ -116,44 +115,37 @@ class _Search:
         self._values = Evaluation(observed(self._slopes.program, of))
         self._sizes = np.maximum(np.abs(wanted), 1.0)
 
-    def posed(self, start: OperatingPoint) -> OperatingPoint | None:
-        """The pose that the wanted values fix by themselves; None if they do not."""
-        balance, point = self._balance, self._balance.at_rest(start)
-        names = [start.program.states[k].name for k in balance.unknowns]
-        slopes = jacobian(self._values.program, "outputs", [*names, *self._by])
+    def held(
+        self, start: OperatingPoint, limits: Sequence[tuple[float, float]]
+    ) -> OperatingPoint | None:
+        """The pose that the values fix, with the inputs that hold it: a linear problem.
+
+        None where values do not fix the pose in one step, or others than inputs vary. RunError if
+        not each has an effect of its own, or the pose is not held.
+        """
+        program, balance = start.program, self._balance
+        inputs = {v.name for v in program.inputs}
+        names = [program.states[k].name for k in balance.unknowns]
         if self._is_measured or len(self._of) != len(balance.unknown_names):
             return None
-        if any(column >= len(names) for column in slopes.column_indices):
+        point = balance.at_rest(start)
+        turns = Matrix(jacobian(self._values.program, "outputs", names)).at(point)
+        turns = turns @ balance.tangent(point)
+        if not inputs.issuperset(self._by) or np.linalg.matrix_rank(turns) < len(turns):
             return None
-        by_pose = Matrix(jacobian(self._values.program, "outputs", names))
-        for _ in range(MOST_STEPS):
-            matrix, off = by_pose.at(point) @ balance.tangent(point), self._off(point)
-            if np.max(np.abs(off)) <= ACCURACY:
-                return point
-            if np.linalg.matrix_rank(matrix) < len(off):
-                return None
-            point = balance.moved(point, np.linalg.solve(matrix, off * self._sizes))
-        return None
-
-    def held(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
-        """The pose `start` with the parameters that hold it, by Newton's method on the rates."""
-        balance, point, (low, high) = self._balance, start, np.array(limits).T
-        pushes = Matrix(jacobian(balance.observed, "outputs", self._by))
-        for _ in range(MOST_STEPS):
-            slopes = pushes.at(point)
-            columns = np.linalg.norm(slopes, axis=0)
-            columns[columns == 0.0] = 1.0
-            step, _, rank, _ = np.linalg.lstsq(slopes / columns, -balance.rates(point), rcond=RANK)
-            if rank < len(self._by):
-                message = f"{point.program.name}: {', '.join(self._by)} do not hold this pose"
-                remedy = "vary an effort or a force for each coordinate"
-                raise RunError(f"{message}: not each has an effect of its own", remedy)
-            now = np.array([point.values[name] for name in self._by])
-            values = np.clip(now + step / columns, low, high)
-            point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
-            if np.all(np.abs(values - now) <= ACCURACY * np.maximum(np.abs(values), 1.0)):
-                break
-        return balanced(balance, point)
+        pose = np.linalg.solve(turns, self._off(point) * self._sizes)
+        point = balance.moved(point, pose)
+        pushes = Matrix(jacobian(balance.observed, "outputs", self._by)).at(point)
+        columns = np.maximum(np.linalg.norm(pushes, axis=0), TINY)
+        step, _, rank, _ = np.linalg.lstsq(pushes / columns, -balance.rates(point), rcond=RANK)
+        if rank < len(self._by):
+            message = f"{program.name}: {', '.join(self._by)} do not hold this pose"
+            remedy = "vary an effort or a force for each coordinate"
+            raise RunError(f"{message}: not each has an effect of its own", remedy)
+        now = np.array([point.values[name] for name in self._by])
+        values = np.clip(now + step / columns, *np.array(limits).T)
+        point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
+        return balanced(balance, point) if np.max(np.abs(self._off(point))) <= ACCURACY else None
 
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T

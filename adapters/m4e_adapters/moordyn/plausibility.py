@@ -44,15 +44,13 @@ def high_fairleads(names, position, bed):
 
 def soft_lines(lines, names):
     """A text for each line that its own weight stretches far."""
-    texts = []
-    for name, line in zip(names, lines, strict=True):
-        weight = abs(line["weight"] - line["buoyancy"]) * line["length"]
-        if weight > 2 * SOFT * line["stiffness"]:
-            texts.append(
-                f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its "
-                f"own weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
-            )
-    return texts
+    weights = [abs(line["weight"] - line["buoyancy"]) * line["length"] for line in lines]
+    return [
+        f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its own "
+        f"weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
+        for name, line, weight in zip(names, lines, weights, strict=True)
+        if weight > 2 * SOFT * line["stiffness"]
+    ]
 
 
 def light_lines(lines, names):

@@ -17,9 +17,9 @@ from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
+from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
-from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.document import Location
@@ -28,7 +28,7 @@ from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.runs.start_up import RAMP, check_start_up, ramp_of, start_up, within_ramp
+from m4e_fmi.study.runs.start_up import check_start_up, ramp_of, start_up, within_ramp
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.targets import dotted
 from m4e_fmi.study.systems.task import Blob, Task
@@ -251,13 +251,7 @@ class Plan:
     def start_up(self, prepared: Prepared) -> float:
         """The time [s] from which on the rows of a run count; InputError if none does."""
         study = self.versions.named.study
-        starts: dict[str, float] = {}
-        for component in prepared.system.components:
-            description = prepared.descriptions[component.name]
-            for name, variable in description.variables.items():
-                if name.rpartition(".")[2] == RAMP and variable.start is not None:
-                    given = component.start.get(name, float(variable.start))
-                    starts[f"{component.name}.{name}"] = float(value_of(variable, given))
+        starts = ramps(prepared.system, prepared.descriptions)
         times = prepared.system.simulation
         if study.start_up is not None and study.start_up < ramp_of(starts.items()):
             self._early.append(ramp_of(starts.items()))

@@ -128,9 +128,11 @@ def test_a_binary_of_another_name(c_fmu: Fmus, tmp_path: Path) -> None:
         return {n.replace(f"{fmpy.platform}/mass.", f"{fmpy.platform}/heavy."): d
                 for n, d in content.items()}  # fmt: skip
 
-    found = refusal(rewritten(c_fmu("mass"), tmp_path / "x.fmu", change))
-    assert f"no binary for this platform, {fmpy.platform}/mass." in found
-    assert f"it has {fmpy.platform}/heavy." in found
+    path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", change)
+    with pytest.raises(InputError, match=f"{fmpy.platform}/mass") as caught:
+        read_description(path)
+    assert f"it has: {fmpy.platform}/heavy." in caught.value.problems[0].remedy
+    assert "of the name that its modelIdentifier says" in caught.value.problems[0].remedy
 
 
 @pytest.mark.parametrize("name", ["../evil", "/etc/evil", "C:evil"])
