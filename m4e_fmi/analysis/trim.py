@@ -129,19 +129,20 @@ class _Search:
         if self._is_measured or len(self._of) != len(balance.unknown_names):
             return None
         point = balance.at_rest(start)
-        turns = Matrix(jacobian(self._values.program, "outputs", names)).at(point)
-        turns = turns @ balance.tangent(point)
+        by_states = Matrix(jacobian(self._values.program, "outputs", names))
+        turns = by_states.at(point) @ balance.tangent(point)
         if not inputs.issuperset(self._by) or np.linalg.matrix_rank(turns) < len(turns):
             return None
-        pose = np.linalg.solve(turns, self._off(point) * self._sizes)
-        point = balance.moved(point, pose)
+        point = balance.moved(point, np.linalg.solve(turns, self._off(point) * self._sizes))
         pushes = Matrix(jacobian(balance.observed, "outputs", self._by)).at(point)
         columns = np.maximum(np.linalg.norm(pushes, axis=0), TINY)
         step, _, rank, _ = np.linalg.lstsq(pushes / columns, -balance.rates(point), rcond=RANK)
         if rank < len(self._by):
             message = f"{program.name}: {', '.join(self._by)} do not hold this pose"
-            remedy = "vary an effort or a force for each coordinate"
-            raise RunError(f"{message}: not each has an effect of its own", remedy)
+            raise RunError(
+                f"{message}: not each has an effect of its own",
+                "vary an effort or a force for each coordinate",
+            )
         now = np.array([point.values[name] for name in self._by])
         values = np.clip(now + step / columns, *np.array(limits).T)
         point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))

@@ -100,11 +100,10 @@ def count_problems(
     `fixed` settings are those of all runs; those of neither have their defaults.
     """
     given = {**Settings(stop_time=0.0).__dict__, **fixed}
-    extremes = [
+    stop, interval, step = (
         pick(varied[key]) if key in varied else given[key]
         for key, pick in (("stop_time", max), ("output_interval", min), ("step_size", min))
-    ]
-    stop, interval, step = extremes
+    )
     places = {t: v.location for axis in study.grid.axes for v in axis.varied for t in v.targets}
     for key, *told in beyond_limits(stop, output_interval=interval, step_size=step):
         at = places.get(f"{SIMULATION}.{key}", ("simulation", key))
