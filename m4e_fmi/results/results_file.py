@@ -41,6 +41,8 @@ FORMAT = "m4e_fmi_format"
 FORMAT_NUMBER = 1
 """That of files which are written now; earlier ones have none."""
 WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
+AT_STOP = "at the stop time"
+"""How a run has ended that was complete."""
 OF_A_STUDY = "it is the result of a study: `xarray.open_dataset` reads it"
 _HDF5 = b"\x89HDF"
 _OTHERS = {

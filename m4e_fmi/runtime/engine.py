@@ -180,8 +180,8 @@ class Engine:
         """Use compiled blocks from now on, as far as they pay; False where none is.
 
         That is so without a C compiler, and for programs whose blocks all have more than 5,000
-        operations (`kernel.LARGEST`), as of spatial chains of some 20 joints and more: compiling
-        would take longer than it saves. Both are interpreted, with the same bits.
+        operations (`kernel.LARGEST`), as of chains of some 15 joints in space: compiling would
+        take longer than it saves. Both are interpreted, with the same bits.
         """
         blocks = {
             f"m4e_kernel_{name}": self.library.m4e_model_block(self.handle, which).contents
