@@ -133,8 +133,8 @@ def step_problems(components: Sequence[Component], simulation: Simulation) -> li
             found[component.name] = error.problems[0]
     span = simulation.stop_time - simulation.start_time
     for name, step in steps.items():
-        for _, *told in beyond_limits(span, step_size=float(step)):
-            found[name] = Problem(*told)
+        for _, message, remedy in beyond_limits(span, step_size=float(step)):
+            found[name] = Problem(message, remedy)
     fitting = {name: step for name, step in steps.items() if name not in found}
     found |= common_step(simulation.step, fitting, TICK)[1]
     return [
