@@ -133,8 +133,9 @@ class _Search:
         turns = by_states.at(point) @ balance.tangent(point)
         if not inputs.issuperset(self._by) or np.linalg.matrix_rank(turns) < len(turns):
             return None
-        pose = np.linalg.solve(turns, self._off(point) * self._sizes)
-        point = balance.moved(point, np.asarray(pose, dtype=np.float64))
+        point = balance.moved(
+            point, np.asarray(np.linalg.solve(turns, self._off(point) * self._sizes), np.float64)
+        )
         pushes = Matrix(jacobian(balance.observed, "outputs", self._by)).at(point)
         columns = np.maximum(np.linalg.norm(pushes, axis=0), TINY)
         step, _, rank, _ = np.linalg.lstsq(pushes / columns, -balance.rates(point), rcond=RANK)
