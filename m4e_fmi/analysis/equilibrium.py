@@ -159,11 +159,11 @@ def _found(balance: Balance, point: OperatingPoint) -> OperatingPoint:
         step = newton @ rates
         size = np.linalg.norm(step / sizes)
         if size <= ACCURACY:
-            return _at_rest(balance, balance.moved(point, step))
+            return balanced(balance, balance.moved(point, step))
         most = LONGEST_NEWTON_STEP / max(np.max(np.abs(step) / sizes), TINY)
         nearer = _nearer(balance, point, newton, step, min(1.0, 2 * damping, most))
         if nearer is None and size <= ROUNDING:
-            return _at_rest(balance, point)
+            return balanced(balance, point)
         if nearer is None:
             raise _lost(balance, point, "no step leads nearer")
         point, damping = nearer
@@ -185,7 +185,7 @@ def _nearer(
     return None
 
 
-def _at_rest(balance: Balance, point: OperatingPoint) -> OperatingPoint:
+def balanced(balance: Balance, point: OperatingPoint) -> OperatingPoint:
     """`point`; RunError unless what is left of the rates is rounding."""
     if not _unrest(balance.rates(point), balance.slopes(point), balance.sizes(point)) <= REST:
         raise _lost(balance, point, "nothing holds it there")

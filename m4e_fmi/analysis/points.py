@@ -62,7 +62,7 @@ class OperatingPoint(Displayed):
             (self.program.parameters, self.parameters),
         )
         return Named(
-            f"{self.program.name} has no state, input or parameter",
+            f"{self.program.name} has no state, input, parameter or output",
             {
                 v.name: float(value)
                 for variables, vector in groups
@@ -71,6 +71,9 @@ class OperatingPoint(Displayed):
         )
 
     def __getitem__(self, name: str) -> float:
+        """A state, input, parameter or output at the point, in SI; UnknownNameError without one."""
+        if name not in self.values and name in {v.name for v in self.program.outputs}:
+            return float(Evaluation(observed(self.program, [name])).at(self)[0])
         return self.values[name]
 
     def with_states(self, states: Floats) -> OperatingPoint:

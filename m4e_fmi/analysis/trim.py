@@ -2,6 +2,9 @@
 
 Newton's method on the parameters that may vary, with the exact derivatives of the equilibrium that
 moves with them (`sensitivity`); after each step the equilibrium is found anew.
+
+Where the values fix the whole pose, inputs such as efforts follow from the balance itself, which is
+linear in them.
 """
 
 from __future__ import annotations
@@ -11,11 +14,12 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from m4e_fmi.analysis.balance import Balance
-from m4e_fmi.analysis.equilibrium import resting
+from m4e_fmi.analysis.equilibrium import TINY, balanced, resting
 from m4e_fmi.analysis.local_laws import ROUNDING, followed
 from m4e_fmi.analysis.points import (
     At,
     Evaluation,
+    Matrix,
     OperatingPoint,
     System,
     causes,
@@ -26,7 +30,7 @@ from m4e_fmi.analysis.points import (
 )
 from m4e_fmi.analysis.sensitivity import Sensitivities
 from m4e_fmi.errors import InputError, Problem, RunError
-from m4e_fmi.program import Program
+from m4e_fmi.program import Program, jacobian
 from m4e_fmi.units import number_in
 
 MOST_STEPS = 30
@@ -52,8 +56,9 @@ def trimmed(
 
     There are as many of the one as of the other; parameters and inputs start from `at`, and stay
     within their limits. Values are in SI or texts with a unit, as ``"25 cm"``. The other arguments
-    are those of `equilibrium`. InputError for unknown names and other counts, RunError if no such
-    equilibrium is found, with what is left of each target.
+    are those of `equilibrium`. Values that fix the whole pose are held there by `vary`, stable or
+    not. InputError for unknown names and other counts, RunError if no such equilibrium is found,
+    with what is left of each target, or of the balance of a given pose.
     """
     program, model = program_and_model(system)
     if of_laws := list(_of_laws(program, vary)):
@@ -75,7 +80,7 @@ def trimmed(
     search = _Search(program, [v.name for v in targets], wanted, vary, nearest=nearest)
     start = operating_point(program, at, time=time, model=model)
     limits = [(v.minimum, v.maximum) for v in varied]
-    return search.found(start, limits)
+    return search.held(start, limits) or search.found(start, limits)
 
 
 def _of_laws(program: Program, vary: Sequence[str]) -> Iterator[Problem]:
@@ -109,6 +114,41 @@ class _Search:
         self._slopes = Sensitivities(program, of=of, by=by, moving=True)
         self._values = Evaluation(observed(self._slopes.program, of))
         self._sizes = np.maximum(np.abs(wanted), 1.0)
+
+    def held(
+        self, start: OperatingPoint, limits: Sequence[tuple[float, float]]
+    ) -> OperatingPoint | None:
+        """The pose that the values fix, with the inputs that hold it: a linear problem.
+
+        None where values do not fix the pose in one step, or others than inputs vary. RunError if
+        not each has an effect of its own, or the pose is not held.
+        """
+        program, balance = start.program, self._balance
+        inputs = {v.name for v in program.inputs}
+        names = [program.states[k].name for k in balance.unknowns]
+        if self._is_measured or len(self._of) != len(balance.unknown_names):
+            return None
+        point = balance.at_rest(start)
+        by_states = Matrix(jacobian(self._values.program, "outputs", names))
+        turns = by_states.at(point) @ balance.tangent(point)
+        if not inputs.issuperset(self._by) or np.linalg.matrix_rank(turns) < len(turns):
+            return None
+        point = balance.moved(
+            point, np.asarray(np.linalg.solve(turns, self._off(point) * self._sizes), np.float64)
+        )
+        pushes = Matrix(jacobian(balance.observed, "outputs", self._by)).at(point)
+        columns = np.maximum(np.linalg.norm(pushes, axis=0), TINY)
+        step, _, rank, _ = np.linalg.lstsq(pushes / columns, -balance.rates(point), rcond=RANK)
+        if rank < len(self._by):
+            message = f"{program.name}: {', '.join(self._by)} do not hold this pose"
+            raise RunError(
+                f"{message}: not each has an effect of its own",
+                "vary an effort or a force for each coordinate",
+            )
+        now = np.array([point.values[name] for name in self._by])
+        values = np.clip(now + step / columns, *np.array(limits).T)
+        point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
+        return balanced(balance, point) if np.max(np.abs(self._off(point))) <= ACCURACY else None
 
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T

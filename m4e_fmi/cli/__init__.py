@@ -17,7 +17,7 @@ import re
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import m4e_fmi
 from m4e_fmi.cli import (
@@ -41,7 +41,7 @@ from m4e_fmi.cli.shared.events import Failed
 from m4e_fmi.cli.shared.log import fail
 from m4e_fmi.cli.shared.log_handlers import Log, logged
 from m4e_fmi.cli.shared.options import EXIT_FAILED
-from m4e_fmi.cli.shared.output import clean_output
+from m4e_fmi.cli.shared.output import Clean, clean_output
 from m4e_fmi.errors import InputError, M4eError, RunError, suggestion
 from m4e_fmi.signals import Terminated, ending_cleanly
 
@@ -71,9 +71,13 @@ def _run(arguments: Sequence[str] | None) -> int:
     options = _parser().parse_args(arguments)
     words = list(sys.argv[1:] if arguments is None else arguments)
     options.given = shlex.join(["m4e-fmi", *words])
-    with logged() as log:
-        code = _done(options, words, log)
-        log.end(code)
+    try:
+        with logged() as log:
+            code = _done(options, words, log)
+            log.end(code)
+    except OSError as error:  # events that have not been written
+        print(f"failed: {error}", file=sys.stderr)
+        return EXIT_FAILED
     return code
 
 
@@ -83,7 +87,7 @@ def _done(options: argparse.Namespace, words: Sequence[str], log: Log) -> int:
         log.open(options, words)
         with ending_cleanly():
             code = options.command(options) or 0
-            sys.stdout.flush()
+            cast("Clean", sys.stdout).complain()
         return code
     except InputError as error:
         return _failed(EXIT_USAGE, f"error: {error}", error, "input")

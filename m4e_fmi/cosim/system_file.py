@@ -30,17 +30,18 @@ from m4e_fmi.cosim.system.processes import (
 )
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
-    LONGEST,
     NS_PER_SECOND,
     Simulation,
     SimulationSection,
     Time,
+    count_problems,
     simulation_problems,
 )
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
+from m4e_fmi.files.limits import LONGEST_RUN
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
@@ -73,7 +74,7 @@ class _SystemSection(_PortsSection):
 class _PartOfSimulation(SimulationSection):
     """A simulation with values in place of missing ones, which fit whatever the others are."""
 
-    stop_time: Time = LONGEST
+    stop_time: Time = LONGEST_RUN
     step_size: Time = 1 / NS_PER_SECOND
 
 
@@ -228,6 +229,8 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
     if section is None:
         return None
     found = simulation_problems(section)
+    if sound and not found:
+        found = [*count_problems(section)]
     problems += [
         document.problem(("simulation", *p.keys), p.message, p.remedy)
         for p in found

@@ -1,11 +1,13 @@
 """Limits of input files: beyond them a file is refused by name, before it takes memory or time.
 
-Each is far beyond honest use, whose largest cases are named beside it, and low enough for a machine
-with a few GB of memory. The table in docs/safety.md is made of LIMITS.
+So are times of runs, and numbers of steps and rows. Each limit is far beyond honest use, whose
+largest cases are named beside it, and low enough for a machine with a few GB of memory. The table
+in docs/safety.md is made of LIMITS.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from m4e_fmi.units import LARGEST_EXPONENT, LONGEST_UNIT
@@ -42,6 +44,10 @@ MOST_RESULTS = 2_000_000_000
 LARGEST_SCENE = 20 * MB
 
 LARGEST_BITS = 1023
+
+LONGEST_RUN = 4_000_000_000
+MOST_STEPS = 10_000_000_000
+MOST_ROWS = 100_000_000
 
 
 class Limit(NamedTuple):
@@ -101,6 +107,36 @@ LIMITS = (
           "a day of 100 rows a second of 100 variables has 900,000,000"),
     Limit("results", "unpacked scene of an animation", LARGEST_SCENE, "bytes",
           "100 meshes of 2,000 triangles have 7 MB"),
+    Limit("run, simulation, study", "times", LONGEST_RUN, "s",
+          "126 years: nanoseconds that fit twice into 63 bits"),
+    Limit("run, simulation, study", "fixed steps of one run", MOST_STEPS, "",
+          "a week of 0.1 ms has 6,048,000,000; each takes 0.1 µs at least"),
+    Limit("run, simulation, study", "rows of one run at a given output interval", MOST_ROWS, "",
+          "a day of 1,000 rows a second has 86,400,000"),
     Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
     Limit("units", "exponent", LARGEST_EXPONENT, "", "units of physics have exponents up to 6"),
 )  # fmt: skip
+
+
+def beyond_limits(
+    stop_time: float, *, output_interval: float | None = None, step_size: float | None = None
+) -> Iterator[tuple[str, str, str]]:
+    """Settings of a run of `stop_time` [s] that are beyond the limits: key, message, remedy.
+
+    All times are above 0 [s].
+    """
+    if stop_time > LONGEST_RUN:
+        message = f"stop_time {stop_time:g} s: times are counted up to {LONGEST_RUN:g} s"
+        yield "stop_time", message, "shorten the run"
+        return
+    for key, time, most, what in (
+        ("output_interval", output_interval, MOST_ROWS, "rows"),
+        ("step_size", step_size, MOST_STEPS, "steps"),
+    ):
+        if time is not None and stop_time > time * most:
+            message = f"{key} {time:g} s: {stop_time / time:.3g} {what} in {stop_time:g} s"
+            yield (
+                key,
+                f"{message}, {most:,} at most",
+                f"take {stop_time / most:g} s or more, or a shorter run",
+            )

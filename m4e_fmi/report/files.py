@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def write_simulation(
     simulation: Simulation,
-    path: Path,
+    path: str | Path,
     *,
     scene: Scene | None = None,
     inputs: Sequence[InputFile] = (),
@@ -37,6 +37,7 @@ def write_simulation(
     netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
     writes to these files.
     """
+    path = Path(path)
     check_export(path)
     stream = stream_of(path)
     with claimed(stream):

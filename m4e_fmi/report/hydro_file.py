@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 CONVENTION = "force = Re[excitation a exp(-i omega t)] of a wave Re[a exp(-i omega t)] at x = y = 0"
 
 
-def write_hydro(data: HydrodynamicData, path: Path) -> Path:
+def write_hydro(data: HydrodynamicData, path: str | Path) -> Path:
     """Write coefficients, memory and fit to `path`, matrices by force and motion, in SI units."""
     with written(path) as part, netcdf(part) as file:
         file.title = data.title
@@ -50,4 +50,4 @@ def write_hydro(data: HydrodynamicData, path: Path) -> Path:
             ("excitation_imaginary", ("omega", "direction", "force"), np.imag(data.excitation)),
         ):
             file.createVariable(name, "f8", dimensions, zlib=True)[...] = values
-    return path
+    return Path(path)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 CONVENTION = "y = mean + amplitude cos(omega t - phase), crest at x = y = 0 at t = 0"
 
 
-def write_waves(response: WaveResponse, path: Path) -> Path:
+def write_waves(response: WaveResponse, path: str | Path) -> Path:
     """Write a response to `path`: dimensions direction and period, variables by output.
 
     Of an output ``x`` there are ``x.amplitude`` per m, ``x.phase``, ``x.mean`` and
@@ -45,10 +45,10 @@ def write_waves(response: WaveResponse, path: Path) -> Path:
                 variable = file.createVariable(f"{v.name}.{name}", "f8", ("direction", "period"))
                 variable.units, variable.long_name = unit, f"{v.description}: {name}"
                 variable[:] = data
-    return path
+    return Path(path)
 
 
-def write_sea(response: SeaResponse, path: Path) -> Path:
+def write_sea(response: SeaResponse, path: str | Path) -> Path:
     """Write a response to a sea to `path`: the waves of the sea, and statistics by output.
 
     Of an output ``x`` there are ``x.mean``, ``x.standard_deviation``, ``x.zero_crossing_period``,
@@ -80,4 +80,4 @@ def write_sea(response: SeaResponse, path: Path) -> Path:
                 variable = file.createVariable(f"{v.name}.{name}", "f8", dimensions)
                 variable.units, variable.long_name = unit, f"{v.description}: {name}"
                 variable[...] = data
-    return path
+    return Path(path)

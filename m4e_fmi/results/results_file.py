@@ -41,6 +41,9 @@ FORMAT = "m4e_fmi_format"
 FORMAT_NUMBER = 1
 """That of files which are written now; earlier ones have none."""
 WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
+AT_STOP = "at the stop time"
+"""How a run has ended that was complete."""
+OF_A_STUDY = "it is the result of a study: `xarray.open_dataset` reads it"
 _HDF5 = b"\x89HDF"
 _OTHERS = {
     b"PAR1": "Parquet",
@@ -175,6 +178,8 @@ def _instead(path: Path) -> str:
         return f"load {beside.name}, which is beside it"
     if path.suffix.lower() in (CSV, PARQUET):
         return f"load the {NETCDF} file that was written with it; pandas reads this one"
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return "load_model, load_system or load_study reads it"
     return WRITTEN
 
 
@@ -199,7 +204,8 @@ def _of_netcdf(path: Path) -> Results:
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         _check_format(path, attributes)
         if strange := _strange(file):
-            raise InputError.single(f"is netCDF, but not results: {strange}", WRITTEN, str(path))
+            remedy = OF_A_STUDY if "study" in attributes else WRITTEN
+            raise InputError.single(f"is netCDF, but not results: {strange}", remedy, str(path))
         columns = sum(len(group.variables) for group in (file, *file.groups.values()))
         check_size(path, file["time"].size, columns)
         time = _increasing(file["time"][:])

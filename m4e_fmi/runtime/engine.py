@@ -177,7 +177,12 @@ class Engine:
         return len(values), (ctypes.c_uint32 * max(1, len(values)))(*values)
 
     def compile(self) -> bool:
-        """Use compiled blocks from now on, as far as they pay; False where none can be had."""
+        """Use compiled blocks from now on, as far as they pay; False where none is.
+
+        That is so without a C compiler, and for programs whose blocks all have more than 5,000
+        operations (`kernel.LARGEST`), as of chains of some 15 joints in space: compiling would
+        take longer than it saves. Both are interpreted, with the same bits.
+        """
         blocks = {
             f"m4e_kernel_{name}": self.library.m4e_model_block(self.handle, which).contents
             for name, which in BLOCKS.items()

@@ -6,6 +6,7 @@ then `audit`. The package itself can be called as `simulate` is: ``m4e_fmi.simul
 """
 
 import sys
+from inspect import signature
 from types import ModuleType
 
 from m4e_fmi.runtime.engine import Watch
@@ -28,6 +29,7 @@ class _Verb(ModuleType):
     """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
 
     __call__ = staticmethod(simulate)
+    __signature__ = signature(simulate)
 
 
 sys.modules[__name__].__class__ = _Verb

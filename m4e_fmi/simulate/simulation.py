@@ -19,6 +19,7 @@ from m4e_fmi.errors import (
     suggestion,
     unknown_names,
 )
+from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
@@ -159,7 +160,7 @@ def simulate(
     problem = _Problem.of(system, start_values or {}, events, method, tolerance)
     if unknown := unknown_names(needed, problem.variables, "there is no variable", "variables"):
         raise InputError(unknown)
-    times = np.array(output_times(stop_time, output_interval))
+    times = output_times(stop_time, output_interval, step_size)
     task = problem.task(times, step_size or np.inf, progress, interrupted)
     try:
         return problem.simulation(_solved(task, solver, problem.program, problem.shares))
@@ -362,8 +363,11 @@ def _explained(system: Program | Model, program: Program, t: float, x: Sequence[
     return explained(program, {**values, TIME: t})
 
 
-def output_times(stop_time: float, interval: float) -> list[float]:
-    """0, interval, 2·interval, … and `stop_time` itself [s], whatever their ratio."""
+def output_times(stop_time: float, interval: float, step_size: float | None = None) -> np.ndarray:
+    """0, interval, 2·interval, … and `stop_time` itself (n,) [s], whatever their ratio.
+
+    InputError for times that are not above 0, and for more rows or steps than the limits.
+    """
     for name, value in (("stop time", stop_time), ("output interval", interval)):
         if np.ndim(value) or not isinstance(np.asarray(value).item(), int | float):
             message = f"the {name} must be a number, got {value!r}"
@@ -371,7 +375,10 @@ def output_times(stop_time: float, interval: float) -> list[float]:
         if not (value > 0 and np.isfinite(value)):
             message = f"the {name} must be positive, got {value}"
             raise InputError.single(message, "give a number of seconds above 0")
-    times = [k * interval for k in range(int(stop_time / interval) + 1)]
+    for _, *told in beyond_limits(stop_time, output_interval=interval, step_size=step_size):
+        raise InputError.single(*told)
+    times = np.arange(int(stop_time / interval) + 1) * interval
     if stop_time - times[-1] > 1e-9 * interval:
-        return [*times, stop_time]
-    return [*times[:-1], stop_time]
+        return np.append(times, stop_time)
+    times[-1] = stop_time
+    return times

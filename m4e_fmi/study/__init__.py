@@ -9,6 +9,7 @@ the page of a result. The package itself can be called as `run_study` is:
 """
 
 import sys
+from inspect import signature
 from types import ModuleType
 
 from m4e_fmi.study.given.study import Study
@@ -34,6 +35,7 @@ class _Verb(ModuleType):
     """A package that is called like its function: one name cannot be both in `m4e_fmi`."""
 
     __call__ = staticmethod(run_study)
+    __signature__ = signature(run_study)
 
 
 sys.modules[__name__].__class__ = _Verb

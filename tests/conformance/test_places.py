@@ -13,6 +13,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
+from m4e_fmi import load
 from m4e_fmi.cli import main
 from m4e_fmi.runtime.platforms import packaged_platforms
 
@@ -67,6 +68,7 @@ def test_any_name(
 ELSEWHERE = """\
 import sys
 sys.modules["{missing}"] = None
+from m4e_fmi import load
 from m4e_fmi.cli import main
 sys.exit(main(sys.argv[1:]))
 """
@@ -134,6 +136,20 @@ def test_an_output_that_is_full() -> None:
     assert "failed: the standard output cannot be written: No space left" in done.stderr
     assert "Traceback" not in done.stderr
     assert done.returncode != 0
+
+
+@pytest.mark.parametrize("events", [(), ("--events",)])
+def test_a_run_whose_output_is_full_keeps_its_results(events: tuple[str], project: Path) -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full")
+    code = "import sys; from m4e_fmi.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, "run", "system.yaml", "--output-file", "r.csv", *events]
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert "failed: the standard output cannot be written: No space left" in done.stderr
+    assert done.returncode == 1
+    assert load(project / "r.nc").attributes["ended"] == "at the stop time"
+    assert {path.name for path in project.glob("r.*")} == {"r.nc", "r.csv", "r.png"}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the shell's words for it")

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray
 
+import m4e_fmi
 from m4e_fmi import (
     InputError,
     build_fmu,
@@ -22,6 +25,7 @@ from m4e_fmi import (
 from m4e_fmi.cosim import Simulation, System
 from m4e_fmi.fmu import read_description
 from m4e_fmi.model import Body, Joint, Model, Point
+from m4e_fmi.report import animate, draw_model, plot_simulation, write_simulation
 
 SYSTEM = System("s", (), (), Simulation(1.0, 0.1))
 PENDULUM = Model(
@@ -97,3 +101,29 @@ def test_arrays_of_numpy_in_a_model() -> None:
         points={"tip": Point("rod", end)},
     )
     assert model_program(model) == model_program(PENDULUM)
+
+
+@pytest.mark.parametrize("name", ["simulate", "run", "study", "linearize", "equilibrium"])
+def test_verbs_have_the_signature_of_their_function(name: str) -> None:
+    first = next(iter(inspect.signature(getattr(m4e_fmi, name)).parameters))
+    assert first == ("given" if name == "study" else "system")
+
+
+def test_paths_of_reports_may_be_texts(tmp_path: Path) -> None:
+    motion = simulate(PENDULUM, stop_time=0.1)
+    made = [
+        animate(PENDULUM, motion, f"{tmp_path}/a.html"),
+        plot_simulation(motion, f"{tmp_path}/a.svg"),
+        draw_model(PENDULUM, f"{tmp_path}/b.svg"),
+        *write_simulation(motion, f"{tmp_path}/a.nc"),
+    ]
+    assert all(isinstance(path, Path) and path.is_file() for path in made)
+
+
+def test_what_reads_other_files_than_results_is_told(tmp_path: Path) -> None:
+    xarray.Dataset(attrs={"study": "name: s"}).to_netcdf(tmp_path / "s.nc")
+    with pytest.raises(InputError, match=r"result of a study: `xarray\.open_dataset` reads it"):
+        load(tmp_path / "s.nc")
+    (tmp_path / "s.study.yaml").write_text("name: s\n")
+    with pytest.raises(InputError, match="load_model, load_system or load_study reads it"):
+        load(tmp_path / "s.study.yaml")

@@ -20,7 +20,13 @@ from operator import sub
 
 from .moordyn_system import MoorDynSystem, in_space, warnings_in
 from .placement import below_seabed, misplaced, unplaced
-from .plausibility import above_water, coarse_lines, high_anchors, light_lines, stretched_lines
+from .plausibility import (
+    above_water,
+    coarse_lines,
+    high_anchors,
+    high_fairleads,
+    stretched_lines,
+)
 from .rest import LATER, away_from, left_over, longer_search, net_at, too_long
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
@@ -154,6 +160,7 @@ class LineSystem:
             *self._notes,
             *unplaced(self._fairleads, position, self._placed),
             *below_seabed(self._fairleads, position, self._bed),
+            *high_fairleads(self._fairleads, position, self._bed),
             *(too_long(net, self._names) if net is not None else ()),
             *self._unrest(net if found else None),
             *self._implausible(net if found and self._at_rest else None),
@@ -305,7 +312,6 @@ class LineSystem:
         self._surfaced = set(buoys)
         return [
             *high_anchors(self._net["points"], self._net["bed"]),
-            *light_lines(self._net["lines"], self._names),
             *(coarse_lines(net, self._names, tensions) if net is not None else ()),
             *(stretched_lines(net, self._names) if net is not None else ()),
             *buoys.values(),

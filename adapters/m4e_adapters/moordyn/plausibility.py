@@ -7,9 +7,11 @@ those of the description it was made from.
 from itertools import pairwise
 from math import dist, hypot
 
-HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor may be without a word
+HIGH = 5.0, 0.05  # [m], and of the depth: so far above the seabed an anchor, above the
+# water a fairlead may be without a word
 LIGHT = 0.3  # weight of a line over that of the water it displaces
 COARSE = 0.3  # weight in water of half a segment, over the tension at an end
+SOFT = 0.05  # strain of a hanging line by its own weight in water
 STRETCHED = 0.2  # strain of a segment in equilibrium
 CLEAR = 1e-3  # [m] above the water
 
@@ -29,12 +31,34 @@ def high_anchors(points, bed):
     return texts
 
 
+def high_fairleads(names, position, bed):
+    """A text for each fairlead far above the water, of a depth down to z = `bed` [m] or None."""
+    most = max(HIGH[0], -HIGH[1] * (bed or 0.0))
+    return [
+        f"fairlead {name} starts at z = {place[-1]:.4g} m, above the water: check the z of its "
+        "point on the body, and the position of the body"
+        for name, place in zip(names, position, strict=True)
+        if place[-1] > most
+    ]
+
+
+def soft_lines(lines, names):
+    """A text for each line that its own weight stretches far."""
+    weights = [abs(line["weight"] - line["buoyancy"]) * line["length"] for line in lines]
+    return [
+        f"{name}, hanging, is stretched by {50 * weight / line['stiffness']:.3g} % by its own "
+        f"weight: check its axial stiffness EA, {line['stiffness']:.4g} N (not kN)"
+        for name, line, weight in zip(names, lines, weights, strict=True)
+        if weight > 2 * SOFT * line["stiffness"]
+    ]
+
+
 def light_lines(lines, names):
     """A text for each line that is many times lighter than the water it displaces."""
     return [
         f"{name} weighs {line['weight']:.4g} N/m, and the water that it displaces "
         f"{line['buoyancy']:.4g} N/m: check its diameter, "
-        f"{line['diameter']:g} m (not mm), and its mass per length"
+        f"{line['diameter']:g} m (not mm), and its mass per length in kg/m"
         for name, line in zip(names, lines, strict=True)
         if line["weight"] < LIGHT * line["buoyancy"]
     ]

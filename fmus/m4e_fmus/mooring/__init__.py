@@ -18,6 +18,7 @@ from m4e_adapters.hydrodynamics.seas.water import moving_water
 from m4e_adapters.moordyn import Fairlead, Mooring
 from m4e_adapters.moordyn import MooringConfig as Config
 from m4e_adapters.moordyn.mooring import Sea
+from m4e_adapters.moordyn.plausibility import light_lines, soft_lines
 from m4e_adapters.sea.program import tell_doubts
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, describe
 from m4e_fmi.program.python_form import python_source
@@ -34,6 +35,8 @@ TRAVELS = (
     "statics.py",
 )
 
+SHORT = 1e-4
+"""Internal step [s] below which lines take hours."""
 MOST_PIECES = 40
 """Of a line between the nodes whose places are outputs."""
 
@@ -50,6 +53,8 @@ def make(
         f"{_counted(len(mooring.fairleads), 'fairlead')}, "
         f"internal time step {mooring.time_step:.3g} s"
     )
+    for text in _doubts(mooring):
+        progress(f"warning: {text}")
     here, adapter = Path(__file__).parent, Path(moordyn.__file__).parent
     system = {
         "names": [fairlead.name for fairlead in mooring.fairleads],
@@ -82,6 +87,18 @@ def make(
     return _in_moving_water(
         source, mooring.sea, in_space=config.dimensions == 3, fastest=mooring.fastest
     )
+
+
+def _doubts(mooring: Mooring) -> Iterator[str]:
+    """Values of lines that can hardly be meant, before anything is computed with them."""
+    if mooring.net is not None:
+        for doubts in (light_lines, soft_lines):
+            yield from doubts(mooring.net["lines"], mooring.lines)
+    if mooring.time_step < SHORT:
+        yield (
+            f"MoorDyn makes {1 / mooring.time_step:,.0f} internal steps a second: check mass per "
+            "length, axial stiffness and damping, or take fewer segments"
+        )
 
 
 def _in_moving_water(

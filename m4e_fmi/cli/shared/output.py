@@ -21,13 +21,13 @@ STANDARD_OUTPUT, STANDARD_ERROR = 1, 2
 class Clean:
     """A text stream that cleans what is written to another one, and never fails to encode it.
 
-    Work goes on, unheard, once the reader of the other one has left; of one that is `spare`, also
-    once it takes nothing for another reason, which else is an OSError with the `name`, once.
+    Work goes on, unheard, once the other one takes nothing any more: its reader has left, or the
+    disk is full. The latter `complain` tells in the end, unless the stream is `spare`.
     """
 
     def __init__(self, stream: TextIO, name: str = "", *, spare: bool = False) -> None:
         self._stream, self._name = stream, name
-        self._spare = spare
+        self._spare, self._why = spare, ""
 
     def write(self, text: str) -> int:
         """Write `text`, cleaned; the number of characters written."""
@@ -53,8 +53,13 @@ class Clean:
         with suppress(OSError), Path(os.devnull).open("w") as nowhere:
             os.dup2(nowhere.fileno(), self._stream.fileno())
         if not (self._spare or isinstance(error, BrokenPipeError)):
-            why = error.strerror or error
-            raise OSError(f"{self._name} cannot be written: {why}") from error
+            self._why = self._why or str(error.strerror or error)
+
+    def complain(self) -> None:
+        """OSError with the `name` of the stream if not all that was written has reached it."""
+        self.flush()
+        if self._why:
+            raise OSError(f"{self._name} cannot be written: {self._why}")
 
     def writelines(self, lines: Iterable[str]) -> None:
         """Write each of `lines`, cleaned."""
@@ -105,6 +110,8 @@ def alone() -> Generator[TextIO]:
             yield own
         finally:
             sys.stdout = usual
+        if isinstance(own, Clean):
+            own.complain()
 
 
 def _number(stream: TextIO) -> int:

@@ -16,6 +16,7 @@ from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.system.component import Component, Kind
 from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.files.limits import MOST_STEPS
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.importer.reading import Variable, resized
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -56,7 +57,9 @@ def stand_ins(
         read = resized(read_description(fmus[component.name].path), component.start)
         own[component.name] = with_units(component, read)
     apart, missing = available(small, hosts(small, own))
-    for_ever = replace(system.simulation, stop_time=system.simulation.start_time + LONGEST)
+    times = system.simulation
+    longest = min(LONGEST, MOST_STEPS * times.step_size)
+    for_ever = replace(times, stop_time=times.start_time + longest, output_interval=None)
     for line in missing:
         tell(f"warning: {line}")
     found: dict[str, tuple[Program, StaticLaw]] = {}

@@ -29,12 +29,12 @@ from m4e_fmi.cosim.master.recording import (
 from m4e_fmi.cosim.master.resume import Resumed
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
-from m4e_fmi.cosim.results.writer import AT_STOP, ResultsWriter
+from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import RunError
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried
-from m4e_fmi.results.results_file import as_given, stream_of
+from m4e_fmi.results.results_file import AT_STOP, as_given, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
 LONG = 5.0

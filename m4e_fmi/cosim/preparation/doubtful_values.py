@@ -1,4 +1,4 @@
-"""Start values without effect, and factors by which a connection makes or loses power."""
+"""Start values without effect, factors by which a connection makes or loses power, short runs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,35 @@ from collections.abc import Iterator, Mapping
 from m4e_fmi.cosim.connections.links import Axis, Link, Wiring, conversion
 from m4e_fmi.cosim.connections.structure import Structure, Transfer
 from m4e_fmi.cosim.system.component import Kind
+from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
+
+RAMP = "ramp_time"
+"""Last word of parameters that are the time in which a sea grows from nothing [s]."""
+
+
+def ramps(system: System, descriptions: Mapping[str, Description]) -> dict[str, float]:
+    """The ramp [s] of each sea by COMPONENT.VARIABLE, at the start values of the system."""
+    return {
+        f"{component.name}.{name}": float(
+            value_of(variable, component.start.get(name, float(variable.start)))
+        )
+        for component in system.components
+        for name, variable in descriptions[component.name].variables.items()
+        if name.rpartition(".")[2] == RAMP and variable.start is not None
+    }
+
+
+def within_ramps(system: System, descriptions: Mapping[str, Description]) -> Iterator[str]:
+    """One line for each sea that has not grown to its full height when the run ends."""
+    span = system.simulation.stop_time - system.simulation.start_time
+    for name, ramp in ramps(system, descriptions).items():
+        if span <= ramp:
+            yield (
+                f"the run of {span:g} s ends within the ramp of the sea, {name} = {ramp:g} s: no "
+                "row is of the full sea; take a later stop_time, or a shorter ramp"
+            )
 
 
 def start_values_without_effect(

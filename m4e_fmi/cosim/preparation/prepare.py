@@ -26,6 +26,7 @@ from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
     reversed_forces,
     start_values_without_effect,
+    within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful
@@ -102,6 +103,7 @@ def _prepared(
         *double_buoyancy(system, wiring),
         *start_values_without_effect(system, wiring, structure),
         *reversed_forces(system, descriptions, wiring),
+        *within_ramps(system, descriptions),
     )
     notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)

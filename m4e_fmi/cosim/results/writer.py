@@ -25,7 +25,7 @@ from m4e_fmi.cosim.results.declared_ranges import RangeWatch
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
-from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, write_netcdf
+from m4e_fmi.results.results_file import AT_STOP, FORMAT, FORMAT_NUMBER, write_netcdf
 from m4e_fmi.results.row_file import RowFile
 from m4e_fmi.results.row_header import Section
 from m4e_fmi.results.rows_again import digest_of, rows_again
@@ -37,7 +37,6 @@ FLUSH = 1.0
 """Seconds of wall time after which rows reach the disk; at first an eighth of them."""
 SHARE = 0.1
 """Part of the wall time that this may take where the disk is slow."""
-AT_STOP = "at the stop time"
 
 
 @dataclass(frozen=True)

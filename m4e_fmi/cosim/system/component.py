@@ -18,6 +18,7 @@ from m4e_fmi.cosim.system.processes import Limits, check_process
 from m4e_fmi.cosim.system.simulation import TICK, Simulation
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section
+from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.shown import short
 from m4e_fmi.units import Quantity, Unit
 
@@ -130,7 +131,12 @@ def step_problems(components: Sequence[Component], simulation: Simulation) -> li
                 steps[component.name] = step
         except InputError as error:
             found[component.name] = error.problems[0]
-    found |= common_step(simulation.step, steps, TICK)[1]
+    span = simulation.stop_time - simulation.start_time
+    for name, step in steps.items():
+        for _, message, remedy in beyond_limits(span, step_size=float(step)):
+            found[name] = Problem(message, remedy)
+    fitting = {name: step for name, step in steps.items() if name not in found}
+    found |= common_step(simulation.step, fitting, TICK)[1]
     return [
         Problem(
             f"component {c.name!r}: {found[c.name].message}",

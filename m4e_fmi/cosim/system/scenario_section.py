@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from m4e_fmi.cosim.system.simulation import LONGEST, Time
+from m4e_fmi.cosim.system.simulation import Time
 from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.limits import LONGEST_RUN
 
 Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
@@ -109,7 +110,7 @@ class Action(Section):
             told = "both 'at' and 'when'" if self.at is not None else "neither 'at' nor 'when'"
             remedy = "give a time, 'at: 10 s', or a condition, 'when: buoy.z > 2 m'"
             yield f"an action has {told}", remedy
-        if self.at is not None and not abs(self.at) < LONGEST:
+        if self.at is not None and not abs(self.at) < LONGEST_RUN:
             yield f"'at' is {self.at:g} s", "give a time within the run"
         other = [
             key for key in _OPTIONS if key in self.model_fields_set and key not in KINDS[kinds[0]]
@@ -118,7 +119,7 @@ class Action(Section):
             yield f"{kinds[0]!r} has no {other[0]!r}", f"leave {other[0]!r} out"
         for key in ("duration", "within", "every"):
             time = getattr(self, key)
-            if time is not None and not 0.0 < time < float("inf"):
+            if time is not None and not 0.0 < time < LONGEST_RUN:
                 name = "for" if key == "duration" else key
                 yield f"{name!r} is {time:g} s", "give a time above 0"
         if kinds[0] == "ramp" and self.within is None:

@@ -15,11 +15,10 @@ from m4e_fmi.cosim.system.component_step import TIMES, time_of
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.limits import LONGEST_RUN, beyond_limits
 
 NS_PER_SECOND = 1_000_000_000
 """Nanoseconds, in which the master counts time."""
-LONGEST = 4e9
-"""Seconds that fit twice into 63 bits of nanoseconds, more than a hundred years."""
 TICK = Fraction(1, NS_PER_SECOND)
 """A nanosecond [s]."""
 ODD = 1e-3
@@ -80,7 +79,7 @@ class Simulation:
                 object.__setattr__(self, key, _number(key, getattr(self, key)))
             except InputError as error:
                 problems += error.problems
-        problems = problems or simulation_problems(self)
+        problems = problems or [*simulation_problems(self), *count_problems(self)]
         if problems:
             raise InputError(problems)
 
@@ -152,8 +151,8 @@ def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Probl
     if not (math.isfinite(span) and span > 0):
         text = f"stop_time {simulation.stop_time:g} s is not after the start"
         yield _problem("stop_time", text, f"start_time is {simulation.start_time:g} s")
-    elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST:
-        text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST:g} s"
+    elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST_RUN:
+        text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST_RUN:g} s"
         yield _problem("stop_time", text, "shorten the run")
     if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
         text = f"step_size {step:g} s: expected 1e-9 s or more"
@@ -163,15 +162,25 @@ def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Probl
         yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
 
 
+def count_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+    """Problems of the numbers of steps and rows, of settings that have no other problem."""
+    found = beyond_limits(
+        simulation.stop_time - simulation.start_time,
+        output_interval=simulation.output_interval,
+        step_size=simulation.step_size,
+    )
+    return (_problem(*one) for one in found)
+
+
 def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
     """The problem of an output interval that is not a multiple of the step."""
     interval, step = simulation.output_interval, simulation.step_size
     if interval is None:
         return
-    if not abs(interval) <= LONGEST:
+    if not abs(interval) <= LONGEST_RUN:
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         yield _problem("output_interval", text, "leave it out for a row after every step")
-    elif step <= LONGEST and step * NS_PER_SECOND >= 1:
+    elif step <= LONGEST_RUN and step * NS_PER_SECOND >= 1:
         count = round(interval * NS_PER_SECOND) / round(step * NS_PER_SECOND)
         if count >= 1 and count == int(count):
             return
@@ -191,7 +200,7 @@ def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
     """Problems of the tolerances, the checkpoints and the algorithm."""
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
-        if interval is not None and not 0 < interval <= LONGEST:
+        if interval is not None and not 0 < interval <= LONGEST_RUN:
             text = f"{key} {interval:g} s: expected a time above 0"
             yield _problem(key, text, "leave it out for a run without checkpoints")
     for key in TOLERANCES:

@@ -8,6 +8,7 @@ _MISSING = re.compile(
     r"([^\s/:]+): cannot open shared object file|Library not loaded: (?:\S*/)?(\S+)"
 )
 """Words of the loaders of Linux and macOS; that of Windows does not name the library."""
+_SYMBOL = re.compile(r"(?:undefined symbol: |ymbol not found\D*?[:'] ?'?)(\w+)")
 
 
 def remedy_for(why: str, version: str) -> str:
@@ -15,7 +16,12 @@ def remedy_for(why: str, version: str) -> str:
 
     `version` is that of FMI.
     """
-    found = _MISSING.search(why)
+    found, symbol = _MISSING.search(why), _SYMBOL.search(why)
+    if symbol and "fmi" not in symbol[1]:
+        return (
+            f"none of the libraries that it needs has {symbol[1]}: one of them is of another "
+            "version here, or the FMU was linked without it; ask the FMU's author"
+        )
     if not found:
         return f"a library it needs is missing, or it is not an FMI {version} binary"
     name = found[1] or found[2]

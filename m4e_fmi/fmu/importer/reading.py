@@ -214,9 +214,12 @@ def _check_kind(path: Path, raw: FmpyDescription, names: set[str], tool: str) ->
     binary = raw.coSimulation.modelIdentifier + fmpy.sharedLibraryExtension
     platform = fmpy.platform_tuple if raw.fmiVersion.startswith("3.") else fmpy.platform
     if f"binaries/{platform}/{binary}" not in names:
-        there = sorted({n.split("/")[1] for n in names if n.startswith("binaries/") and n[9:]})
+        libraries = (name[9:] for name in sorted(names) if name.startswith("binaries/"))
+        there = [name for name in libraries if name.endswith((".so", ".dll", ".dylib"))]
         message = f"has no binary for this platform, {platform}/{binary}"
-        remedy = f"it has: {', '.join(there) or 'none'}; export it for {platform}"
+        remedy = f"it has: {', '.join(there[:5]) or 'none'}; export it for {platform}"
+        if any(name.startswith(f"{platform}/") for name in there):
+            remedy += ", with a library of the name that its modelIdentifier says"
         raise refusal(path, message, remedy)
 
 

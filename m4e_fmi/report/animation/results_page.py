@@ -16,14 +16,13 @@ from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import scene_of_text
 from m4e_fmi.results.dataset import SCENE
-from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.results_file import AT_STOP, Results, load
 
 Floats = NDArray[np.float64]
 MOST_FRAMES, BYTES = 4000, 450_000
 """Of an animation: frames, and bytes of their numbers before these become text, 4/3 as many."""
 AGREES = 1e-3
 """Difference of waves from their recorded elevation, over the largest, that is none."""
-AT_STOP = "at the stop time"
 
 
 def animate_run(results: str | Path | Results, path: str | Path) -> Path:

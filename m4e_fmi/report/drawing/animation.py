@@ -46,13 +46,14 @@ GIF_COLOURS = 64
 GIF_PIXELS = 620  # of the longer side
 
 
-def animate(model: Model, simulation: Simulation, path: Path) -> Path:
+def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
     """Write an animation of `simulation`, a simulation of `model`, to `path` (.html or .gif).
 
     The HTML file has a slider, loads nothing and is small: poses in 16 bits each. In space the
     mouse turns the view.
     """
     check_suffix(path, SUFFIXES, "an animation")
+    path = Path(path)
     if path.suffix.lower() == ".html":
         frames = min(HTML_FRAMES, HTML_POSES // len(model.bodies))
         text = (

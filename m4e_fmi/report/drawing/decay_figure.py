@@ -21,7 +21,7 @@ MOST_POINTS = 400
 """Rows up to which the record is drawn as points."""
 
 
-def plot_decay(decay: Decay, motion: Measured, picture: Path) -> Path:
+def plot_decay(decay: Decay, motion: Measured, picture: str | Path) -> Path:
     """Draw a fit to `picture`. InputError if no picture has such a suffix."""
     from matplotlib.figure import Figure
 

@@ -28,7 +28,7 @@ LEGEND_ROW = 0.11  # of a panel's height
 DASH = 8  # widths of a line
 
 
-def plot_run(results: str | Path, picture: Path, *, variables: Sequence[str] = ()) -> Path:
+def plot_run(results: str | Path, picture: str | Path, *, variables: Sequence[str] = ()) -> Path:
     """Draw a results file to `picture` (PNG): the whole run, and its last minute.
 
     What people look at first, or the `variables` named, as ``component.variable``. InputError for
@@ -46,7 +46,7 @@ def results_figure(
 
 
 def plot_simulation(
-    simulation: Simulation, picture: Path, *, variables: Sequence[str] = ()
+    simulation: Simulation, picture: str | Path, *, variables: Sequence[str] = ()
 ) -> Path:
     """Draw a simulation to `picture` (PNG).
 

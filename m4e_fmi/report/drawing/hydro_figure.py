@@ -27,7 +27,7 @@ HEADS = (
 )
 
 
-def plot_hydro(data: HydrodynamicData, picture: Path) -> Path:
+def plot_hydro(data: HydrodynamicData, picture: str | Path) -> Path:
     """Draw A, B, K(t), |X| and its phase of each motion, data as dots and their fit as a line.
 
     Motions without coefficients have no row. InputError if no picture has such a suffix.

@@ -33,7 +33,7 @@ LARGEST_TURN = 0.5  # rad
 
 
 def plot_phase(
-    simulation: Simulation, picture: Path, *, pairs: Sequence[tuple[str, str]] | None = None
+    simulation: Simulation, picture: str | Path, *, pairs: Sequence[tuple[str, str]] | None = None
 ) -> Path:
     """Draw one variable over another to `picture`, for every pair (horizontal, vertical) of names.
 
@@ -64,7 +64,7 @@ def plot_phase(
 def plot_modes(
     model: Model,
     shapes: ArrayLike,
-    picture: Path,
+    picture: str | Path,
     *,
     titles: Sequence[str] = (),
     at: At = None,
@@ -97,7 +97,7 @@ def plot_modes(
 
 
 def _spatial_modes(
-    pictures: ModePictures, shapes: ArrayLike, picture: Path, titles: Sequence[str]
+    pictures: ModePictures, shapes: ArrayLike, picture: str | Path, titles: Sequence[str]
 ) -> Path:
     columns = _columns(shapes, pictures.coordinates)
     low, high = pictures.limits
@@ -202,6 +202,6 @@ def _grid(count: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
     return figure, list(axes[:count])
 
 
-def _saved(figure: Figure, title: str, picture: Path) -> Path:
+def _saved(figure: Figure, title: str, picture: str | Path) -> Path:
     figure.suptitle(shortened(title), x=0.01, ha="left", fontsize=11, fontweight="bold", color=INK)
     return save(figure, picture, margin=0.1)

@@ -14,12 +14,12 @@ SUFFIXES = (".png", ".svg", ".pdf")
 DOTS_PER_INCH = 130
 
 
-def check_picture_path(path: Path) -> None:
+def check_picture_path(path: str | Path) -> None:
     """InputError unless a picture can be written to a file of this name."""
     check_suffix(path, SUFFIXES, "a picture")
 
 
-def save(figure: Figure, path: Path, *, margin: float | None = None) -> Path:
+def save(figure: Figure, path: str | Path, *, margin: float | None = None) -> Path:
     """Write `figure` to `path`, cut to what it shows and a `margin` [inches] if one is given.
 
     Texts are drawn as they are, dollars too. InputError if no picture has such a suffix.
@@ -33,4 +33,4 @@ def save(figure: Figure, path: Path, *, margin: float | None = None) -> Path:
     cut = {} if margin is None else {"bbox_inches": "tight", "pad_inches": margin}
     with written(path) as part, rc_context({"text.parse_math": False}):
         figure.savefig(part, dpi=DOTS_PER_INCH, **cut)
-    return path
+    return Path(path)

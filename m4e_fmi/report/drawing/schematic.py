@@ -42,7 +42,7 @@ ICON, BOLDER = 2.0, 2.2  # inches; how much larger symbols are on an icon
 LEAST_RATIO = 0.62  # of the shorter to the longer side
 
 
-def draw_model(model: Model, picture: Path, *, program: Program | None = None) -> Path:
+def draw_model(model: Model, picture: str | Path, *, program: Program | None = None) -> Path:
     """Draw `model` in its start pose to `picture` (PNG, SVG or PDF, by its suffix).
 
     The start pose is that of `program`, the model's own if none is given.

@@ -49,7 +49,7 @@ class _Name:
     side: float
 
 
-def draw_system(prepared: Prepared, picture: Path) -> Path:
+def draw_system(prepared: Prepared, picture: str | Path) -> Path:
     """Draw a prepared system to `picture` (PNG, SVG or PDF, by its suffix)."""
     return save(system_figure(prepared), picture, margin=0.15)
 

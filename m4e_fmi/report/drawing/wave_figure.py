@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from m4e_fmi.analysis.response import WaveResponse
 
 
-def plot_waves(response: WaveResponse, picture: Path) -> Path:
+def plot_waves(response: WaveResponse, picture: str | Path) -> Path:
     """Draw amplitudes, phases and mean powers by period to `picture`.
 
     Outputs of one unit share a row. Of waves in several directions each output has its own, with a

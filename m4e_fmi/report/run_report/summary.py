@@ -12,10 +12,8 @@ from m4e_fmi.report.run_report.flows import energy_closes
 from m4e_fmi.report.run_report.record import Record, RecordEnd
 from m4e_fmi.report.text.summaries import mean_over_time
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
-from m4e_fmi.results.results_file import Results
+from m4e_fmi.results.results_file import AT_STOP, Results
 from m4e_fmi.results.row_header import NOT_ENDED
-
-AT_STOP = "at the stop time"
 
 
 def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> str:

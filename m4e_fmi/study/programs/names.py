@@ -23,7 +23,13 @@ from m4e_fmi.simulate import started
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
-from m4e_fmi.study.programs.settings import SETTINGS, fixed_settings, setting, varied_problems
+from m4e_fmi.study.programs.settings import (
+    SETTINGS,
+    count_problems,
+    fixed_settings,
+    setting,
+    varied_problems,
+)
 from m4e_fmi.study.programs.values import start_problems, unknown_starts
 from m4e_fmi.study.systems.models import model_problems, system_problems
 from m4e_fmi.study.systems.quantities import in_units, new_places
@@ -171,7 +177,8 @@ def named_program(study: Study, *, tell: Callable[[str], None]) -> NamedProgram:
 
 
 def _model_problems(named: NamedProgram) -> Iterator[Problem]:
-    """Faults of models with the start values of their runs."""
+    """Counts of rows and steps beyond the limits, faults of models with their start values."""
+    yield from count_problems(named.study, named.fixed, named.settings)
     if named.study.composed:
         parts = {n: _of_component(t) for n, t in named.targets.items()}
         yield from system_problems(named.study, load_system(named.study.source), parts)

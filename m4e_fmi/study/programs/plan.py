@@ -171,7 +171,7 @@ class ProgramPlan:
         """Records of some runs by one call of the library."""
         began, version, used = clock.perf_counter(), group.version, clock.thread_time()
         program, names = version.program, self._names
-        times = np.array(output_times(group.settings.stop_time, group.settings.output_interval))
+        times = output_times(group.settings.stop_time, group.settings.output_interval)
         starts = self.named.start_values(version, runs)
         parameters, inputs, states = np.split(starts, version.cuts, axis=1)
         tolerance = group.settings.tolerance

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+
+import numpy as np
 
 from m4e_fmi.cosim.system.component_step import time_of
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Location
+from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.simulate.simulation import METHODS
 from m4e_fmi.study.given.sections import Scalar
 from m4e_fmi.study.given.study import Study
@@ -71,7 +74,8 @@ def _fault(key: str, value: object) -> tuple[str, str] | None:
             return None
         return f"there is no method {value!r}", suggestion(str(value), METHODS, "methods")
     if isinstance(value, int | float) and not isinstance(value, bool) and 0.0 < value < math.inf:
-        return None
+        beyond = beyond_limits(value) if key == "stop_time" else ()
+        return next((one[1:] for one in beyond), None)
     return f"{key}: expected a number above 0, got {value!r}", ""
 
 
@@ -86,3 +90,21 @@ def varied_problems(
             fault = f"{key} {value!r} is not a valid duration", ""
         if fault:
             yield study.document.problem(at, *fault)
+
+
+def count_problems(
+    study: Study, fixed: Mapping[str, object], varied: Mapping[str, np.ndarray]
+) -> Iterator[Problem]:
+    """Problems of the numbers of rows and steps, by the extremes of `varied` (n_points,) [SI].
+
+    `fixed` settings are those of all runs; those of neither have their defaults.
+    """
+    given = {**Settings(stop_time=0.0).__dict__, **fixed}
+    stop, interval, step = (
+        pick(varied[key]) if key in varied else given[key]
+        for key, pick in (("stop_time", max), ("output_interval", min), ("step_size", min))
+    )
+    places = {t: v.location for axis in study.grid.axes for v in axis.varied for t in v.targets}
+    for key, *told in beyond_limits(stop, output_interval=interval, step_size=step):
+        at = places.get(f"{SIMULATION}.{key}", ("simulation", key))
+        yield study.document.problem(at, *told)

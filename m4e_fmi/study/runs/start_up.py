@@ -6,11 +6,10 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from m4e_fmi.cosim.preparation.doubtful_values import RAMP
 from m4e_fmi.errors import InputError
 from m4e_fmi.study.given.study import Study
 
-RAMP = "ramp_time"
-"""Last word of parameters that are the time in which a sea grows from nothing [s]."""
 SETTLING = 2.0
 """Settling time over the ramp, if none is stated: a ramp is two peak periods."""
 DEFAULT = (

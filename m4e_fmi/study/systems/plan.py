@@ -17,9 +17,9 @@ from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
+from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
-from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.files.document import Location
@@ -28,15 +28,13 @@ from m4e_fmi.files.writing import written
 from m4e_fmi.fmu import Description
 from m4e_fmi.fmu.importer.reading import STRUCTURAL
 from m4e_fmi.study.given.sections import Scalar
-from m4e_fmi.study.runs.start_up import RAMP, check_start_up, ramp_of, start_up, within_ramp
+from m4e_fmi.study.runs.start_up import check_start_up, ramp_of, start_up, within_ramp
 from m4e_fmi.study.systems.names import Named, changed
 from m4e_fmi.study.systems.targets import dotted
 from m4e_fmi.study.systems.task import Blob, Task
 from m4e_fmi.study.systems.variants import Combination, Variant, Variants, variants
 
 Tell = Callable[[str], None]
-LATEST = 1e9
-"""A stop time [s] in place of any: runs of one prepared system may differ in it."""
 
 
 @dataclass(frozen=True)
@@ -253,13 +251,7 @@ class Plan:
     def start_up(self, prepared: Prepared) -> float:
         """The time [s] from which on the rows of a run count; InputError if none does."""
         study = self.versions.named.study
-        starts: dict[str, float] = {}
-        for component in prepared.system.components:
-            description = prepared.descriptions[component.name]
-            for name, variable in description.variables.items():
-                if name.rpartition(".")[2] == RAMP and variable.start is not None:
-                    given = component.start.get(name, float(variable.start))
-                    starts[f"{component.name}.{name}"] = float(value_of(variable, given))
+        starts = ramps(prepared.system, prepared.descriptions)
         times = prepared.system.simulation
         if study.start_up is not None and study.start_up < ramp_of(starts.items()):
             self._early.append(ramp_of(starts.items()))
@@ -277,7 +269,7 @@ class Plan:
             {name: str(fmu.path) for name, fmu in fmus.items()},
             [self._sizes(component) for component in system.components],
             [(c.step_size, dict(c.dependencies), c.process, c.limits) for c in system.components],
-            replace(system.simulation, stop_time=LATEST),
+            _but_stop_time(system),
         ))  # fmt: skip
         if key not in self._prepared:
             made = prepare(system, build_directory=self.folder, fmus=fmus)
@@ -377,8 +369,12 @@ def system_id(named: Named) -> str:
         (c.name, c.source.name if isinstance(c.source, Kind) else type(c.source).__name__)
         for c in system.components
     ]
-    settings = replace(system.simulation, stop_time=LATEST)
-    return _short(repr((system.name, kinds, settings, named.study.coupling_error)))
+    return _short(repr((system.name, kinds, _but_stop_time(system), named.study.coupling_error)))
+
+
+def _but_stop_time(system: System) -> dict[str, object]:
+    """The settings of a system's simulation without the stop time: prepared ones share any."""
+    return {**vars(system.simulation), "stop_time": None}
 
 
 def of_keys(one: Variants, number: int) -> str:

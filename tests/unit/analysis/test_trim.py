@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
-from m4e_fmi.analysis import trimmed
+from m4e_fmi.analysis import equilibrium, trimmed
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter
+from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter, load_model
 
 G = 9.81
+ARM = Path(__file__).parents[3] / "examples" / "arm" / "arm.urdf"
 
 
 def model() -> Model:
@@ -67,3 +69,53 @@ def test_counts_and_values_are_told_together() -> None:
     text = str(caught.value)
     assert "kg is not m" in text
     assert "1 values are given, 2 parameters may vary" in text
+
+
+def pendulum() -> Model:
+    """Two links of 1 kg and 1 m, one below the other."""
+    down = {"joint_to_child": (0.0, -0.5)}
+    joints = {
+        "shoulder": Joint("revolute", "upper", **down),
+        "elbow": Joint("revolute", "lower", "upper", parent_to_joint=(0.0, -0.5), **down),
+    }
+    return Model("double", {"upper": Body(1.0, 0.1), "lower": Body(1.0, 0.1)}, joints, gravity=G)
+
+
+@pytest.mark.parametrize("second", ["joint.elbow.q", "body.lower.theta"])
+def test_efforts_hold_a_pose_far_from_rest(second: str) -> None:
+    """Statics by hand: the elbow carries half a link, the shoulder that and one and a half."""
+    efforts = ["joint.shoulder.effort", "joint.elbow.effort"]
+    point = trimmed(pendulum(), such_that={"joint.shoulder.q": 2.0, second: 1.0}, vary=efforts)
+    lower = 0.5 * G * math.sin(1.0)
+    assert point["joint.elbow.effort"] == pytest.approx(lower, rel=1e-12)
+    upper = 1.5 * G * math.sin(2.0)
+    assert point["joint.shoulder.effort"] == pytest.approx(upper + lower, rel=1e-12)
+
+
+def test_efforts_hold_an_arm_against_its_potential_energy() -> None:
+    """Efforts are the derivatives of the potential energy by the angles."""
+    model = load_model(ARM)
+    pose = {f"joint.{name}.q": 0.3 * k - 0.7 for k, name in enumerate(model.joints)}
+    vary = [f"joint.{name}.effort" for name in model.joints]
+    point = trimmed(model, such_that=pose, vary=vary)
+    for angle, effort in zip(pose, vary, strict=True):
+        ahead, back = (
+            point.with_values({angle: pose[angle] + step})["energy.potential"]
+            for step in (1e-4, -1e-4)
+        )
+        assert point[effort] == pytest.approx((ahead - back) / 2e-4, abs=1e-5)
+
+
+def test_a_pose_that_the_efforts_do_not_hold() -> None:
+    pose = {"joint.shoulder.q": 2.0, "joint.elbow.q": 1.0}
+    twice = ["joint.elbow.effort", "body.lower.force_x"]
+    with pytest.raises(RunError, match="do not hold this pose: not each has an effect"):
+        trimmed(pendulum(), such_that=pose, vary=["joint.shoulder.effort", "body.upper.moment_y"])
+    assert trimmed(pendulum(), such_that=pose, vary=twice)["joint.elbow.q"] == 1.0
+
+
+def test_outputs_of_an_equilibrium() -> None:
+    point = equilibrium(pendulum())
+    assert point["body.lower.z"] == pytest.approx(-1.5, rel=1e-9)
+    with pytest.raises(InputError, match="no state, input, parameter or output"):
+        point["body.lower.zz"]

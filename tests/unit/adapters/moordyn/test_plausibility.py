@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from m4e_adapters.moordyn import MooringConfig, mooring, ready_mooring
@@ -10,6 +12,7 @@ from m4e_adapters.moordyn.rest import longer_search, too_long
 from m4e_adapters.moordyn.statics import Net
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
+from m4e_fmus.mooring import make
 
 LINES = """\
 water: {density: 1025, depth: 200}
@@ -44,7 +47,11 @@ id type a b length n out
 
 
 def warnings(text: str) -> list[str]:
-    made = mooring(Document.parse(text).validate(MooringConfig))
+    """Those told when the FMU is made, and those of the start."""
+    config = Document.parse(text).validate(MooringConfig)
+    told = list[str]()
+    make(config, name="mooring", folder=Path(), progress=told.append)
+    made = mooring(config)
     lines = LineSystem(
         made.text,
         fairleads=[0.0],
@@ -52,10 +59,12 @@ def warnings(text: str) -> list[str]:
         time_step=made.time_step,
         net=made.net,
         at_rest=made.at_rest,
+        names=[fairlead.name for fairlead in made.fairleads],
+        bed=made.bed,
     )
-    lines.start([(-10.0, -10.0)], [(0.0, 0.0)])
+    lines.start([fairlead.place for fairlead in made.fairleads], [(0.0, 0.0)])
     lines.close()
-    return lines.warnings
+    return [*(line for line in told if line.startswith("warning")), *lines.warnings]
 
 
 def test_plausible_lines_start_without_a_word():
@@ -73,6 +82,13 @@ def test_plausible_lines_start_without_a_word():
             "stiffness: 1.0e+6",
             ("% at the start, where it", "1e+06 N"),
         ),
+        (
+            "mass_per_length: 150",
+            "mass_per_length: 0.15",
+            ("internal steps a second", "MoorDyn makes"),
+        ),
+        ("stiffness: 1.0e+9", "stiffness: 1.0e+6", ("by its own weight", "44.5 %", "not kN")),
+        ("[-10, -10]", "[-10, 14]", ("fairlead f starts at z = 14 m, above the water",)),
         ("segments: 20", "segments: 1", ("weighs 4.455e+05 N", "pulls 4.455e+05 N", "than 1 ")),
     ],
 )

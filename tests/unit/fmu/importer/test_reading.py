@@ -123,6 +123,18 @@ def test_no_binary_for_this_platform(c_fmu: Fmus, tmp_path: Path) -> None:
         read_description(path)
 
 
+def test_a_binary_of_another_name(c_fmu: Fmus, tmp_path: Path) -> None:
+    def change(content: dict[str, bytes]) -> dict[str, bytes]:
+        return {n.replace(f"{fmpy.platform}/mass.", f"{fmpy.platform}/heavy."): d
+                for n, d in content.items()}  # fmt: skip
+
+    path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", change)
+    with pytest.raises(InputError, match=f"{fmpy.platform}/mass") as caught:
+        read_description(path)
+    assert f"it has: {fmpy.platform}/heavy." in caught.value.problems[0].remedy
+    assert "of the name that its modelIdentifier says" in caught.value.problems[0].remedy
+
+
 @pytest.mark.parametrize("name", ["../evil", "/etc/evil", "C:evil"])
 def test_path_that_leads_out(c_fmu: Fmus, tmp_path: Path, name: str) -> None:
     path = rewritten(c_fmu("mass"), tmp_path / "x.fmu", lambda c: {**c, name: b"x"})
