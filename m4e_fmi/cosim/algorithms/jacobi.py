@@ -26,7 +26,11 @@ class Jacobi(Scheduled):
         steps = [
             operation
             for name in network.instances
-            for operation in (*network.steps(name), *network.arrival(name))
+            for operation in (
+                *network.steps(name),
+                *network.arrival(name),
+                *network.reread(name, network.hold(name, held[network.input_slice(name)])),
+            )
         ]
         super().__init__(network, [*noted, *steps], held)
 

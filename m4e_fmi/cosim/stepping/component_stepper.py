@@ -97,6 +97,7 @@ class ComponentStepper:
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._sizes = 0.0, 0.0
+        self._held = np.zeros(len(self._names))
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
@@ -173,7 +174,8 @@ class ComponentStepper:
     def _read(self, piece: int) -> tuple[Operation, ...]:
         """Reads the outputs at the end of so many pieces, if they are wanted there.
 
-        Those that follow no input at once are read first, before any is set.
+        Those that follow no input at once are read first, before any is set; the others also then,
+        of FMUs that were not built here.
         """
         network, found = self._network, self._middle
         at_end = piece == self.pieces
@@ -191,18 +193,27 @@ class ComponentStepper:
             operations.append(Get(self._instance, early, into[: self._early]))
         if at_end:
             operations += network.seeing(self.name)
-        if late and self._names:
-            operations += self._give(self._interpolation.at(piece / self.pieces))
+        end = self._give(self._interpolation.at(piece / self.pieces)) if self._names else ()
+        if late or at_end:
+            moved = [w for w, _ in self.moved]
+            held = end if self._follows else network.hold(self.name, self._held, moved)
+            operations += network.reread(self.name, held)
         if late:
-            operations.append(Get(self._instance, late, into[self._early :]))
+            operations += end
+        if late:
+            operations += network.read_late(self.name, late, into[self._early :])
         return (*operations, *(found.operations if found and at_end else ()))
 
-    def _give(self, weights: np.ndarray) -> tuple[Operation, ...]:
-        """Sets all inputs to the same combination of the values of their trajectories."""
+    def _give(self, weights: np.ndarray, into: np.ndarray | None = None) -> tuple[Operation, ...]:
+        """Sets all inputs to the same combination of the values of their trajectories.
+
+        It is left `into` (n_inputs,), in the units of the inputs' sources.
+        """
         count = len(self._names)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
-        combined = self._trajectories.combined(np.zeros(count), self._places[counts], weight)
+        into = np.zeros(count) if into is None else into
+        combined = self._trajectories.combined(into, self._places[counts], weight)
         return combined, *setting(self._instance, self._names, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
@@ -221,7 +232,7 @@ class ComponentStepper:
     def _hold(self, k: int, share: float) -> tuple[Operation, ...]:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
-            return self._give(self._interpolation.held(k, self.pieces))
+            return self._give(self._interpolation.held(k, self.pieces), self._held)
         place = {name: column for column, name in enumerate(self._names)}
         unit = np.repeat(self._interpolation.held(k, self.pieces)[:, None], len(place), axis=1)
         power, own = np.zeros(len(place)), self._places.copy()
@@ -231,7 +242,7 @@ class ComponentStepper:
             unit[:, place[u]] = (end - start) * self.pieces
             own[:, place[u]] = self._places[:, place[w]]
             power[place[u]] = 1.0
-        combined = self._trajectories.combined(np.zeros(len(place)), own, unit)
+        combined = self._trajectories.combined(self._held, own, unit)
         self._sized.append((combined.weight, unit, power))
         return combined, *setting(self._instance, self._names, combined.into)
 
@@ -246,7 +257,9 @@ class Sampled:
         self.name = name
         self._network, self._instance = network, network.instances[name]
         self.inputs = network.input_slice(name)
+        held = network.hold(name, network.inputs[self.inputs])
         self.operations = (*network.steps(name), *network.arrival(name))
+        self.operations += tuple(network.reread(name, held))
         returns = self._instance.description.saves_state
         self.save: tuple[Operation, ...] = (Save(self._instance),) if returns else ()
 

@@ -49,6 +49,35 @@ static void combine(const m4e_operation *o, double *values) {
     }
 }
 
+static const double LOST = 0.01, NOISE = 1e-9; /* see operations.py */
+
+/* The difference from which on a reading is lost. */
+static double lost_from(double first, double new, double *size) {
+    if (fabs(first) > *size) *size = fabs(first);
+    return fmax(LOST * fabs(new - first), NOISE * *size);
+}
+
+#define CHOOSE(type, is_off)                                                                       \
+    type *const first = (type *)o->source, *const second = first + o->terms,                       \
+                *const before = second + o->terms, *const new = before + o->terms,                 \
+                *const size = new + o->terms, *const lost = size + o->terms;                       \
+    for (uint32_t i = 0; i < o->count; ++i) {                                                      \
+        const int off = (is_off) && before[i] != first[i];                                         \
+        const type found = off ? first[i] : new[i];                                                \
+        if (o->past && found != into[i]) *o->past = 0.0;                                           \
+        into[i] = found;                                                                           \
+        if (off) lost[i] = 1;                                                                      \
+        if (o->keeps) before[i] = new[i];                                                          \
+    }
+
+static void choose(const m4e_operation *o, double *into) {
+    CHOOSE(double, fabs(second[i] - first[i]) > lost_from(first[i], new[i], &size[i]))
+}
+
+static void choose_cells(const m4e_operation *o, int64_t *into) {
+    CHOOSE(int64_t, (size[i] = second[i] != first[i]))
+}
+
 /* The piece of the macro step that the component steps by. */
 static int step(const m4e_operation *o, double t, double h) {
     do_step *const f = (do_step *)o->function;
@@ -75,6 +104,8 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
+    case M4E_CHOOSE: choose(o, values); return 0;
+    case M4E_CHOOSE_CELLS: choose_cells(o, (int64_t *)values); return 0;
     case M4E_CALL: return ((call *)f)(o->component, values);
     default: combine(o, values); return 0;
     }

@@ -8,7 +8,7 @@
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
+ * of the next step, PARTLY but for what `partly` shows. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -174,6 +174,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     if (m->initialised) trouble("set", m->t);
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
     memset(m->shown, 0, N * sizeof(double));
+#ifdef PARTLY
+    partly(m);
+#endif
 #ifdef LAZY
     if (m->initialised) return fmi2OK;
 #endif
