@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
-from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -196,10 +195,9 @@ def _reals(operation: op.Reals) -> Translated:
             raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
         case op.Set(_, _, values):
             raw = _call(SET, call, values)
-        case op.SetDerivatives(_, names, values):
-            call = replace(call, references=call.references.repeat(2))
+        case op.SetDerivatives(_, _, values, order):
             raw = _call(SET_DERIVATIVES, call, values)
-            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
+            orders = np.array([order], dtype=np.int32)
             raw.orders = _address(orders)
             return raw, (call.references, orders)
     return raw, (call.references,)

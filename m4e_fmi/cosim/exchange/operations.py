@@ -67,15 +67,17 @@ class Set:
 
 @dataclass(frozen=True, eq=False)
 class SetDerivatives:
-    """Gives the Real inputs `names` a first and a second time derivative during the next piece.
+    """Gives the one Real input of `names` a time derivative of an `order` during the next piece.
 
-    `values` holds both for one input after the other, in the FMU's own units.
+    `values` (1,) holds it, in the FMU's own unit per s or s². One derivative of one input in a call
+    is what all FMUs accept that accept any.
     """
 
     function: ClassVar = "fmi2SetRealInputDerivatives"
     instance: Instance
     names: tuple[str, ...]
     values: np.ndarray
+    order: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -285,13 +287,12 @@ def setting(
 
 
 def setting_derivatives(
-    instance: Instance, names: Sequence[str], values: np.ndarray
+    instance: Instance, names: Sequence[str], values: np.ndarray, order: int
 ) -> tuple[Operation, ...]:
-    """Gives inputs the derivatives `values` (2*n_names,), in their sources' units per s and s²."""
-    factor = instance.scales.of_derivatives(names)
-    if factor is None:
-        return (SetDerivatives(instance, tuple(names), values),)
-    own = np.zeros(2 * len(names))
-    index = np.arange(2 * len(names), dtype=np.uint32)[None, :]
-    scaled = Combine(own, values, index, factor[None, :])
-    return scaled, SetDerivatives(instance, tuple(names), own)
+    """Gives inputs the derivatives `values` (n_names,), in their sources' units per s or s²."""
+    factor, scaled = instance.scales.of_derivatives(names), tuple[Operation, ...]()
+    if factor is not None:
+        own, index = np.zeros(len(names)), np.arange(len(names), dtype=np.uint32)[None, :]
+        scaled, values = (Combine(own, values, index, factor[None, :]),), own
+    each = zip(names, np.split(values, len(names)), strict=True)
+    return *scaled, *(SetDerivatives(instance, (name,), value, order) for name, value in each)

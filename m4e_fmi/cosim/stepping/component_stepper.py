@@ -4,7 +4,9 @@ How the inputs follow depends on what the FMU can do:
 
 =============================  =================================================================
 it interpolates its inputs     two pieces; value and two derivatives of the trajectory at the
-                               start of each
+                               start of each; where it takes but one, the straight lines with the
+                               trajectory's mean and first moment, which act alike (see
+                               `input_interpolation`)
 it holds its inputs, or a      four pieces, or two along straight lines, in which it holds what
 tunable parameter is driven    acts like the trajectory (`input_interpolation`)
 it moves input w along input   as many pieces; w at the start of each, and the slope that brings it
@@ -84,7 +86,8 @@ class ComponentStepper:
         parameters = {v.name for v in description.of_causality("parameter")}.intersection(
             self._names
         )
-        self._follows = bool(self._names) and description.interpolates_inputs and not parameters
+        self._order = 0 if parameters else description.input_order
+        self._follows = bool(self._names and self._order)
         rates = {} if self._follows else description.input_derivatives
         known = self._names
         self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]
@@ -97,7 +100,7 @@ class ComponentStepper:
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._sizes = 0.0, 0.0
-        self._held = np.zeros(len(self._names))
+        self._held, self._reached = np.zeros(len(self._names)), np.zeros(3)
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
@@ -196,7 +199,8 @@ class ComponentStepper:
         end = self._give(self._interpolation.at(piece / self.pieces)) if self._names else ()
         if late or at_end:
             moved = [w for w, _ in self.moved]
-            held = end if self._follows else network.hold(self.name, self._held, moved)
+            stays = () if self._follows else network.hold(self.name, self._held, moved)
+            held = self._give(self._reached) if self._follows else stays
             operations += network.reread(self.name, held)
         if late:
             operations += end
@@ -217,17 +221,20 @@ class ComponentStepper:
         return combined, *setting(self._instance, self._names, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
-        """Lets the inputs go from their values at s with two derivatives."""
+        """Lets the inputs go from their values at s with one derivative or two."""
         value, first, half = self._interpolation.expansion(s)
-        count = len(self._names)
-        unit = np.tile(np.column_stack((first, 2 * half)), count)
-        power = np.tile((1.0, 2.0), count)
-        combined = self._trajectories.combined(
-            np.zeros(2 * count), self._places.repeat(2, axis=1), unit
-        )
-        self._sized.append((combined.weight, unit, power))
-        given = setting_derivatives(self._instance, self._names, combined.into)
-        return *self._give(value), combined, *given
+        count, piece = len(self._names), 1 / (self.pieces * self._steps)
+        if self._order == 1:
+            value, first, half = value - half * piece**2 / 6, first + half * piece, 0 * half
+        self._reached = value + first * piece + half * piece**2
+        operations = list(self._give(value))
+        for order, weights in ((1, first), (2, 2 * half))[: self._order]:
+            unit = np.repeat(weights[:, None], count, axis=1)
+            combined = self._trajectories.combined(np.zeros(count), self._places, unit)
+            self._sized.append((combined.weight, unit, np.full(count, float(order))))
+            given = setting_derivatives(self._instance, self._names, combined.into, order)
+            operations += combined, *given
+        return tuple(operations)
 
     def _hold(self, k: int, share: float) -> tuple[Operation, ...]:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""

@@ -311,6 +311,16 @@ NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
 #ifdef INPUTS
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[]) {
     Model *m = c;
+#ifdef SINGLE
+    if (n > 1) return fmi2Error;
+#endif
+#ifdef LIMIT
+    for (size_t i = 0; i < n; i++)
+        if (o[i] > LIMIT) {
+            SAY(m, fmi2Error, "derivative order %d is not supported", o[i]);
+            return fmi2Error;
+        }
+#endif
     for (size_t i = 0; i < n; i++) (o[i] == 1 ? m->d1 : m->d2)[vr[i]] = v[i];
     return fmi2OK;
 }

@@ -109,15 +109,13 @@ class Classic(Standard):
         assert self.component
         return RawCall(self.address(function), self.component, self._references(names))
 
-    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets two time derivatives of each input.
+    def derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
+        """A call that sets the time derivative of an `order` of an input.
 
-        `view` (2*n_names,) holds the first and the second derivative of one input after the other,
-        in the inputs' units per s and s².
+        `view` (1,) holds it, in the input's unit per s or s².
         """
-        check_view(view, 2 * len(names))
-        references = np.repeat(self._references(names), 2)
-        orders = np.array([1, 2] * len(names), dtype=np.int32)
+        check_view(view, 1)
+        references, orders = self._references([name]), np.array([order], dtype=np.int32)
         self._kept += [references, orders, view]
         function = _SET_DERIVATIVES(self.address("fmi2SetRealInputDerivatives"))
         addresses = (references.ctypes.data, len(references), orders.ctypes.data)
