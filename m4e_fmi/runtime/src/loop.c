@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "environment.h"
+
 typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
 typedef int set_real(void *component, const uint32_t *references, size_t count,
                      const double *values);
@@ -91,6 +93,8 @@ static int is_due(const m4e_operation *o, double end) {
     return (llround(end * SECOND) - o->origin) % o->period == 0;
 }
 
+void m4e_restore_environment(void) { m4e_default_environment(); }
+
 static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     double *values = o->values + row * o->stride;
     void (*const f)(void) = o->function;
@@ -125,6 +129,7 @@ static int perform_all(const m4e_operation *operations, size_t count, double t, 
         if (o->in_rows && !at_row) continue;
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
+        if (o->function) m4e_default_environment();
         if (!status) continue;
         if (status == WARNING) {
             note_warning(o->warned, t);

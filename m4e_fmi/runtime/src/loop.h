@@ -63,6 +63,9 @@ typedef struct {
    steps are to be seen before anything is told. */
 double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
+/* After a call of an FMU: what it has changed of the floating-point environment is undone. */
+M4E_API void m4e_restore_environment(void);
+
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
    (0 and 1 go on), and the operation that gave it. */
 M4E_API int m4e_perform(const m4e_operation *operations, size_t count, double t, double h,

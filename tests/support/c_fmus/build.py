@@ -308,6 +308,7 @@ OPTIONS = {
     "clears": ("CLEARS", ""),
     "partly": ("PARTLY", ""),
     "refreshes": ("REFRESHES", ""),
+    "rounds": ("ROUNDS", ""),
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
     "loud": ("LOUD", ""),
@@ -321,11 +322,11 @@ A constant one refuses steps of another size than its first, one of a hundredth 
 of a fiftieth all but 0.02 s. A strict one makes no step beyond the stop time. One that clears shows
 zeros when something has been set, until it has made a step, partly: but for its gain; one that
 refreshes shows what a step has made when something has been set. A loud one warns with its name
-when it is initialised, an anonymous one without saying which instance it is. A reluctant one
-answers its end with an error. One with a state as bytes can give it to another process; an
-unreadable one crashes when it is to take one. One with a state that forgets does not bring its last
-variable back; one that claims has no state. An armed one does harm when the file `trouble_file`
-says so: see trouble.h.
+when it is initialised, an anonymous one without saying which instance it is. One that rounds leaves
+its steps with rounding upward. A reluctant one answers its end with an error. One with a state as
+bytes can give it to another process; an unreadable one crashes when it is to take one. One with a
+state that forgets does not bring its last variable back; one that claims has no state. An armed one
+does harm when the file `trouble_file` says so: see trouble.h.
 """
 
 
