@@ -45,7 +45,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather, setting
+from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
 from m4e_fmi.cosim.stepping.prediction import MOST_TERMS, Signal, Terms
 from m4e_fmi.cosim.stepping.scheduled import Scheduled
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
@@ -105,8 +105,7 @@ class _Component:
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
-            read = *network.arrival(name), *network.reread(name, network.hold(name, held[own]))
-            self.operations = (*(noted if inputs else ()), *steps, *read)
+            self.operations = (*(noted if inputs else ()), *network.whole_step(name))
             return
         signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
         moved = _moved(network, name, signals)
@@ -128,7 +127,8 @@ class _Component:
             names = tuple(port.variable for port in network.outputs[late])
             if inputs:
                 operations += [self._ends, *setting(instance, inputs, self._ends.into)]
-            operations += network.read_late(name, names, network.values[network.stepped :][late])
+            reading = Get(instance, names, network.values[network.stepped :][late])
+            operations += network.read_late(name, reading)
         self.operations = tuple(operations)
 
     def prepare(self, size: float, last: float) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -18,8 +17,8 @@ from m4e_fmi.cosim.connections.early_outputs import Arrivals
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.operations import Choose, Copy, Due, GetTyped, SetTyped
-from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading
+from m4e_fmi.cosim.exchange.operations import Choose, Copy, Due, GetTyped, Operation, SetTyped
+from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 
@@ -72,12 +71,7 @@ class Discrete:
         self.changed = np.array([np.inf])
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
         self._held = {t: self._access(t, settled) for t in transfers if t.action == "set"}
-        self._rereadings: dict[str, Rereading] = {}
-        for component, names in twice.items():
-            block = self.cells[readings : readings + ROWS * len(names)].reshape(ROWS, -1)
-            readings += block.size
-            reader = partial(self._reading, component)
-            self._rereadings[component] = Rereading(names, block, reader)
+        self.rereadings = rereadings(twice, self.cells[readings:], self._reading)
 
     def __bool__(self) -> bool:
         """True if there are such values."""
@@ -95,11 +89,6 @@ class Discrete:
     def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:
         instance = self._instances[component]
         return GetTyped(instance, instance.typed(names, self.texts), into)
-
-    def rereadings(self, component: str) -> list[Rereading]:
-        """The outputs of a component that are read twice; none, or one item."""
-        found = self._rereadings.get(component)
-        return [found] if found else []
 
     def held(self, component: str) -> list[SetTyped]:
         """Sets the inputs of a component to the values that it has since the last point."""
@@ -135,22 +124,25 @@ class Discrete:
 
     def operations(self, transfer: Transfer) -> tuple[GetTyped | SetTyped | Choose, ...]:
         """The operations of a transfer at a communication point."""
-        for one in self.rereadings(transfer.component):
-            if transfer.variables[0] in one.names:
-                into = self._cells(transfer)
-                return one.new(transfer.variables, into, keeps=True, changed=self.changed)
         instance, access = self._instances[transfer.component], self._accesses[transfer]
         kind = GetTyped if transfer.action == "get" else SetTyped
-        return (kind(instance, access, self._cells(transfer)),)
+        plain, twice = kind(instance, access, self._cells(transfer)), self._twice(transfer)
+        assert not twice or isinstance(plain, GetTyped)
+        return twice.new(plain, keeps=True, changed=self.changed) if twice else (plain,)
 
-    def seen(self, component: str) -> tuple[GetTyped | Choose, ...]:
+    def _twice(self, transfer: Transfer) -> Rereading | None:
+        """The outputs that a transfer reads, if they are read twice."""
+        found = self.rereadings.get(transfer.component)
+        return found if found and transfer.variables[0] in found.names else None
+
+    def seen(self, component: str, due: Due | None) -> tuple[Operation, ...]:
         """Reads outputs that depend on inputs and are not exchanged, when these are all set."""
         names = self._seen_late[component]
         if not names:
             return ()
         start = self._index[Port(component, names[0])]
-        into = self.cells[start : start + len(names)]
-        return self._rereadings[component].new(names, into, keeps=True)
+        reading = self._reading(component, names, self.cells[start : start + len(names)])
+        return self.rereadings[component].new(replace(reading, due=due), keeps=True)
 
     def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
         """Reads what a component gives before its inputs are set; to follow its last step."""
@@ -222,7 +214,7 @@ class Discrete:
             raise ValueError(f"{len(cells)} values that are not Real, of {len(self.cells)}")
         twice = [
             Port(component, name)
-            for component, one in self._rereadings.items()
+            for component, one in self.rereadings.items()
             for name in one.names * ROWS
         ]
         delayed = self.outputs if self._delayed else []
@@ -244,8 +236,7 @@ class Discrete:
             return False
         present, noted = self.values.copy(), self.changed.copy()
         for transfer in self._accesses:
-            twice = self._rereadings.get(transfer.component)
-            if twice and transfer.variables[0] in twice.names:
+            if twice := self._twice(transfer):
                 self._cells(transfer)[:] = twice.part(transfer.variables)[0]
             elif transfer.action == "get" and not (self._arrivals and self._arrivals.has(transfer)):
                 self.perform(transfer)

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -40,7 +39,7 @@ from m4e_fmi.cosim.exchange.operations import (
     gather,
     setting,
 )
-from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading
+from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario
 from m4e_fmi.cosim.system.component_step import ComponentStep
@@ -105,18 +104,11 @@ class Network(ExchangedVariables):
         first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
         late = {name: self._late(name) for name in instances}
-        count = sum(len(names) for groups in late.values() for names in groups)
-        readings = np.zeros(first_seen + len(self._seen_index) + ROWS * count)
-        self.values, rest = readings, readings[len(readings) - ROWS * count :]
-        self._rereadings: dict[str, list[Rereading]] = {name: [] for name in instances}
-        for name, groups in late.items():
-            for names, checked in zip(groups, (True, False), strict=True):
-                block, rest = np.split(rest, [ROWS * len(names)])
-                reader = partial(Get, instances[name], checked=checked)
-                if names:
-                    found = Rereading(names, block.reshape(ROWS, -1), reader)
-                    found.block[2] = np.nan  # nothing was read before
-                    self._rereadings[name].append(found)
+        places = first_seen + len(self._seen_index)
+        self.values = np.zeros(places + ROWS * sum(map(len, late.values())))
+        self._rereadings = rereadings(late, self.values[places:], self._read)
+        for one in self._rereadings.values():
+            one.block[2] = np.nan  # nothing was read before
         block = self.values[self.before : self.stepped]
         shift: list[Operation] = [gather(block, self.values, range(size))] if size else []
         self._shift = Schedule([*shift, *self.discrete.shift])
@@ -164,14 +156,18 @@ class Network(ExchangedVariables):
 
     def seeing(self, component: str) -> list[Get | GetTyped]:
         """The part of `arrival` that reads the outputs that are not Real, or not exchanged."""
-        recorded, watched = self._arrivals.further(component)
-        found: list[Get | GetTyped] = []
-        for names, checked in ((recorded, True), (watched, False)):
+        reals = self._unexchanged(component, self._arrivals.further(component))
+        found = [replace(reading, in_rows=True) for reading in reals]
+        return [*found, *self.discrete.arrival(component, self.due(component))]
+
+    def _unexchanged(
+        self, component: str, groups: tuple[tuple[str, ...], tuple[str, ...]]
+    ) -> Iterator[Get]:
+        """Reads outputs that are recorded, which must be finite, and others."""
+        for names, checked in zip(groups, (True, False), strict=True):
             if names:
                 start = self._seen_index[Port(component, names[0])]
-                reading = self._reading(component, names, start)
-                found.append(replace(reading, in_rows=True, checked=checked))
-        return [*found, *self.discrete.arrival(component, self.due(component))]
+                yield replace(self._reading(component, names, start), checked=checked)
 
     def reread(self, component: str, held: Iterable[Operation]) -> list[Operation]:
         """Reads outputs that depend on inputs straight after the last step, and once more.
@@ -182,9 +178,9 @@ class Network(ExchangedVariables):
         found = self.rereadings(component)
         if not found:
             return []
-        again = (*held, *(one.second() for one in found))
+        again = (*held, *(one.second for one in found))
         due = self.due(component)
-        return [replace(o, due=due) for o in (*(one.first() for one in found), *again)]
+        return [replace(o, due=due) for o in (*(one.first for one in found), *again)]
 
     def hold(
         self, component: str, values: np.ndarray, moved: Collection[str] = ()
@@ -200,16 +196,17 @@ class Network(ExchangedVariables):
         return (*(reals if names else ()), *self.discrete.held(component))
 
     def read_late(
-        self, component: str, names: tuple[str, ...], into: np.ndarray, *, keeps: bool = False
+        self, component: str, reading: Get, *, keeps: bool = False
     ) -> tuple[Transferring, ...]:
-        """Reads consecutive outputs that depend on inputs, with new ones, `into` (n_names,).
+        """A `reading` of consecutive outputs that depend on inputs, with new ones.
 
-        These are in the outputs' units. `keeps` is true at a communication point.
+        `keeps` is true at a communication point.
         """
-        for one in self._rereadings[component]:
-            if names[0] in one.names:
-                return one.new(names, into, keeps=keeps)
-        return (Get(self.instances[component], names, into),)
+        one = self._rereadings.get(component)
+        return one.new(reading, keeps=keeps) if one else (reading,)
+
+    def _read(self, component: str, names: Sequence[str], into: np.ndarray) -> Get:
+        return Get(self.instances[component], tuple(names), into, checked=False)
 
     @property
     def lost(self) -> dict[str, list[str]]:
@@ -219,14 +216,14 @@ class Network(ExchangedVariables):
 
     def rereadings(self, component: str) -> list[Rereading]:
         """Outputs of a component that are read twice: Reals, and others."""
-        return [*self._rereadings[component], *self.discrete.rereadings(component)]
+        both = self._rereadings, self.discrete.rereadings
+        return [found[component] for found in both if component in found]
 
-    def _late(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Real outputs that are read twice: those exchanged or recorded, and others."""
-        recorded, watched = self._arrivals.late(component)
+    def _late(self, component: str) -> tuple[str, ...]:
+        """Real outputs that are read twice: those exchanged, and others."""
         ports = self.outputs[self.early(component).stop : self.output_slice(component).stop]
         exchanged = [] if self._descriptions[component].is_own else [p.variable for p in ports]
-        return (*exchanged, *recorded), watched
+        return (*exchanged, *(name for group in self._arrivals.late(component) for name in group))
 
     def recorded(self, component: str) -> tuple[str, ...]:
         """Outputs that are not exchanged, but read for results before any input is set."""
@@ -240,6 +237,12 @@ class Network(ExchangedVariables):
     def _reading(self, component: str, names: tuple[str, ...], start: int) -> Get:
         view = self.values[start : start + len(names)]
         return Get(self.instances[component], names, view, due=self.due(component))
+
+    def whole_step(self, component: str) -> tuple[Operation, ...]:
+        """A component's macro step with its inputs as the last exchange has set them."""
+        held = self.hold(component, self.inputs[self.input_slice(component)])
+        reading = (*self.arrival(component), *self.reread(component, held))
+        return (*self.steps(component), *reading)
 
     def steps(self, component: str) -> list[DoStep]:
         """The operations that make a component's macro step."""
@@ -455,19 +458,10 @@ class Network(ExchangedVariables):
             operations = []
             yield SolvedLoop(self, transfer)
         for component in self.instances:
-            late = [
-                o for names in self._arrivals.late(component) for o in self._seen(component, names)
-            ]
-            typed = self.discrete.seen(component)
-            operations += [replace(o, due=self.due(component)) for o in (*late, *typed)]
+            for reading in self._unexchanged(component, self._arrivals.late(component)):
+                operations += self.read_late(component, reading, keeps=True)
+            operations += self.discrete.seen(component, self.due(component))
         yield Schedule(operations)
-
-    def _seen(self, component: str, names: tuple[str, ...]) -> tuple[Transferring, ...]:
-        """Reads outputs that depend on inputs and are not exchanged, when these are all set."""
-        if not names:
-            return ()
-        start = self._seen_index[Port(component, names[0])]
-        return self.read_late(component, names, self.values[start : start + len(names)], keeps=True)
 
     def _transfer(self, transfer: Transfer) -> tuple[Transferring, ...]:
         if transfer.discrete:
@@ -476,8 +470,8 @@ class Network(ExchangedVariables):
         first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
             start = self.index(first)
-            into = self.values[start : start + count]
-            return self.read_late(transfer.component, names, into, keeps=True)
+            reading = Get(instance, names, self.values[start : start + count])
+            return self.read_late(transfer.component, reading, keeps=True)
         start = self._place[first]
         view = self.inputs[start : start + count]
         links = self.links[start : start + count]
@@ -505,7 +499,7 @@ class SolvedLoop:
         self._readings = [
             (transfer, one.part(transfer.variables))
             for transfer in loop.gets
-            for one in network.rereadings(transfer.component)
+            for one in network.rereadings(transfer.component)[:1]
             if transfer.variables[0] in one.names
         ]
 

@@ -8,8 +8,8 @@ values that they have, and the outputs are read again: one that has changed is l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,44 +17,34 @@ from m4e_fmi.cosim.exchange.operations import Choose, Get, GetTyped
 
 ROWS = 6
 """Readings of an output: see `choose`."""
-Reader = Callable[[Sequence[str], np.ndarray], Get | GetTyped]
-"""The operation that reads variables of an instance into a vector (n,), in their units or cells."""
+Reading = Get | GetTyped
+Read = Callable[[str, Sequence[str], np.ndarray], Reading]
+"""Component, names, place (n_names,) → the operation that reads these, in their units or cells."""
 
 
 @dataclass(frozen=True)
 class Rereading:
     """Outputs `names` of a component, with their readings in `block` (6, n), in their units.
 
-    `get` reads some of them.
+    `first` reads all straight after a step, `second` when inputs are set to the values that they
+    have.
     """
 
     names: tuple[str, ...]
     block: np.ndarray
-    get: Reader
-
-    def first(self) -> Get | GetTyped:
-        """Reads all straight after a step."""
-        return self.get(self.names, self.block[0])
-
-    def second(self) -> Get | GetTyped:
-        """Reads all again, when inputs are set to the values that they have."""
-        return self.get(self.names, self.block[1])
+    first: Reading
+    second: Reading
 
     def new(
-        self,
-        names: Sequence[str],
-        into: np.ndarray,
-        *,
-        keeps: bool,
-        changed: np.ndarray | None = None,
-    ) -> tuple[Get | GetTyped | Choose, ...]:
-        """Reads consecutive ones with new inputs, and chooses what counts `into` (n_names,).
+        self, reading: Reading, *, keeps: bool, changed: np.ndarray | None = None
+    ) -> tuple[Reading | Choose, ...]:
+        """A `reading` of consecutive ones with new inputs, and the choice of what counts instead.
 
-        These are in the outputs' units; `keeps` is true at a communication point; `changed`
-        (1,) [1] as of `Choose`.
+        `keeps` is true at a communication point; `changed` (1,) [1] as of `Choose`.
         """
-        block = self.part(names)
-        return self.get(names, block[3]), Choose(block, into, changed, keeps)
+        block = self.part(reading.names)
+        chosen = Choose(block, reading.into, changed, keeps, reading.due)
+        return replace(reading, into=block[3]), chosen
 
     def part(self, names: Sequence[str]) -> np.ndarray:
         """The readings (6, n_names) of consecutive ones, in their units."""
@@ -65,3 +55,21 @@ class Rereading:
     def lost(self) -> list[str]:
         """The outputs that have been lost so far."""
         return [name for name, lost in zip(self.names, self.block[-1], strict=True) if lost]
+
+
+def rereadings(
+    names: Mapping[str, tuple[str, ...]], room: np.ndarray, read: Read
+) -> dict[str, Rereading]:
+    """Those of each component that has outputs among `names`.
+
+    Their readings are in `room` (6*n_names,), in the outputs' units; `read` makes operations that
+    read some (n,) of them, in these units.
+    """
+    found: dict[str, Rereading] = {}
+    for component, own in names.items():
+        if own:
+            block, room = np.split(room, [ROWS * len(own)])
+            block = block.reshape(ROWS, -1)
+            both = (read(component, own, row) for row in block[:2])
+            found[component] = Rereading(own, block, *both)
+    return found

@@ -28,8 +28,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     start_values_without_effect,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.input_derivative_trials import without_refused
-from m4e_fmi.cosim.preparation.state_trials import without_forgetful
+from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
@@ -60,8 +59,7 @@ def prepare(
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
     that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
-    that say they can go back, or take derivatives of inputs, are tried (`state_trials`,
-    `input_derivative_trials`).
+    that say they can go back, or take derivatives of inputs, are tried (`state_trials`).
     """
     with ONE_RUN:
         return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)

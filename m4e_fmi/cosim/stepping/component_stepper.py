@@ -205,7 +205,8 @@ class ComponentStepper:
         if late:
             operations += end
         if late:
-            operations += network.read_late(self.name, late, into[self._early :])
+            reading = Get(self._instance, late, into[self._early :])
+            operations += network.read_late(self.name, reading)
         return (*operations, *(found.operations if found and at_end else ()))
 
     def _give(self, weights: np.ndarray, into: np.ndarray | None = None) -> tuple[Operation, ...]:
@@ -264,9 +265,7 @@ class Sampled:
         self.name = name
         self._network, self._instance = network, network.instances[name]
         self.inputs = network.input_slice(name)
-        held = network.hold(name, network.inputs[self.inputs])
-        self.operations = (*network.steps(name), *network.arrival(name))
-        self.operations += tuple(network.reread(name, held))
+        self.operations = network.whole_step(name)
         returns = self._instance.description.saves_state
         self.save: tuple[Operation, ...] = (Save(self._instance),) if returns else ()
 
