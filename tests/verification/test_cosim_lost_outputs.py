@@ -354,3 +354,28 @@ def test_a_loop_of_lost_outputs_ends_the_run(c_fmu: Fmus) -> None:
     assert "`dependencies` of s" in str(caught.value)
     needs = replace(parts[1], dependencies={"y": [], "z": []})
     run(System("s", (parts[0], needs), links, system.simulation))
+
+
+@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
+def test_outputs_that_are_not_real_are_lost_alike(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, version: str, by_python: bool
+) -> None:
+    """y = u + n of Integers, with the input that the step had; 0 after any set."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    losing = FmuFile(c_fmu(f"{version}kinds+through+clears"))
+    parts = (
+        Component("a", FmuFile(c_fmu("2:kinds")), {"period": 0.25}),
+        Component("b", losing, {"period": 0.5}),
+        Component("c", losing),
+    )
+    links = ("a.y_int -> b.u_int", "b.y_int -> c.u_int")
+    for algorithm in ALGORITHMS[:3]:
+        settings = Simulation(2.0, 0.125, algorithm)
+        run(System("s", parts, links, settings), results=tmp_path / "r.nc")
+        found = load(tmp_path / "r.nc")
+        a, b, c = (found[f"{name}.y_int"].values for name in "abc")
+        np.testing.assert_array_equal(b[1:], a[:-1] + np.floor(found.time[1:] / 0.5 + 1e-6))
+        np.testing.assert_array_equal(c[1:], b[:-1])
+        assert b[-1] > 5
