@@ -13,7 +13,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Port, Simulation, System, run
+from m4e_fmi.cosim import (
+    Component,
+    CouplingErrorReport,
+    FmuFile,
+    Network,
+    Port,
+    Simulation,
+    System,
+    run,
+)
 
 Fmus = Callable[[str], Path]
 Case = tuple[tuple[Component, ...], tuple[str, ...], dict[Port, float]]
@@ -126,6 +135,7 @@ def test_derivatives_that_are_refused_are_told_once_and_cost_nothing(
         assert [note.partition(":")[0] for note in notes] == (
             ["a, b"] if limit[-4:] in ("irst", "none") else []
         )
+        assert isinstance(outcome.certificate, CouplingErrorReport)
         for error in outcome.certificate.errors:
             off = abs(last[str(error.source)] - exact[Port.named(str(error.source))])
             assert off <= 3 * error.error

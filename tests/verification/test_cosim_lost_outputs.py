@@ -16,10 +16,12 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmpy import fmi2
 from unit.cosim.preparation.test_dependence import silenced
 
 from m4e_fmi.cosim import (
     Component,
+    CouplingErrorReport,
     FmuFile,
     Network,
     Simulation,
@@ -228,7 +230,8 @@ def bare_loop(fmu: Path, start: dict[str, float], u: float, steps: int, size: fl
     references = {v.name: v.valueReference for v in description.modelVariables}
     with tempfile.TemporaryDirectory() as folder:
         fmpy.extract(str(fmu), folder)
-        instance = fmpy.fmi2.FMU2Slave(
+        assert description.coSimulation
+        instance = fmi2.FMU2Slave(
             guid=description.guid,
             unzipDirectory=folder,
             modelIdentifier=description.coSimulation.modelIdentifier,
@@ -317,6 +320,7 @@ def test_coupled_outputs_that_are_lost_later_are_right_within_the_stated_error(
     s, root = np.maximum(found.time - 2, 0), np.sqrt(3) / 2
     x = np.exp(-s / 2) * np.sin(root * s) / root
     a = np.exp(-s / 2) * (np.cos(root * s) + np.sin(root * s) / (2 * root))
+    assert isinstance(certificate, CouplingErrorReport)
     stated = {str(error.source): error.error for error in certificate.errors}
     for name, exact in (("s.y", x), ("a.y", a)):
         error = np.abs(found[name].values - exact).max()

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.connections.early_outputs import Arrivals
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.operations import Choose, Copy, Due, GetTyped, Operation, SetTyped
+from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped, Transferring
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
@@ -122,20 +122,20 @@ class Discrete:
         start = self._index[Port(transfer.component, transfer.variables[0])]
         return self.values[start : start + len(transfer.variables)]
 
-    def operations(self, transfer: Transfer) -> tuple[GetTyped | SetTyped | Choose, ...]:
+    def operations(self, transfer: Transfer) -> tuple[Transferring, ...]:
         """The operations of a transfer at a communication point."""
         instance, access = self._instances[transfer.component], self._accesses[transfer]
-        kind = GetTyped if transfer.action == "get" else SetTyped
-        plain, twice = kind(instance, access, self._cells(transfer)), self._twice(transfer)
-        assert not twice or isinstance(plain, GetTyped)
-        return twice.new(plain, keeps=True, changed=self.changed) if twice else (plain,)
+        if transfer.action == "set":
+            return (SetTyped(instance, access, self._cells(transfer)),)
+        reading, twice = GetTyped(instance, access, self._cells(transfer)), self._twice(transfer)
+        return twice.new(reading, keeps=True, changed=self.changed) if twice else (reading,)
 
     def _twice(self, transfer: Transfer) -> Rereading | None:
         """The outputs that a transfer reads, if they are read twice."""
         found = self.rereadings.get(transfer.component)
         return found if found and transfer.variables[0] in found.names else None
 
-    def seen(self, component: str, due: Due | None) -> tuple[Operation, ...]:
+    def seen(self, component: str, due: Due | None) -> tuple[Transferring, ...]:
         """Reads outputs that depend on inputs and are not exchanged, when these are all set."""
         names = self._seen_late[component]
         if not names:

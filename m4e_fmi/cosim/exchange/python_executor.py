@@ -89,8 +89,8 @@ def _action(operation: Operation) -> Action:
             return _get(operation)
         case op.Set(instance, names, values):
             return _plain(instance.own_setter(names, values))
-        case op.SetDerivatives(instance, (name,), values, order):
-            return _plain(instance.own_derivative_setter(name, order, values))
+        case op.SetDerivatives(instance, names, values, order):
+            return _plain(instance.own_derivative_setter(names[0], order, values))
         case op.DoStep(instance):
             return _step(instance, operation)
         case op.Save(instance):
