@@ -40,8 +40,8 @@ class Arrivals:
             found = chosen(descriptions, ())
             recorded = {name: {v.name for v in members} for name, members in found.items()}
         inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
-        self._further: dict[str, _Groups] = {}
-        self._late: dict[str, _Groups] = {}
+        self._further: dict[str, Groups] = {}
+        self._late: dict[str, Groups] = {}
         for component, driven in inputs.items():
             description, known = descriptions[component], exchanged.get(component, set())
             if description.has_events:
@@ -64,21 +64,13 @@ class Arrivals:
         """The transfer that reads the early outputs that are not Real."""
         return self._early.get((component, True))
 
-    def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Outputs of a component that are not exchanged: those recorded, and the others."""
-        return self._further.get(component, _NONE)[:2]
+    def further(self, component: str) -> Groups:
+        """Outputs of a component that are not exchanged and depend on no connected input."""
+        return self._further.get(component, _NONE)
 
-    def late(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """The same of those that depend on connected inputs, of an FMU not built here."""
-        return self._late.get(component, _NONE)[:2]
-
-    def further_typed(self, component: str) -> tuple[str, ...]:
-        """Outputs of a component that are not exchanged, and not Real."""
-        return self._further.get(component, _NONE)[2]
-
-    def late_typed(self, component: str) -> tuple[str, ...]:
-        """The same of those that depend on connected inputs, of an FMU not built here."""
-        return self._late.get(component, _NONE)[2]
+    def late(self, component: str) -> Groups:
+        """Those that depend on connected inputs, of an FMU not built here."""
+        return self._late.get(component, _NONE)
 
     @property
     def ports(self) -> list[Port]:
@@ -96,12 +88,12 @@ class Arrivals:
         return self._early.get((transfer.component, transfer.discrete)) is transfer
 
 
-_Groups = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+Groups = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
 """Reals that are recorded, other Reals, and outputs that are not Real."""
-_NONE: _Groups = ((), (), ())
+_NONE: Groups = ((), (), ())
 
 
-def _groups(description: Description, names: Sequence[str], kept: Collection[str]) -> _Groups:
+def _groups(description: Description, names: Sequence[str], kept: Collection[str]) -> Groups:
     kinds = [(name, description.variables[name].type) for name in names]
     return (
         tuple(name for name, kind in kinds if kind == REAL and name in kept),

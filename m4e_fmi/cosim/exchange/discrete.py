@@ -51,8 +51,8 @@ class Discrete:
         self.outputs = [
             Port(t.component, name) for t in transfers if t.action == "get" for name in t.variables
         ]
-        seen = {c: arrivals.further_typed(c) for c in instances} if arrivals else {}
-        self._seen_late = {c: arrivals.late_typed(c) for c in seen} if arrivals else {}
+        seen = {c: arrivals.further(c)[2] for c in instances} if arrivals else {}
+        self._seen_late = {c: arrivals.late(c)[2] for c in seen} if arrivals else {}
         ports = list(self.outputs)
         for found in (seen, self._seen_late):
             ports += [Port(c, name) for c, names in found.items() for name in names]

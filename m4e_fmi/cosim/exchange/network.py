@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.early_outputs import Arrivals, following
+from m4e_fmi.cosim.connections.early_outputs import Arrivals, Groups, following
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer
@@ -160,11 +160,9 @@ class Network(ExchangedVariables):
         found = [replace(reading, in_rows=True) for reading in reals]
         return [*found, *self.discrete.arrival(component, self.due(component))]
 
-    def _unexchanged(
-        self, component: str, groups: tuple[tuple[str, ...], tuple[str, ...]]
-    ) -> Iterator[Get]:
-        """Reads outputs that are recorded, which must be finite, and others."""
-        for names, checked in zip(groups, (True, False), strict=True):
+    def _unexchanged(self, component: str, groups: Groups) -> Iterator[Get]:
+        """Reads Real outputs that are recorded, which must be finite, and others."""
+        for names, checked in zip(groups[:2], (True, False), strict=True):
             if names:
                 start = self._seen_index[Port(component, names[0])]
                 yield replace(self._reading(component, names, start), checked=checked)
@@ -223,7 +221,8 @@ class Network(ExchangedVariables):
         """Real outputs that are read twice: those exchanged, and others."""
         ports = self.outputs[self.early(component).stop : self.output_slice(component).stop]
         exchanged = [] if self._descriptions[component].is_own else [p.variable for p in ports]
-        return (*exchanged, *(name for group in self._arrivals.late(component) for name in group))
+        recorded, watched, _ = self._arrivals.late(component)
+        return (*exchanged, *recorded, *watched)
 
     def recorded(self, component: str) -> tuple[str, ...]:
         """Outputs that are not exchanged, but read for results before any input is set."""
