@@ -15,7 +15,7 @@ _ARROW = re.compile(r"<->|->|<-")
 CAN = {
     "saves_state": "saves its state",
     "serializes_state": "serialises it",
-    "interpolates_inputs": "interpolates inputs",
+    "input_order": "interpolates inputs",
     "directional_derivatives": "has directional derivatives",
     "has_events": "has events",
     "constant_step": "needs a constant step",

@@ -7,12 +7,22 @@ at H = 0.1 and second order; third order promises 3e-4.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Port, Simulation, System, run
+from m4e_fmi.cosim import (
+    Component,
+    CouplingErrorReport,
+    FmuFile,
+    Network,
+    Port,
+    Simulation,
+    System,
+    run,
+)
 
 Fmus = Callable[[str], Path]
 Case = tuple[tuple[Component, ...], tuple[str, ...], dict[Port, float]]
@@ -27,6 +37,8 @@ EXACT = (
     -(np.sin(TIME) - FAST * np.sin(FAST * TIME)) / 2,
 )
 BOTH = ("+state", "+state")
+LIMITS = ("", "+single", "+single+first", "+none")
+"""FMUs that take all time derivatives of inputs; one in a call; none of order 2; none at all."""
 
 
 def part(fmus: Fmus, model: str, name: str, **start: float) -> Component:
@@ -92,12 +104,42 @@ CASES = (force_displacement, displacement_displacement, integrators)
     tolerance="3e-4",
 )
 @pytest.mark.parametrize("make", CASES)
-@pytest.mark.parametrize("options", ["+state", "+state+inputs"])
+@pytest.mark.parametrize("options", ["+state", *(f"+state+inputs{o}" for o in LIMITS)])
 def test_order_and_error(c_fmu: Fmus, make: Callable[[Fmus, str, str], Case], options: str) -> None:
     case = make(c_fmu, options, options)
     assert error(case, 0.1) < 3e-4
     # the terms of the next order change it by 0.1 at these steps
     assert orders(case).min() > 2.9
+
+
+@pytest.mark.parametrize("process", ["here", "own"])
+@pytest.mark.parametrize("algorithm", ["corrector", "implicit"])
+@pytest.mark.parametrize("limit", LIMITS)
+def test_derivatives_that_are_refused_are_told_once_and_cost_nothing(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, limit: str, algorithm: str, process: str
+) -> None:
+    components, links, exact = integrators(c_fmu, *2 * [f"+state+inputs{limit}"])
+    components = tuple(replace(one, process=process) for one in components)
+    system = System("s", components, links, Simulation(TIME, 0.1, algorithm))
+    found: list[dict[str, float]] = []
+    for by_python in (False, True):
+        if by_python:
+            monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+        last: dict[str, float] = {}
+        outcome = run(
+            system,
+            observers=[lambda _, n, end=last: end.update({str(p): n.read(str(p)) for p in exact})],
+        )
+        found.append(last)
+        notes = [note for note in outcome.notes if "time derivatives of inputs" in note]
+        assert [note.partition(":")[0] for note in notes] == (
+            ["a, b"] if limit[-4:] in ("irst", "none") else []
+        )
+        assert isinstance(outcome.certificate, CouplingErrorReport)
+        for error in outcome.certificate.errors:
+            off = abs(last[str(error.source)] - exact[Port.named(str(error.source))])
+            assert off <= 3 * error.error
+    assert found[0] == found[1]
 
 
 def energy(case: Case, step: float, steps: int) -> np.ndarray:

@@ -6,7 +6,9 @@ that read outputs straight after each step, as FMPy does, never see them.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,18 +16,22 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmpy import fmi2
 from unit.cosim.preparation.test_dependence import silenced
 
 from m4e_fmi.cosim import (
     Component,
+    CouplingErrorReport,
     FmuFile,
     Network,
     Simulation,
     System,
     load,
+    prepare,
     run,
     start,
 )
+from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
 OUTPUTS = ("yz.y", "yz.z", "x.x")
@@ -161,7 +167,7 @@ def test_alone_it_gives_what_fmpy_gives(
 ) -> None:
     """An input of FMPy's that is held over each step is what jacobi holds: the same bits.
 
-    Where the FMU declares no dependencies, that its outputs are lost is found by probing.
+    Where the FMU declares no dependencies, that its outputs are lost is seen in the run.
     """
     fmu = c_fmu(f"{version}roessler_yz+clears")
     if silent:
@@ -172,7 +178,8 @@ def test_alone_it_gives_what_fmpy_gives(
     )
     system = System("s", parts, ("driver.y -> yz.x",), Simulation(1.0, 0.125, "jacobi"))
     outcome = run(system, results=tmp_path / "r.nc")
-    assert ("setting inputs loses y, z" in str(outcome.notes)) is silent
+    lost = "yz: setting inputs, even to the values that they have, changes y, z"
+    assert (lost in str(outcome.notes)) is silent
     found = load(tmp_path / "r.nc")
     # FMPy takes the value of an input before its jump at the jump itself
     signal = np.zeros(9, dtype=[("time", "f8"), ("x", "f8")])
@@ -209,3 +216,170 @@ def test_outputs_that_show_a_step_when_inputs_are_set_are_not_lost(
     assert np.ptp(courses[2]) > 0.5
     np.testing.assert_allclose(courses[2], courses[0], atol=1e-12)
     np.testing.assert_allclose(courses[3], courses[1], atol=1e-12)
+
+
+SLEEPERS = "sleeper", "free_sleeper", "blind_sleeper"
+"""FMUs with outputs that are 0 up to 2 s: they declare dependencies, declare that there are none,
+and declare nothing."""
+ALGORITHMS = "jacobi", "gauss_seidel", "corrector", "implicit"
+
+
+def bare_loop(fmu: Path, start: dict[str, float], u: float, steps: int, size: float) -> np.ndarray:
+    """y and z at all points of FMPy's bare loop: step, read, set."""
+    description = fmpy.read_model_description(str(fmu))
+    references = {v.name: v.valueReference for v in description.modelVariables}
+    with tempfile.TemporaryDirectory() as folder:
+        fmpy.extract(str(fmu), folder)
+        assert description.coSimulation
+        instance = fmi2.FMU2Slave(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=description.coSimulation.modelIdentifier,
+        )
+        instance.instantiate()
+        instance.setupExperiment(startTime=0.0)
+        for name, value in (start | {"u": u}).items():
+            instance.setReal([references[name]], [value])
+        instance.enterInitializationMode()
+        instance.exitInitializationMode()
+        rows = [[0.0, 0.0]]
+        for step in range(steps):
+            instance.setReal([references["u"]], [u])
+            instance.doStep(step * size, size)
+            rows.append(instance.getReal([references["y"], references["z"]]))
+        instance.terminate()
+        instance.freeInstance()
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("gain", [0.0, 0.5])
+@pytest.mark.parametrize("options", ["+clears", "+clears+partly", "+clears+inputs"])
+@pytest.mark.parametrize("model", SLEEPERS)
+def test_outputs_that_are_lost_later_are_those_of_a_bare_loop(
+    c_fmu: Fmus, tmp_path: Path, model: str, options: str, gain: float
+) -> None:
+    """Nothing is to be lost before 2 s; from then on each set answers 0, or less than there is."""
+    fmu, start = c_fmu(f"{model}+state{options}"), {"gain": gain}
+    expected = bare_loop(fmu, start, u=1.0, steps=30, size=0.125)
+    assert np.ptp(expected[:, 0]) > 0.5
+    for algorithm, process in product(ALGORITHMS, ("here", "own")):
+        driver = Component("driver", FmuFile(c_fmu("integrator+state")), {"y": 1.0, "gain": 0.0})
+        sleeper = Component("s", FmuFile(fmu), start, process=process)
+        # z goes nowhere, or to another component
+        other = Component("other", FmuFile(c_fmu("integrator+state")))
+        for links in (("driver.y -> s.u",), ("driver.y -> s.u", "s.z -> other.u")):
+            settings = Simulation(3.75, 0.125, algorithm)
+            system = System("s", (driver, sleeper, other), links, settings)
+            outcome = run(system, results=tmp_path / "r.nc")
+            found = load(tmp_path / "r.nc")
+            for column, name in enumerate("yz"):
+                values = found[f"s.{name}"].values
+                np.testing.assert_allclose(values, expected[:, column], rtol=1e-9, atol=0)
+            assert ("changes y, z" in str(outcome.notes)) is (model != "free_sleeper")
+
+
+def test_alone_it_is_a_bare_loop_too(c_fmu: Fmus, tmp_path: Path) -> None:
+    fmu = c_fmu("blind_sleeper+clears")
+    expected = bare_loop(fmu, {"u": 1.0}, u=1.0, steps=30, size=0.125)
+    for algorithm in ALGORITHMS[:3]:
+        parts = (Component("s", FmuFile(fmu), {"u": 1.0}),)
+        run(System("s", parts, (), Simulation(3.75, 0.125, algorithm)), results=tmp_path / "r.nc")
+        found = load(tmp_path / "r.nc")
+        np.testing.assert_allclose(found["s.y"].values, expected[:, 0], rtol=1e-9, atol=0)
+
+
+def ring_with_sleeper(fmu: Path, algorithm: str, step: float = 0.05, **start: float) -> System:
+    """a' = -y, and y = x + gain a with x' = a - x from 2 s on."""
+    parts = (
+        Component("a", FmuFile(fmu.parent / "integrator_state.fmu"), {"y": 1.0, "gain": -1.0}),
+        Component("s", FmuFile(fmu), start),
+    )
+    return System("s", parts, ("a.y -> s.u", "s.y -> a.u"), Simulation(5.0, step, algorithm))
+
+
+@pytest.mark.parametrize("algorithm", ALGORITHMS)
+@pytest.mark.parametrize("model", SLEEPERS)
+@pytest.mark.parametrize("options", ["+clears", "+clears+inputs"])
+@pytest.mark.parametrize("by_python", [False, True])
+def test_coupled_outputs_that_are_lost_later_are_right_within_the_stated_error(
+    c_fmu: Fmus,
+    monkeypatch: pytest.MonkeyPatch,
+    model: str,
+    options: str,
+    algorithm: str,
+    by_python: bool,
+    tmp_path: Path,
+) -> None:
+    """Against the solution: x = 2/sqrt(3) exp(-s/2) sin(sqrt(3)/2 s), a = x + x', s = t - 2."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    c_fmu("integrator+state")
+    system = ring_with_sleeper(c_fmu(f"{model}+state{options}"), algorithm)
+    certificate = run(system, results=tmp_path / "r.nc").certificate
+    found = load(tmp_path / "r.nc")
+    s, root = np.maximum(found.time - 2, 0), np.sqrt(3) / 2
+    x = np.exp(-s / 2) * np.sin(root * s) / root
+    a = np.exp(-s / 2) * (np.cos(root * s) + np.sin(root * s) / (2 * root))
+    assert isinstance(certificate, CouplingErrorReport)
+    stated = {str(error.source): error.error for error in certificate.errors}
+    for name, exact in (("s.y", x), ("a.y", a)):
+        error = np.abs(found[name].values - exact).max()
+        assert error <= 3 * stated[name] + 1e-9, (name, error, stated)
+        assert error < 0.1
+
+
+def test_undeclared_gains_stay_found(c_fmu: Fmus) -> None:
+    """Declared as none, in a chain; not declared, in a ring; and with lost outputs besides."""
+    c_fmu("integrator+state")
+    late = run(ring_with_sleeper(c_fmu("free_sleeper+state"), "gauss_seidel", gain=0.5))
+    assert "s.y follows u at once" in str(late.warnings)
+    parts = (
+        Component("a", FmuFile(c_fmu("stage+state")), {"gain": -0.5}),
+        Component("s", FmuFile(c_fmu("blind_sleeper+state")), {"gain": 0.5, "when": 0.0}),
+    )
+    links = ("a.y -> s.u, units ignored", "s.y -> a.u, units ignored")
+    found = prepare(System("s", parts, links, Simulation(2.0, 0.125, "gauss_seidel")))
+    assert "s: no dependencies are declared; probed, y follows u" in str(found.notes)
+    assert found.structure.loops
+    both = ring_with_sleeper(c_fmu("sleeper+state+clears+partly"), "gauss_seidel", gain=0.5)
+    assert "changes y" in str(run(both).notes)
+
+
+def test_a_loop_of_lost_outputs_ends_the_run(c_fmu: Fmus) -> None:
+    """u of the stage is y of the sleeper, of which only its gain is left when u is set."""
+    parts = (
+        Component("a", FmuFile(c_fmu("stage+state")), {"gain": 0.5}),
+        Component("s", FmuFile(c_fmu("sleeper+state+clears+partly")), {"gain": 0.5, "when": 0.5}),
+    )
+    links = ("a.y -> s.u, units ignored", "s.y -> a.u, units ignored")
+    system = System("s", parts, links, Simulation(2.0, 0.125, "gauss_seidel"))
+    with pytest.raises(RunError, match=r"s\.y at t = .* s is lost when inputs are set") as caught:
+        run(system)
+    assert "`dependencies` of s" in str(caught.value)
+    needs = replace(parts[1], dependencies={"y": [], "z": []})
+    run(System("s", (parts[0], needs), links, system.simulation))
+
+
+@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
+def test_outputs_that_are_not_real_are_lost_alike(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, version: str, by_python: bool
+) -> None:
+    """y = u + n of Integers, with the input that the step had; 0 after any set."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    losing = FmuFile(c_fmu(f"{version}kinds+through+clears"))
+    parts = (
+        Component("a", FmuFile(c_fmu("2:kinds")), {"period": 0.25}),
+        Component("b", losing, {"period": 0.5}),
+        Component("c", losing),
+    )
+    links = ("a.y_int -> b.u_int", "b.y_int -> c.u_int")
+    for algorithm in ALGORITHMS[:3]:
+        settings = Simulation(2.0, 0.125, algorithm)
+        run(System("s", parts, links, settings), results=tmp_path / "r.nc")
+        found = load(tmp_path / "r.nc")
+        a, b, c = (found[f"{name}.y_int"].values for name in "abc")
+        np.testing.assert_array_equal(b[1:], a[:-1] + np.floor(found.time[1:] / 0.5 + 1e-6))
+        np.testing.assert_array_equal(c[1:], b[:-1])
+        assert b[-1] > 5

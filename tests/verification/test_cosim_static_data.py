@@ -54,6 +54,37 @@ def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version:
     assert outcome.certificate.errors[0].error == pytest.approx(0.0625 / 1.0, rel=0.5)
 
 
+@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize("version", ["", "1:", "3:"])
+@pytest.mark.parametrize("process", ["here", "own"])
+def test_a_way_to_round_that_an_fmu_leaves_behind_changes_nothing(
+    c_fmu: Fmus,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    process: str,
+    version: str,
+    by_python: bool,
+) -> None:
+    """It rounds upward from its first step on; the equations are chaotic."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    found = []
+    for option in ("", "+rounds"):
+        x, yz = (f"{version}roessler_{part}+inputs{option}" for part in ("x", "yz"))
+        if version == "3:":
+            x, yz = (name.replace("+inputs", "") for name in (x, yz))
+        parts = (
+            Component("yz", FmuFile(c_fmu(yz)), {"y": 1.0, "z": 0.5}, process=process),
+            Component("x", FmuFile(c_fmu(x)), {"x": 2.0}, process=process),
+        )
+        links = ("yz.y -> x.y", "yz.z -> x.z", "x.x -> yz.x")
+        run(System("s", parts, links, Simulation(10.0, 0.05)), results=tmp_path / "r.nc")
+        rows = load(tmp_path / "r.nc")
+        found.append(np.column_stack([rows[name].values for name in ("yz.y", "yz.z", "x.x")]))
+    np.testing.assert_array_equal(*found)
+    assert 1.0 + 1e-17 == 1.0  # rounded upward, it is more
+
+
 PLAIN = "int f(int a) { return a + 1; }"
 STATIC = (
     "static int s; int f(int a) { return s += a; }",

@@ -105,13 +105,14 @@ class _Component:
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
-            self.operations = (*(noted if inputs else ()), *steps, *network.arrival(name))
+            self.operations = (*(noted if inputs else ()), *network.whole_step(name))
             return
         signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
         moved = _moved(network, name, signals)
         self._ends = _combination(np.zeros(len(inputs)), network.values)
         self._formulas = [(self._ends, [signal.end for signal in signals.values()])]
         operations: list[Operation] = []
+        into = held[own]
         for step in steps:
             if inputs and (step is steps[0] or moved):
                 into = held[own] if step is steps[0] else np.zeros(len(inputs))
@@ -120,12 +121,14 @@ class _Component:
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
         operations += network.arrival(name)
+        operations += network.reread(name, network.hold(name, into, moved))
         late = slice(network.early(name).stop, network.output_slice(name).stop)
         if not set(asked).isdisjoint(network.outputs[late]):
             names = tuple(port.variable for port in network.outputs[late])
             if inputs:
                 operations += [self._ends, *setting(instance, inputs, self._ends.into)]
-            operations.append(Get(instance, names, network.values[network.stepped :][late]))
+            reading = Get(instance, names, network.values[network.stepped :][late])
+            operations += network.read_late(name, reading)
         self.operations = tuple(operations)
 
     def prepare(self, size: float, last: float) -> None:

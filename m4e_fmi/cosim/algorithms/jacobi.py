@@ -23,11 +23,7 @@ class Jacobi(Scheduled):
         count = len(network.inputs)
         held = np.zeros(count)  # as set by the last exchange
         noted: list[Operation] = [gather(held, network.inputs, range(count))] if count else []
-        steps = [
-            operation
-            for name in network.instances
-            for operation in (*network.steps(name), *network.arrival(name))
-        ]
+        steps = [operation for name in network.instances for operation in network.whole_step(name)]
         super().__init__(network, [*noted, *steps], held)
 
     def prepare(self, size: float) -> None:

@@ -8,7 +8,6 @@ exists:
 `DECLARED`   the FMU declares it
 `PROBED`     the FMU declares nothing; inputs were moved, and the output read
              (`dependence_probing`). It may be incomplete: `late_dependence` goes on watching
-`LOST`       likewise, but setting any input spoils the output: it is read before that only
 `STEPPED`    likewise, but a change of the input shows after the next step: one step late
 `ASSUMED`    nothing is known: the output is taken to depend on all inputs
 ===========  ===================================================================================
@@ -26,7 +25,6 @@ from m4e_fmi.fmu.importer.reading import Description
 DECLARED = "declared by its FMU"
 STATED = "declared in the system file"
 PROBED = "probed"
-LOST = "probed; lost when an input is set"
 STEPPED = "probed; one step late"
 ASSUMED = "assumed"
 

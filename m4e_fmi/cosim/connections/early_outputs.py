@@ -1,8 +1,8 @@
 """Outputs that are read straight after the last step of their component, before its inputs are set.
 
-These do not depend on connected inputs within an instant, so that a later reading could not differ.
-But some FMUs lose or change their outputs when inputs are set. An output that depends on a
-connected input is read when that is set.
+Some FMUs lose or change their outputs when inputs are set. An output that depends on no connected
+input within an instant is read straight after the step only. One that does is read again when its
+inputs are set; of FMUs that were not built here, both readings are taken (`Rereading`).
 
 Outputs of FMUs with event mode that are not exchanged are left out: setting a discrete input is an
 event there, after which all outputs may have other values.
@@ -10,7 +10,7 @@ event there, after which all outputs may have other values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.recorded_variables import chosen
@@ -23,7 +23,8 @@ class Arrivals:
     """Outputs that are read straight after steps: `early` ones, which are exchanged, and `further`.
 
     The latter are outputs of components with connected inputs that are not exchanged: those
-    `recorded` (names by component; None: all scalars), and all others if they are `watched`.
+    `recorded` (names by component; None: all scalars), and all others if they are `watched`. `late`
+    are those likewise of FMUs not built here that depend on connected inputs.
     """
 
     def __init__(
@@ -39,28 +40,20 @@ class Arrivals:
             found = chosen(descriptions, ())
             recorded = {name: {v.name for v in members} for name, members in found.items()}
         inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
-        self._further: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {}
-        self._typed: dict[str, tuple[str, ...]] = {}
+        self._further: dict[str, Groups] = {}
+        self._late: dict[str, Groups] = {}
         for component, driven in inputs.items():
             description, known = descriptions[component], exchanged.get(component, set())
             if description.has_events:
                 continue
-            free = [
-                name
-                for name, needs in description.dependencies.items()
-                if name not in known and not needs & driven
-            ]
-            reals = [name for name in free if description.variables[name].type == REAL]
             kept = recorded.get(component, ())
-            self._further[component] = (
-                tuple(name for name in reals if name in kept),
-                tuple(name for name in reals if name not in kept and watched),
-            )
-            self._typed[component] = tuple(
-                name
-                for name in free
-                if description.variables[name].type in DISCRETE and (name in kept or watched)
-            )
+            free, bound = list[str](), list[str]()
+            for name, needs in description.dependencies.items():
+                if name not in known and (name in kept or watched):
+                    (bound if needs & driven else free).append(name)
+            self._further[component] = _groups(description, free, kept)
+            if not description.is_own:
+                self._late[component] = _groups(description, bound, kept)
 
     def early(self, component: str) -> tuple[str, ...]:
         """The early outputs of a component that are exchanged."""
@@ -71,27 +64,42 @@ class Arrivals:
         """The transfer that reads the early outputs that are not Real."""
         return self._early.get((component, True))
 
-    def further(self, component: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Outputs of a component that are not exchanged: those recorded, and the others."""
-        return self._further.get(component, ((), ()))
+    def further(self, component: str) -> Groups:
+        """Outputs of a component that are not exchanged and depend on no connected input."""
+        return self._further.get(component, _NONE)
 
-    def further_typed(self, component: str) -> tuple[str, ...]:
-        """Outputs of a component that are not exchanged, and not Real."""
-        return self._typed.get(component, ())
+    def late(self, component: str) -> Groups:
+        """Those that depend on connected inputs, of an FMU not built here."""
+        return self._late.get(component, _NONE)
 
     @property
     def ports(self) -> list[Port]:
-        """All `further` outputs, component by component."""
+        """All `further` outputs that are Real, component by component, then those that are late."""
         return [
             Port(component, name)
-            for component, groups in self._further.items()
-            for names in groups
+            for found in (self._further, self._late)
+            for component, groups in found.items()
+            for names in groups[:2]
             for name in names
         ]
 
     def has(self, transfer: Transfer) -> bool:
         """True if this part of the exchange reads the early outputs of a component."""
         return self._early.get((transfer.component, transfer.discrete)) is transfer
+
+
+Groups = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+"""Reals that are recorded, other Reals, and outputs that are not Real."""
+_NONE: Groups = ((), (), ())
+
+
+def _groups(description: Description, names: Sequence[str], kept: Collection[str]) -> Groups:
+    kinds = [(name, description.variables[name].type) for name in names]
+    return (
+        tuple(name for name, kind in kinds if kind == REAL and name in kept),
+        tuple(name for name, kind in kinds if kind == REAL and name not in kept),
+        tuple(name for name, kind in kinds if kind in DISCRETE),
+    )
 
 
 def _early(exchange: Exchange) -> dict[tuple[str, bool], Transfer]:

@@ -9,7 +9,7 @@ nothing of the step after it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from m4e_fmi.cosim.connections.early_outputs import Arrivals
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped
+from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped, Transferring
+from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 
@@ -31,8 +32,9 @@ class Discrete:
     `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
-    exchanged, but read with them (see `arrivals`); then, where connections are delayed, the values
-    at the point before.
+    exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where
+    connections are delayed; those at the last settled point; the readings of outputs that are read
+    twice.
     """
 
     def __init__(
@@ -49,38 +51,67 @@ class Discrete:
         self.outputs = [
             Port(t.component, name) for t in transfers if t.action == "get" for name in t.variables
         ]
-        seen = {c: arrivals.further_typed(c) for c in instances} if arrivals else {}
-        ports = (*self.outputs, *(Port(c, name) for c, names in seen.items() for name in names))
+        seen = {c: arrivals.further(c)[2] for c in instances} if arrivals else {}
+        self._seen_late = {c: arrivals.late(c)[2] for c in seen} if arrivals else {}
+        ports = list(self.outputs)
+        for found in (seen, self._seen_late):
+            ports += [Port(c, name) for c, names in found.items() for name in names]
         self._index = {port: k for k, port in enumerate(ports)}
         count = len(self.outputs)
         self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
         self._late = len(ports)
-        self.cells = np.zeros(len(ports) + (count if self._delayed else 0), dtype=np.int64)
-        self.values = self.cells[:count]
+        twice = {c: names for c in seen if (names := self._read_twice(c, transfers))}
+        settled = self._late + (count if self._delayed else 0)
+        readings = settled + count
+        size = readings + ROWS * sum(map(len, twice.values()))
+        self.cells = np.zeros(size, dtype=np.int64)
+        self.values, self._before = self.cells[:count], self.cells[settled:readings]
         self._echo: list[Port] = []
         self._seen = {c: instances[c].typed(names, texts) for c, names in seen.items() if names}
         self.changed = np.array([np.inf])
-        self._before = self.values.copy()
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
+        self._held = {t: self._access(t, settled) for t in transfers if t.action == "set"}
+        self.rereadings = rereadings(twice, self.cells[readings:], self._reading)
 
     def __bool__(self) -> bool:
         """True if there are such values."""
         return bool(self.outputs)
 
-    def _access(self, transfer: Transfer) -> Access:
+    def _read_twice(self, component: str, transfers: Sequence[Transfer]) -> tuple[str, ...]:
+        """Outputs of an FMU not built here that depend on inputs."""
+        assert self._arrivals
+        if self._instances[component].description.is_own:
+            return ()
+        late = [t for t in transfers if t.component == component and t.action == "get"]
+        exchanged = [n for t in late if not self._arrivals.has(t) for n in t.variables]
+        return (*exchanged, *self._seen_late[component])
+
+    def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:
+        instance = self._instances[component]
+        return GetTyped(instance, instance.typed(names, self.texts), into)
+
+    def held(self, component: str) -> list[SetTyped]:
+        """Sets the inputs of a component to the values that it has since the last point."""
+        return [
+            SetTyped(self._instances[component], access, self.cells)
+            for transfer, access in self._held.items()
+            if transfer.component == component
+        ]
+
+    def _access(self, transfer: Transfer, settled: int = 0) -> Access:
         instance, names = self._instances[transfer.component], transfer.variables
         if transfer.action == "get":
             return instance.typed(names, self.texts, changed=self.changed)
         links = [self._links[Port(transfer.component, name)] for name in names]
-        return instance.typed(names, self.texts, taken=[self._taken(link) for link in links])
+        return instance.typed(names, self.texts, taken=[self._taken(k, settled) for k in links])
 
-    def _taken(self, link: Link) -> Taken:
+    def _taken(self, link: Link, settled: int) -> Taken:
         give, take = (
             self._instances[port.component].description.variables[port.variable]
             for port in link.ends
         )
         low, high = bounds(give, take)
-        place = self._index[link.source] + (self._late if link.delayed else 0)
+        place = self._index[link.source] + (self._late if link.delayed else settled)
         origin, way = str(link.source), (link.factor, link.offset)
         return Taken(place, origin, low, high, *way, is_large(give))
 
@@ -91,16 +122,32 @@ class Discrete:
         start = self._index[Port(transfer.component, transfer.variables[0])]
         return self.values[start : start + len(transfer.variables)]
 
-    def operation(self, transfer: Transfer, due: Due | None) -> GetTyped | SetTyped:
-        """The operation of a transfer at a communication point."""
+    def operations(self, transfer: Transfer) -> tuple[Transferring, ...]:
+        """The operations of a transfer at a communication point."""
         instance, access = self._instances[transfer.component], self._accesses[transfer]
-        kind = GetTyped if transfer.action == "get" else SetTyped
-        return kind(instance, access, self._cells(transfer), due)
+        if transfer.action == "set":
+            return (SetTyped(instance, access, self._cells(transfer)),)
+        reading, twice = GetTyped(instance, access, self._cells(transfer)), self._twice(transfer)
+        return twice.new(reading, keeps=True, changed=self.changed) if twice else (reading,)
+
+    def _twice(self, transfer: Transfer) -> Rereading | None:
+        """The outputs that a transfer reads, if they are read twice."""
+        found = self.rereadings.get(transfer.component)
+        return found if found and transfer.variables[0] in found.names else None
+
+    def seen(self, component: str, due: Due | None) -> tuple[Transferring, ...]:
+        """Reads outputs that depend on inputs and are not exchanged, when these are all set."""
+        names = self._seen_late[component]
+        if not names:
+            return ()
+        start = self._index[Port(component, names[0])]
+        reading = self._reading(component, names, self.cells[start : start + len(names)])
+        return self.rereadings[component].new(replace(reading, due=due), keeps=True)
 
     def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
         """Reads what a component gives before its inputs are set; to follow its last step."""
         early = self._arrivals.early_typed(component) if self._arrivals else None
-        found = [self.operation(early, due)] if early else []
+        found = [replace(o, due=due) for o in self.operations(early)] if early else []
         if component in self._seen:
             access = self._seen[component]
             start = self._index[Port(component, access.names[0])]
@@ -149,7 +196,7 @@ class Discrete:
         if not self._delayed:
             return ()
         places = np.arange(len(self.outputs), dtype=np.uint32)
-        return (Copy(self._before, places, self.cells[self._late :]),)
+        return (Copy(self._before, places, self.cells[self._late :][: len(places)]),)
 
     def begin(self, initial: Discrete) -> None:
         """Let delayed connections carry what their sources had in initialization mode."""
@@ -165,9 +212,14 @@ class Discrete:
         cells, before, _ = kept
         if cells.shape != self.cells.shape or before.shape != self._before.shape:
             raise ValueError(f"{len(cells)} values that are not Real, of {len(self.cells)}")
-        late = zip(self.outputs, cells[self._late :], strict=False)
-        known = [*zip(self._index, cells, strict=False), *late]
-        for port, cell in (*known, *zip(self.outputs, before, strict=True)):
+        twice = [
+            Port(component, name)
+            for component, one in self.rereadings.items()
+            for name in one.names * ROWS
+        ]
+        delayed = self.outputs if self._delayed else []
+        ports = (*self._index, *delayed, *self.outputs, *twice, *self.outputs)
+        for port, cell in zip(ports, (*cells, *before), strict=True):
             variable = self._instances[port.component].description.variables[port.variable]
             if variable.type == "String" and not 0 <= cell < len(self.texts):
                 raise ValueError(f"text {cell} of {port}")
@@ -184,7 +236,9 @@ class Discrete:
             return False
         present, noted = self.values.copy(), self.changed.copy()
         for transfer in self._accesses:
-            if transfer.action == "get":
+            if twice := self._twice(transfer):
+                self._cells(transfer)[:] = twice.part(transfer.variables)[0]
+            elif transfer.action == "get" and not (self._arrivals and self._arrivals.has(transfer)):
                 self.perform(transfer)
         found = bool((self.values != values).any())
         self.values[:], self.changed[:] = present, noted

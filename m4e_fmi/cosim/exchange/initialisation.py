@@ -17,9 +17,10 @@ from m4e_fmi.fmu.importer.calls import Texts
 class Initialisation:
     """The transfers of initialization mode.
 
-    After `run`, `found` has the Real outputs in their own units, `discrete` the others. FMUs of FMI
-    1.0 are initialised by their first transfer that reads outputs: `arrive` is called with the
-    component's name straight after that, and these components are in `arrived`.
+    After `run`, `found` has the Real outputs in their own units, `discrete` the others; `given` are
+    the values of Real inputs, in the units of their sources. FMUs of FMI 1.0 are initialised by
+    their first transfer that reads outputs: `arrive` is called with the component's name and what
+    is `given` straight after that, and these components are in `arrived`.
     """
 
     def __init__(
@@ -28,7 +29,7 @@ class Initialisation:
         wiring: Wiring,
         structure: Structure,
         texts: Texts,
-        arrive: Callable[[str], None],
+        arrive: Callable[[str, Mapping[Port, float]], None],
     ) -> None:
         links = wiring.all_links
         self._instances, self._arrive, self._transfers = instances, arrive, structure.initial
@@ -36,6 +37,7 @@ class Initialisation:
         by_target = {link.target: link for link in links}
         self.discrete = Discrete(instances, structure.initial, by_target, texts)
         self.found: dict[Port, float] = {}
+        self.given: dict[Port, float] = {}
         self.arrived: set[str] = set()
 
     def run(self) -> None:
@@ -45,6 +47,7 @@ class Initialisation:
                 loop = LoopEquations(self._instances, transfer, self._sources)
                 loop.solve()
                 self.found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
+                self.given.update(zip(loop.inputs, loop.input_values.tolist(), strict=True))
             elif transfer.discrete:
                 self.discrete.perform(transfer)
                 self._note_arrival(transfer)
@@ -67,8 +70,9 @@ class Initialisation:
 
     def _set(self, instance: Instance, names: Sequence[str]) -> None:
         """Set inputs and parameters to the values of their sources."""
-        sources = (self._sources[Port(instance.name, name)] for name in names)
-        values = np.array([self.found[source] for source in sources])
+        ports = [Port(instance.name, name) for name in names]
+        values = np.array([self.found[self._sources[port]] for port in ports])
+        self.given.update(zip(ports, values.tolist(), strict=True))
         status = instance.setter(names, values)()
         if status > WARNING:
             instance.fail(status, "fmi2SetReal")
@@ -78,5 +82,5 @@ class Initialisation:
         component = transfer.component
         version = self._instances[component].description.version
         if version == "1.0" and transfer.action == "get" and component not in self.arrived:
-            self._arrive(component)
+            self._arrive(component, self.given)
             self.arrived.add(component)

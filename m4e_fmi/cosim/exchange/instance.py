@@ -252,14 +252,13 @@ class Instance:
         """The C function that asks for a step, where the FMU is in another process; else None."""
         return self._fmu.step_beginner() if self._binary.worker else None
 
-    def own_derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that gives inputs two time derivatives for the next step.
+    def own_derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
+        """A call that gives the Real input `name` a time derivative for the next step.
 
-        `view` (2*n_names,), in the FMU's own units per s and s², holds the first, then the second
-        derivative of each of the Real inputs `names`.
+        `view` (1,), in the FMU's own unit per s or s², holds that of the `order`.
         """
         assert isinstance(self._fmu, Classic)  # which alone declare that they interpolate inputs
-        return self._fmu.derivative_setter(names, view)
+        return self._fmu.derivative_setter(name, order, view)
 
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""

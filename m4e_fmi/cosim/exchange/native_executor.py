@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
-from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,6 +18,7 @@ from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL, BEGIN_STEP = range(10)
+CHOOSE, CHOOSE_CELLS = 10, 11
 
 
 class RawOperation(ctypes.Structure):
@@ -46,6 +46,7 @@ class RawOperation(ctypes.Structure):
         ("period", c_int64),
         ("in_rows", c_int32),
         ("unchecked", c_int32),
+        ("keeps", c_int32),
         ("warned", c_void_p),
     ]
 
@@ -172,6 +173,12 @@ def _translation(operation: Operation) -> Translated:
         case op.SetTyped(_, access, cells):
             raw = _filling(cells, kind=CALL, component=access.address)
             raw.function = function("m4e_set_typed")
+        case op.Choose(readings, into, changed):
+            kind = CHOOSE if into.dtype == np.float64 else CHOOSE_CELLS
+            raw = _filling(into, kind=kind, source=readings.ctypes.data)
+            raw.terms = readings.strides[0] // readings.itemsize
+            raw.past = None if changed is None else _address(changed)
+            raw.keeps = operation.keeps
         case op.Copy(source, places, into):
             copied = RawCopied(_address(source), _address(places), len(places))
             raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
@@ -188,10 +195,9 @@ def _reals(operation: op.Reals) -> Translated:
             raw.in_rows, raw.unchecked = operation.in_rows, not operation.checked
         case op.Set(_, _, values):
             raw = _call(SET, call, values)
-        case op.SetDerivatives(_, names, values):
-            call = replace(call, references=call.references.repeat(2))
+        case op.SetDerivatives(_, _, values, order):
             raw = _call(SET_DERIVATIVES, call, values)
-            orders = np.tile(np.array((1, 2), dtype=np.int32), len(names))
+            orders = np.array([order], dtype=np.int32)
             raw.orders = _address(orders)
             return raw, (call.references, orders)
     return raw, (call.references,)

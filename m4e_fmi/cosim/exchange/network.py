@@ -5,8 +5,9 @@ An algorithm steps every component from `now`; `advance` then makes the new poin
 
 Outputs that do not depend on connected inputs within an instant are read straight after the last
 step of their component (`arrival`), before any of its inputs is set: some FMUs lose them then. They
-are in `stepped` when `advance` begins; the others are read by the exchange. Behind the blocks are
-outputs that are not exchanged, but wanted by results or observers.
+are in `stepped` when `advance` begins; the others are read by the exchange, and of FMUs not built
+here by `reread`, too. Behind the blocks are outputs that are not exchanged, but wanted by results
+or observers, and then the readings of those that are read twice.
 """
 
 from __future__ import annotations
@@ -18,28 +19,32 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.early_outputs import Arrivals, following
+from m4e_fmi.cosim.connections.early_outputs import Arrivals, Groups, following
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import Exchange, Transfer
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSnapshot, StatePlaces
+from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import (
+    Choose,
     DoStep,
     Get,
     GetTyped,
     Operation,
     Transferring,
+    choose,
     gather,
     setting,
 )
-from m4e_fmi.cosim.exchange.solved_loop import SolvedLoop
+from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value
+from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import Texts
 from m4e_fmi.shown import listing
 
@@ -98,7 +103,12 @@ class Network(ExchangedVariables):
         self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
         first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
-        self.values = np.zeros(first_seen + len(self._seen_index))
+        late = {name: self._late(name) for name in instances}
+        places = first_seen + len(self._seen_index)
+        self.values = np.zeros(places + ROWS * sum(map(len, late.values())))
+        self._rereadings = rereadings(late, self.values[places:], self._read)
+        for one in self._rereadings.values():
+            one.block[2] = np.nan  # nothing was read before
         block = self.values[self.before : self.stepped]
         shift: list[Operation] = [gather(block, self.values, range(size))] if size else []
         self._shift = Schedule([*shift, *self.discrete.shift])
@@ -146,14 +156,73 @@ class Network(ExchangedVariables):
 
     def seeing(self, component: str) -> list[Get | GetTyped]:
         """The part of `arrival` that reads the outputs that are not Real, or not exchanged."""
-        recorded, watched = self._arrivals.further(component)
-        found: list[Get | GetTyped] = []
-        for names, checked in ((recorded, True), (watched, False)):
+        reals = self._unexchanged(component, self._arrivals.further(component))
+        found = [replace(reading, in_rows=True) for reading in reals]
+        return [*found, *self.discrete.arrival(component, self.due(component))]
+
+    def _unexchanged(self, component: str, groups: Groups) -> Iterator[Get]:
+        """Reads Real outputs that are recorded, which must be finite, and others."""
+        for names, checked in zip(groups[:2], (True, False), strict=True):
             if names:
                 start = self._seen_index[Port(component, names[0])]
-                reading = self._reading(component, names, start)
-                found.append(replace(reading, in_rows=True, checked=checked))
-        return [*found, *self.discrete.arrival(component, self.due(component))]
+                yield replace(self._reading(component, names, start), checked=checked)
+
+    def reread(self, component: str, held: Iterable[Operation]) -> list[Operation]:
+        """Reads outputs that depend on inputs straight after the last step, and once more.
+
+        In between, `held` sets connected inputs to the values that they have. Of FMUs that were
+        built here nothing is read.
+        """
+        found = self.rereadings(component)
+        if not found:
+            return []
+        again = (*held, *(one.second for one in found))
+        due = self.due(component)
+        return [replace(o, due=due) for o in (*(one.first for one in found), *again)]
+
+    def hold(
+        self, component: str, values: np.ndarray, moved: Collection[str] = ()
+    ) -> tuple[Operation, ...]:
+        """Sets a component's connected inputs to the values that they have, but those `moved`.
+
+        Those of its Real inputs are `values` (n_inputs,), in the units of their sources.
+        """
+        ports = self.targets[self.input_slice(component)]
+        places = [k for k, port in enumerate(ports) if port.variable not in moved]
+        names, own = [ports[k].variable for k in places], np.zeros(len(places))
+        reals = gather(own, values, places), *setting(self.instances[component], names, own)
+        return (*(reals if names else ()), *self.discrete.held(component))
+
+    def read_late(
+        self, component: str, reading: Get, *, keeps: bool = False
+    ) -> tuple[Transferring, ...]:
+        """A `reading` of consecutive outputs that depend on inputs, with new ones.
+
+        `keeps` is true at a communication point.
+        """
+        one = self._rereadings.get(component)
+        return one.new(reading, keeps=keeps) if one else (reading,)
+
+    def _read(self, component: str, names: Sequence[str], into: np.ndarray) -> Get:
+        return Get(self.instances[component], tuple(names), into, checked=False)
+
+    @property
+    def lost(self) -> dict[str, list[str]]:
+        """Outputs by component that setting inputs to the values that they had has changed."""
+        found = {n: [o for one in self.rereadings(n) for o in one.lost] for n in self.instances}
+        return {name: sorted(outputs) for name, outputs in found.items() if outputs}
+
+    def rereadings(self, component: str) -> list[Rereading]:
+        """Outputs of a component that are read twice: Reals, and others."""
+        both = self._rereadings, self.discrete.rereadings
+        return [found[component] for found in both if component in found]
+
+    def _late(self, component: str) -> tuple[str, ...]:
+        """Real outputs that are read twice: those exchanged, and others."""
+        ports = self.outputs[self.early(component).stop : self.output_slice(component).stop]
+        exchanged = [] if self._descriptions[component].is_own else [p.variable for p in ports]
+        recorded, watched, _ = self._arrivals.late(component)
+        return (*exchanged, *recorded, *watched)
 
     def recorded(self, component: str) -> tuple[str, ...]:
         """Outputs that are not exchanged, but read for results before any input is set."""
@@ -167,6 +236,12 @@ class Network(ExchangedVariables):
     def _reading(self, component: str, names: tuple[str, ...], start: int) -> Get:
         view = self.values[start : start + len(names)]
         return Get(self.instances[component], names, view, due=self.due(component))
+
+    def whole_step(self, component: str) -> tuple[Operation, ...]:
+        """A component's macro step with its inputs as the last exchange has set them."""
+        held = self.hold(component, self.inputs[self.input_slice(component)])
+        reading = (*self.arrival(component), *self.reread(component, held))
+        return (*self.steps(component), *reading)
 
     def steps(self, component: str) -> list[DoStep]:
         """The operations that make a component's macro step."""
@@ -342,7 +417,7 @@ class Network(ExchangedVariables):
         for component, instance in self.instances.items():
             instance.exit_initialization()
             if component not in start.arrived:
-                self._arrive(component)
+                self._arrive(component, start.given)
         for link in self.links:
             self.values[self.before + self.index(link.source)] = start.found[link.source]
         self.discrete.begin(start.discrete)
@@ -357,9 +432,13 @@ class Network(ExchangedVariables):
         for instance in self._apart:
             instance.flush()
 
-    def _arrive(self, component: str) -> None:
-        """Perform `arrival` at once."""
-        Schedule([replace(o, due=None) for o in self.arrival(component)]).run(self.time)
+    def _arrive(self, component: str, given: Mapping[Port, float]) -> None:
+        """Perform `arrival` and `reread` at once; the Real inputs `given` have these values."""
+        ports = [port for port in self.targets[self.input_slice(component)] if port in given]
+        names, values = [port.variable for port in ports], np.array([given[p] for p in ports])
+        held = setting(self.instances[component], names, values) if names else ()
+        reading = (*self.arrival(component), *self.reread(component, held))
+        Schedule([replace(o, due=None) for o in reading]).run(self.time)
 
     def _exchanged(self, transfers: Exchange) -> Iterator[Schedule | SolvedLoop]:
         """The exchange at a communication point: schedules, and the loops between them."""
@@ -377,16 +456,21 @@ class Network(ExchangedVariables):
             yield Schedule(operations)
             operations = []
             yield SolvedLoop(self, transfer)
+        for component in self.instances:
+            for reading in self._unexchanged(component, self._arrivals.late(component)):
+                operations += self.read_late(component, reading, keeps=True)
+            operations += self.discrete.seen(component, self.due(component))
         yield Schedule(operations)
 
     def _transfer(self, transfer: Transfer) -> tuple[Transferring, ...]:
         if transfer.discrete:
-            return (self.discrete.operation(transfer, None),)
+            return self.discrete.operations(transfer)
         instance, names = self.instances[transfer.component], transfer.variables
         first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
             start = self.index(first)
-            return (Get(instance, names, self.values[start : start + count]),)
+            reading = Get(instance, names, self.values[start : start + count])
+            return self.read_late(transfer.component, reading, keeps=True)
         start = self._place[first]
         view = self.inputs[start : start + count]
         links = self.links[start : start + count]
@@ -398,3 +482,47 @@ class Network(ExchangedVariables):
     def __repr__(self) -> str:
         title = f"Network at t = {self.time:.9g} s"
         return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
+
+
+class SolvedLoop:
+    """An algebraic loop within the exchange, whose solution goes into values and inputs."""
+
+    def __init__(self, network: Network, loop: AlgebraicLoop) -> None:
+        sources = {link.target: link.source for link in network.links}
+        self._network = network
+        self.equations = LoopEquations(network.instances, loop, sources)
+        outputs = [network.index(port) for port in self.equations.outputs]
+        inputs = [network.place(port) for port in self.equations.inputs]
+        self._outputs = np.array(outputs, dtype=np.intp)
+        self._inputs = np.array(inputs, dtype=np.intp)
+        self._readings = [
+            (transfer, one.part(transfer.variables))
+            for transfer in loop.gets
+            for one in network.rereadings(transfer.component)[:1]
+            if transfer.variables[0] in one.names
+        ]
+
+    def run(self, time: float) -> None:
+        """Solve the loop at the present point, `time` [s].
+
+        RunError if it fails, is singular at first, or setting its inputs loses outputs.
+        """
+        is_first = not self.equations.is_started
+        self.equations.solve()
+        if is_first:
+            self.equations.check_regular()
+        self._network.roughness = max(self._network.roughness, self.equations.roughness)
+        self._network.values[self._outputs] = self.equations.output_values
+        self._network.inputs[self._inputs] = self.equations.input_values
+        for transfer, readings in self._readings:
+            start = self._network.index(Port(transfer.component, transfer.variables[0]))
+            readings[3] = self._network.values[start : start + len(transfer.variables)]
+            found = np.zeros(len(transfer.variables))
+            choose(Choose(readings, found, keeps=True))
+            for name in np.array(transfer.variables)[found != readings[3]]:
+                raise RunError(
+                    f"{transfer.component}.{name} at t = {time:.9g} s is lost when inputs are set, "
+                    "so that the algebraic loop through it has no solution",
+                    f"list the inputs on which it really depends under `dependencies` of "
+                    f"{transfer.component} in the system file, as {{{name}: []}}",
+                )

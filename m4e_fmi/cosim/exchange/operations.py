@@ -67,15 +67,17 @@ class Set:
 
 @dataclass(frozen=True, eq=False)
 class SetDerivatives:
-    """Gives the Real inputs `names` a first and a second time derivative during the next piece.
+    """Gives the one Real input of `names` a time derivative of an `order` during the next piece.
 
-    `values` holds both for one input after the other, in the FMU's own units.
+    `values` (1,) holds it, in the FMU's own unit per s or s². One derivative of one input in a call
+    is what all FMUs accept that accept any.
     """
 
     function: ClassVar = "fmi2SetRealInputDerivatives"
     instance: Instance
     names: tuple[str, ...]
     values: np.ndarray
+    order: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,12 +196,70 @@ class SetTyped:
     due: Due | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Choose:
+    """``into[i]`` = the reading of output i that counts, as `choose` says.
+
+    `readings` (6, n) are consecutive in each row; they and `into` (n,) are Real, or cells (int64).
+    `changed` (1,) [1] becomes 0 where a cell changes. One that `keeps` ends the readings of a step.
+    """
+
+    readings: np.ndarray
+    into: np.ndarray
+    changed: np.ndarray | None = None
+    keeps: bool = False
+    due: Due | None = None
+
+
+LOST, NOISE = 0.01, 1e-9
+"""An output is lost if setting values that its inputs have changes it by more than these shares: of
+what new values change it by, and of its largest size so far."""
+
+
+def choose(operation: Choose) -> None:
+    """Choose between two readings of each output: straight after a step, and with new inputs.
+
+    `readings` (6, n) are, in the outputs' units: the first, straight after the step; the second,
+    when inputs were set to the values that they had; the last before the step; that with new
+    inputs; the largest first one; and 1 for each output that has been lost [1]. An output is lost
+    where the second is not the first, though setting has changed no value; then the first counts.
+    (Where that is wrong as an FMU's own noise made the difference, the first is off by no more than
+    1/`LOST` of this.) An output that the step has left as it was, is not lost: its FMU shows the
+    step when inputs are set.
+    """
+    first, second, before, new, size, lost = operation.readings
+    into, changed = operation.into, operation.changed
+    if into.dtype == np.float64:
+        np.maximum(size, np.abs(first), out=size)
+        off = np.abs(second - first) > np.maximum(LOST * np.abs(new - first), NOISE * size)
+    else:
+        off = second != first
+    off &= before != first
+    found = np.where(off, first, new)
+    if changed is not None and (found != into).any():
+        changed[0] = 0.0
+    into[:] = found
+    lost[off] = 1
+    if operation.keeps:
+        before[:] = new
+
+
 Reals = Get | Set | SetDerivatives
 """Operations on the Real variables `names` of an FMU."""
-Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped
+Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Choose
 """Operations that carry values over at a communication point."""
 Operation = (
-    Reals | DoStep | Save | Restore | GetTyped | SetTyped | Combine | Gather | Monitor | Copy
+    Reals
+    | DoStep
+    | Save
+    | Restore
+    | GetTyped
+    | SetTyped
+    | Choose
+    | Combine
+    | Gather
+    | Monitor
+    | Copy
 )
 
 
@@ -227,13 +287,12 @@ def setting(
 
 
 def setting_derivatives(
-    instance: Instance, names: Sequence[str], values: np.ndarray
+    instance: Instance, names: Sequence[str], values: np.ndarray, order: int
 ) -> tuple[Operation, ...]:
-    """Gives inputs the derivatives `values` (2*n_names,), in their sources' units per s and s²."""
-    factor = instance.scales.of_derivatives(names)
-    if factor is None:
-        return (SetDerivatives(instance, tuple(names), values),)
-    own = np.zeros(2 * len(names))
-    index = np.arange(2 * len(names), dtype=np.uint32)[None, :]
-    scaled = Combine(own, values, index, factor[None, :])
-    return scaled, SetDerivatives(instance, tuple(names), own)
+    """Gives inputs the derivatives `values` (n_names,), in their sources' units per s or s²."""
+    factor, scaled = instance.scales.of_derivatives(names), tuple[Operation, ...]()
+    if factor is not None:
+        own, index = np.zeros(len(names)), np.arange(len(names), dtype=np.uint32)[None, :]
+        scaled, values = (Combine(own, values, index, factor[None, :]),), own
+    each = zip(names, np.split(values, len(names)), strict=True)
+    return *scaled, *(SetDerivatives(instance, (name,), value, order) for name, value in each)

@@ -89,8 +89,8 @@ def _action(operation: Operation) -> Action:
             return _get(operation)
         case op.Set(instance, names, values):
             return _plain(instance.own_setter(names, values))
-        case op.SetDerivatives(instance, names, values):
-            return _plain(instance.own_derivative_setter(names, values))
+        case op.SetDerivatives(instance, names, values, order):
+            return _plain(instance.own_derivative_setter(names[0], order, values))
         case op.DoStep(instance):
             return _step(instance, operation)
         case op.Save(instance):
@@ -101,6 +101,8 @@ def _action(operation: Operation) -> Action:
             return lambda _t, _h, row: access.get(_row(into, row))
         case op.SetTyped(_, access, cells):
             return lambda _t, _h, _row: access.set(cells)
+        case op.Choose():
+            return lambda _t, _h, _row: op.choose(operation) or 0
         case op.Copy(source, places, into):
             return _take(into, source, places)
         case op.Combine():

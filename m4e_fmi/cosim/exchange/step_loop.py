@@ -102,7 +102,7 @@ class Schedule:
                 instance.fail(status, step.function, length)
             case op.GetTyped(instance, access, cells) | op.SetTyped(instance, access, cells):
                 instance.fail_typed(status, access, cells)
-            case op.Combine() | op.Gather() | op.Copy() | op.Monitor():
+            case op.Combine() | op.Gather() | op.Choose() | op.Copy() | op.Monitor():
                 raise AssertionError("these do not fail")
             case call:
                 call.instance.fail(status, call.function)

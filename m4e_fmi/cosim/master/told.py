@@ -51,8 +51,13 @@ def certified(
 
 
 def network_notes(network: Network, switches: Switches) -> list[str]:
-    """Notes of events, `switches` within steps, inputs solved badly, held actions; a line each."""
+    """Notes of events, `switches`, lost outputs, inputs solved badly, held actions; a line each."""
     seen = [*event_notes(network.instances.values()), *switches.notes]
+    seen += [
+        f"{name}: setting inputs, even to the values that they have, changes {', '.join(outputs)}: "
+        "the values straight after its steps count"
+        for name, outputs in network.lost.items()
+    ]
     if rough := network.roughness:
         seen.append(
             f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "

@@ -5,10 +5,10 @@ which tells of a few points only. At communication points, ever more rarely, suc
 once more, when all inputs are set: one that has changed since it was exchanged follows an input,
 and what was exchanged was late.
 
-Some FMUs lose outputs when inputs are set. Where a dependence was declared, and not probed, an
-output follows an input only if it moves when that is set to its value at the point before, and is
-back when the input is. An input that is discrete is not set for that, and nothing in an FMU with
-event mode: that may be an event, which outputs may follow whatever they depend on.
+Some FMUs lose outputs when inputs are set. So an output follows an input only if it moves when that
+is set to its value at the point before, and is back when the input is. An input that is discrete is
+not set for that, and nothing in an FMU with event mode: that may be an event, which outputs may
+follow whatever they depend on.
 """
 
 from __future__ import annotations
@@ -139,15 +139,8 @@ class SecondLook:
     ) -> None:
         """Tell of outputs of a component that have changed, as far as they follow inputs."""
         component, description = part.instance.name, part.instance.description
-        declared: dict[str, str] = {}
-        for name in changed:
-            how = how_known(description, name)
-            if how == PROBED:
-                self._tell(component, [name], self._probed(component, name))
-            else:
-                declared[name] = how
         moved = dict(zip(part.outputs, part.changed(exchanged, values), strict=True))
-        suspects = [name for name in declared if moved[name]]
+        suspects = [name for name in changed if moved[name]]
         if not suspects or part.instance.has_ended:
             return
         follows = self._followed(part, suspects)
@@ -156,11 +149,12 @@ class SecondLook:
         exchanged_ports = self._network.outputs
         spoilt = (Port(component, name) for name in suspects if not follows[name])
         self._spoilt |= {port for port in spoilt if port in exchanged_ports}  # others may be old
-        for how in (DECLARED, STATED):
-            own = {name: follows[name] for name in suspects if declared[name] == how}
+        for how in (DECLARED, STATED, PROBED):
+            own = {name: follows[name] for name in suspects if how_known(description, name) == how}
             own = {name: inputs for name, inputs in own.items() if inputs}
             if own:
-                self._tell(component, own, self._declared(part, own, how))
+                tell = self._probed if how == PROBED else self._declared
+                self._tell(component, own, tell(part, own, how))
 
     def _tell(self, component: str, names: Iterable[str], note: str) -> None:
         self._seen = {**self._seen, **{Port(component, name): note for name in names}}
@@ -221,15 +215,16 @@ class SecondLook:
             f"error told does not contain; {remedy}"
         )
 
-    def _probed(self, component: str, name: str) -> str:
-        network = self._network
-        needs = network.instances[component].description.dependencies[name]
-        connected = network.targets[network.input_slice(component)]
-        names = [p.variable for p in connected if p.variable not in needs]
+    def _probed(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:
+        del how
+        component, when = part.instance.name, f"at t = {self._network.time:.9g} s"
+        texts = (
+            f"{component}.{name} has changed {when} when {' or '.join(found)} was set"
+            for name, found in follows.items()
+        )
         return (
-            f"{component}.{name} has changed at t = {network.time:.9g} s when "
-            f"{' or '.join(names)} was set, though probing has found no dependence: its value was "
-            f"late; write its dependencies under `dependencies` of {component}"
+            f"{' and '.join(texts)}, though probing has found no dependence: the value exchanged "
+            f"was late; write the dependencies under `dependencies` of {component}"
         )
 
 

@@ -12,10 +12,8 @@ Some FMUs compute outputs in steps only. What an input is moved by shows after t
 and no longer when the input is back one step later; what is integrated stays. That is no loop, but
 a delay of one step.
 
-Outputs in no loop are tried for that too, and keep the dependencies that are assumed: they are read
-when all inputs are set. But some FMUs lose their outputs when an input is set, even to the value
-that it has: what a step has brought is gone. (An output that is brought by setting inputs, and not
-by the step, is none of these.)
+Outputs in no loop are tried for that too, and keep the dependencies that are assumed. An output in
+a loop that a step leaves as it is, and that setting inputs brings then, is taken to depend on them.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.dependence import LOST, PROBED, STEPPED, assumed, resolve
+from m4e_fmi.cosim.connections.dependence import PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.structure import exchange_graph
 from m4e_fmi.cosim.exchange.interruption import setting_up
@@ -82,11 +80,7 @@ def probed(
             known[key] = _probe(new, description, asked)
         found = known[key]
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
-        needs = {
-            name: frozenset() if how == LOST else found.needs[name] | rest
-            for name, how in found.how.items()
-            if how == LOST or name in found.needs
-        }
+        needs = {name: follows | rest for name, follows in found.needs.items()}
         result[component.name] = resolve(description, needs, found.how)
         text = _line(found, outputs, f"none of {', '.join(inputs)}" if rest else "no input")
         if text:
@@ -129,7 +123,7 @@ def _looped(
 
 
 def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
-    """A note on a component; empty where no loop and no loss depends on it."""
+    """A note on a component; empty where no loop depends on it."""
     if found.failure:
         return (
             f"{', '.join(outputs)} may depend on every input ({found.failure}); write them "
@@ -140,54 +134,24 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
         needs = sorted(found.needs[name])
         text = f"{name} follows {', '.join(needs) or none}"
         texts.append(text + (" before its next step" if found.how[name] == STEPPED else ""))
-    lost = [name for name, how in found.how.items() if how == LOST]
-    if lost:
-        texts.append(f"setting inputs loses {', '.join(lost)}, read before that only")
     return f"probed, {'; '.join(texts)}" if texts else ""
 
 
 def _probe(new: Instances, description: Description, asked: _Asked) -> Probe:
-    """The result for outputs in loops, and for those that are lost."""
+    """The result for outputs in loops, and for those that are a step late."""
     if description.once_per_process:
         failure = "its FMU allows one instance only, so that it is not probed"
         return Probe({}, {}, failure if asked.outputs else "")
     every = (*asked.outputs, *asked.others)
     try:
         with setting_up():
-            lost, brought = _set_again(new, every, asked.driven)
             late = _late(new, every, asked.driven)
             needs = _moved_inputs(new, asked.outputs, asked.inputs) if asked.outputs else {}
     except RunError as error:
         return Probe({}, {}, f"probing it failed: {error.message}" if asked.outputs else "")
-    needs |= dict.fromkeys(brought.intersection(asked.outputs), frozenset(asked.inputs))
     late -= {name for name, found in needs.items() if found}
-    how = dict.fromkeys(asked.outputs, PROBED) | dict.fromkeys(sorted(late - brought), STEPPED)
-    return Probe(needs, how | dict.fromkeys(sorted(lost), LOST))
-
-
-def _set_again(
-    new: Instances, outputs: Sequence[str], inputs: Sequence[str]
-) -> tuple[set[str], set[str]]:
-    """Outputs that setting inputs to the values that they have changes: lost, and brought.
-
-    What a step has brought is lost where it is gone, and the output again what it was when inputs
-    were set before the step.
-    """
-    lost, brought = set[str](), set[str]()
-    with new.instance() as instance:
-        subject = Subject(instance, outputs, inputs)
-        subject.set(subject.start)
-        last = subject.read()
-        for _ in range(POINTS - 1):
-            subject.step(new.step)
-            fresh = subject.read()
-            subject.set(subject.start)
-            still = subject.read()
-            for name, *seen in zip(outputs, last, fresh, still, strict=True):
-                if _differ(seen[1], seen[2]):
-                    (lost if not _differ(seen[0], seen[2]) else brought).add(name)
-            last = still
-    return lost - brought, brought
+    how = dict.fromkeys(asked.outputs, PROBED) | dict.fromkeys(sorted(late), STEPPED)
+    return Probe(needs, how)
 
 
 def _moved_inputs(
@@ -198,10 +162,13 @@ def _moved_inputs(
     count = len(inputs)
     with new.instance() as instance:
         subject = Subject(instance, outputs, inputs)
-        values = subject.start
+        values, back, fresh = subject.start, list[Value](), list[Value]()
         for point in range(POINTS):
             subject.set(values)
             still = subject.read()
+            for output, *seen in zip(outputs, back, fresh, still, strict=False):
+                if not _differ(seen[0], seen[1]) and _differ(seen[1], seen[2]):
+                    needs[output].update(inputs)  # setting brings what the step has not shown
             sign = -1.0 if point % 2 else 1.0
             for (column, name), share in product(enumerate(inputs), SHARES):
                 only = [sign * share * (k == column) for k in range(count)]
@@ -216,6 +183,7 @@ def _moved_inputs(
                 values = subject.moved_together(sign)
                 subject.set(values)
                 subject.step(new.step)
+                fresh = subject.read()
     return {name: frozenset(found) for name, found in needs.items()}
 
 

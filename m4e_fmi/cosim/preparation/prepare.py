@@ -29,7 +29,7 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.state_trials import without_forgetful
+from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
@@ -60,7 +60,7 @@ def prepare(
     InputError with all problems of the FMU files, then of connections, start values and components'
     own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
     that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
-    that say they can go back are tried (`forgetful`).
+    that say they can go back, or take derivatives of inputs, are tried (`state_trials`).
     """
     with ONE_RUN:
         return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)
@@ -90,6 +90,7 @@ def _prepared(
     apart, missing = available(system, hosts(system, descriptions))
     descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
     descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
+    descriptions, refused = without_refused(paced, descriptions, wiring, apart)
     wiring, late = broken(descriptions, wiring, rates)
     structure = analyse(descriptions, wiring)
     warnings = (
@@ -105,7 +106,7 @@ def _prepared(
         *reversed_forces(system, descriptions, wiring),
         *within_ramps(system, descriptions),
     )
-    notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *late)
+    notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *refused, *late)
     return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
 
 

@@ -7,28 +7,36 @@ go back. If there are to be checkpoints, another instance goes on from the state
 in processes of their own); where it does not, checkpoints have no states. FMUs of models and of the
 kinds that come with this package are not tried, nor are native ones that it has built: all that
 they know is kept. Python code of users is tried.
+
+FMUs do not declare up to which order they take time derivatives of inputs, either, and after an
+error no instance can go on. So before a run whose algorithm lets inputs follow their sources, those
+not built here get some, and make a step: with first and second ones, then with first ones alone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from zipfile import ZipFile
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
+from m4e_fmi.cosim.exchange.instance import WARNING
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.exchange.loading.binary import PYTHON
-from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
+from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs, stepped
 from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.type_rules import TYPES
+from m4e_fmi.fmu.importer.type_rules import REAL, TYPES
 from m4e_fmi.fmu.importer.worker import Host
+from m4e_fmi.signals import not_lost
 
 BEFORE, AGAIN = 2, 4
 """Steps up to the state that is kept, and steps that are made from it twice."""
@@ -50,6 +58,56 @@ _ADVICE_ON_CODE = (
     "lists, dicts or arrays; or give the class save and restore"
 )
 _BYTES = "states as bytes (canSerializeFMUstate), but {}: run without states in checkpoints"
+
+
+_REFUSED = (
+    "refuses time derivatives of inputs, though it declares canInterpolateInputs: inputs are held",
+    "refuses second time derivatives of inputs: these follow straight lines",
+)
+
+
+def without_refused(
+    system: System,
+    descriptions: Mapping[str, Description],
+    wiring: Wiring,
+    hosts: Mapping[str, Host],
+) -> tuple[dict[str, Description], list[str]]:
+    """The descriptions with the orders of derivatives that FMUs take, and lines on refusals."""
+    result, told = dict(descriptions), dict[str, list[str]]()
+    known: dict[object, int] = {}
+    delay = algorithm_descriptor(system.simulation.algorithm).link_delay
+    inputs = driven_inputs(wiring) if delay in (LinkDelay.CORRECTED, LinkDelay.SOLVED) else {}
+    for component in (c for c in system.components if c.name in inputs):
+        description, host = descriptions[component.name], hosts.get(component.name)
+        alone = description.once_per_process and host is None
+        if alone or description.is_own or not description.input_order:
+            continue
+        key = description.path, str(component.start), inputs[component.name]
+        if key not in known:
+            new = Instances(component, description, system.simulation, host)
+            known[key] = _order(new, description, inputs[component.name])
+        if known[key] < description.input_order:
+            result[component.name] = replace(description, input_order=known[key])
+            text = f"{description.path.name} {_REFUSED[known[key]]}"
+            told.setdefault(text, []).append(component.name)
+    return result, [f"{', '.join(names)}: {text}" for text, names in told.items()]
+
+
+def _order(new: Instances, description: Description, inputs: Sequence[str]) -> int:
+    """The highest order of which an FMU takes derivatives; that declared, if it makes no step."""
+    reals = [name for name in inputs if description.variables[name].type == REAL]
+    for most in range(description.input_order, -1, -1):
+        try:
+            with setting_up(), new.instance() as instance, not_lost():
+                for order, name in product(range(1, most + 1), reals):
+                    status = instance.own_derivative_setter(name, order, np.zeros(1))()
+                    if status > WARNING:
+                        instance.fail(status, "fmi2SetRealInputDerivatives")
+                stepped(instance, new.step)
+        except RunError:
+            continue
+        return most
+    return description.input_order
 
 
 class _FaultError(Exception):

@@ -4,7 +4,9 @@ How the inputs follow depends on what the FMU can do:
 
 =============================  =================================================================
 it interpolates its inputs     two pieces; value and two derivatives of the trajectory at the
-                               start of each
+                               start of each; where it takes but one, the straight lines with the
+                               trajectory's mean and first moment, which act alike (see
+                               `input_interpolation`)
 it holds its inputs, or a      four pieces, or two along straight lines, in which it holds what
 tunable parameter is driven    acts like the trajectory (`input_interpolation`)
 it moves input w along input   as many pieces; w at the start of each, and the slope that brings it
@@ -84,7 +86,8 @@ class ComponentStepper:
         parameters = {v.name for v in description.of_causality("parameter")}.intersection(
             self._names
         )
-        self._follows = bool(self._names) and description.interpolates_inputs and not parameters
+        self._order = 0 if parameters else description.input_order
+        self._follows = bool(self._names and self._order)
         rates = {} if self._follows else description.input_derivatives
         known = self._names
         self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]
@@ -97,6 +100,7 @@ class ComponentStepper:
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._sizes = 0.0, 0.0
+        self._held, self._reached = np.zeros(len(self._names)), np.zeros(3)
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
@@ -173,7 +177,8 @@ class ComponentStepper:
     def _read(self, piece: int) -> tuple[Operation, ...]:
         """Reads the outputs at the end of so many pieces, if they are wanted there.
 
-        Those that follow no input at once are read first, before any is set.
+        Those that follow no input at once are read first, before any is set; the others also then,
+        of FMUs that were not built here.
         """
         network, found = self._network, self._middle
         at_end = piece == self.pieces
@@ -191,37 +196,51 @@ class ComponentStepper:
             operations.append(Get(self._instance, early, into[: self._early]))
         if at_end:
             operations += network.seeing(self.name)
-        if late and self._names:
-            operations += self._give(self._interpolation.at(piece / self.pieces))
+        end = self._give(self._interpolation.at(piece / self.pieces)) if self._names else ()
+        if late or at_end:
+            moved = [w for w, _ in self.moved]
+            stays = () if self._follows else network.hold(self.name, self._held, moved)
+            held = self._give(self._reached) if self._follows else stays
+            operations += network.reread(self.name, held)
         if late:
-            operations.append(Get(self._instance, late, into[self._early :]))
+            operations += end
+        if late:
+            reading = Get(self._instance, late, into[self._early :])
+            operations += network.read_late(self.name, reading)
         return (*operations, *(found.operations if found and at_end else ()))
 
-    def _give(self, weights: np.ndarray) -> tuple[Operation, ...]:
-        """Sets all inputs to the same combination of the values of their trajectories."""
+    def _give(self, weights: np.ndarray, into: np.ndarray | None = None) -> tuple[Operation, ...]:
+        """Sets all inputs to the same combination of the values of their trajectories.
+
+        It is left `into` (n_inputs,), in the units of the inputs' sources.
+        """
         count = len(self._names)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
-        combined = self._trajectories.combined(np.zeros(count), self._places[counts], weight)
+        into = np.zeros(count) if into is None else into
+        combined = self._trajectories.combined(into, self._places[counts], weight)
         return combined, *setting(self._instance, self._names, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
-        """Lets the inputs go from their values at s with two derivatives."""
+        """Lets the inputs go from their values at s with one derivative or two."""
         value, first, half = self._interpolation.expansion(s)
-        count = len(self._names)
-        unit = np.tile(np.column_stack((first, 2 * half)), count)
-        power = np.tile((1.0, 2.0), count)
-        combined = self._trajectories.combined(
-            np.zeros(2 * count), self._places.repeat(2, axis=1), unit
-        )
-        self._sized.append((combined.weight, unit, power))
-        given = setting_derivatives(self._instance, self._names, combined.into)
-        return *self._give(value), combined, *given
+        count, piece = len(self._names), 1 / (self.pieces * self._steps)
+        if self._order == 1:
+            value, first, half = value - half * piece**2 / 6, first + half * piece, 0 * half
+        self._reached = value + first * piece + half * piece**2
+        operations = list(self._give(value))
+        for order, weights in ((1, first), (2, 2 * half))[: self._order]:
+            unit = np.repeat(weights[:, None], count, axis=1)
+            combined = self._trajectories.combined(np.zeros(count), self._places, unit)
+            self._sized.append((combined.weight, unit, np.full(count, float(order))))
+            given = setting_derivatives(self._instance, self._names, combined.into, order)
+            operations += combined, *given
+        return tuple(operations)
 
     def _hold(self, k: int, share: float) -> tuple[Operation, ...]:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
-            return self._give(self._interpolation.held(k, self.pieces))
+            return self._give(self._interpolation.held(k, self.pieces), self._held)
         place = {name: column for column, name in enumerate(self._names)}
         unit = np.repeat(self._interpolation.held(k, self.pieces)[:, None], len(place), axis=1)
         power, own = np.zeros(len(place)), self._places.copy()
@@ -231,7 +250,7 @@ class ComponentStepper:
             unit[:, place[u]] = (end - start) * self.pieces
             own[:, place[u]] = self._places[:, place[w]]
             power[place[u]] = 1.0
-        combined = self._trajectories.combined(np.zeros(len(place)), own, unit)
+        combined = self._trajectories.combined(self._held, own, unit)
         self._sized.append((combined.weight, unit, power))
         return combined, *setting(self._instance, self._names, combined.into)
 
@@ -246,7 +265,7 @@ class Sampled:
         self.name = name
         self._network, self._instance = network, network.instances[name]
         self.inputs = network.input_slice(name)
-        self.operations = (*network.steps(name), *network.arrival(name))
+        self.operations = network.whole_step(name)
         returns = self._instance.description.saves_state
         self.save: tuple[Operation, ...] = (Save(self._instance),) if returns else ()
 

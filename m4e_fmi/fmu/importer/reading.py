@@ -37,6 +37,8 @@ MOST_ELEMENTS = 1_000_000
 """Elements that the arrays of an FMU may have together."""
 STRUCTURAL = "structuralParameter"
 OWN_TOOL = "m4e_fmi "
+MOST_DERIVATIVES = 2
+"""Highest time derivative of inputs that is used; FMUs do not declare which they take."""
 """Beginning of the generation tool of FMUs that are built here; a version follows."""
 
 
@@ -89,10 +91,11 @@ class Description(Displayed):
     if it tells one (fixedInternalStepSize, FMI 3.0), `tool` the one that made it.
 
     What the FMU can do: `saves_state` (fmi2GetFMUstate, fmi2SetFMUstate), `serializes_state`
-    (fmi2SerializeFMUstate, fmi2DeSerializeFMUstate), `interpolates_inputs`
-    (fmi2SetRealInputDerivatives), `directional_derivatives` (fmi2GetDirectionalDerivative),
-    `has_events` (event mode, FMI 3.0). What it cannot: make steps of different sizes
-    (`constant_step`), be instantiated more than once in a process (`once_per_process`).
+    (fmi2SerializeFMUstate, fmi2DeSerializeFMUstate), follow time derivatives of inputs up to
+    the `input_order` (fmi2SetRealInputDerivatives; 0: none), `directional_derivatives`
+    (fmi2GetDirectionalDerivative), `has_events` (event mode, FMI 3.0). What it cannot: make
+    steps of different sizes (`constant_step`), be instantiated more than once in a process
+    (`once_per_process`).
     """
 
     path: Path
@@ -111,7 +114,7 @@ class Description(Displayed):
     constant_step: bool = False
     saves_state: bool = False
     serializes_state: bool = False
-    interpolates_inputs: bool = False
+    input_order: int = 0
     directional_derivatives: bool = False
     has_events: bool = False
     once_per_process: bool = False
@@ -279,7 +282,7 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         constant_step=not raw.coSimulation.canHandleVariableCommunicationStepSize,
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         serializes_state=bool(raw.coSimulation.canSerializeFMUstate),
-        interpolates_inputs=bool(raw.coSimulation.canInterpolateInputs),
+        input_order=MOST_DERIVATIVES if raw.coSimulation.canInterpolateInputs else 0,
         directional_derivatives=bool(raw.coSimulation.providesDirectionalDerivative),
         has_events=bool(raw.coSimulation.hasEventMode),
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "environment.h"
+
 typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
 typedef int set_real(void *component, const uint32_t *references, size_t count,
                      const double *values);
@@ -49,6 +51,35 @@ static void combine(const m4e_operation *o, double *values) {
     }
 }
 
+static const double LOST = 0.01, NOISE = 1e-9; /* see operations.py */
+
+/* The difference from which on a reading is lost. */
+static double lost_from(double first, double new, double *size) {
+    if (fabs(first) > *size) *size = fabs(first);
+    return fmax(LOST * fabs(new - first), NOISE * *size);
+}
+
+#define CHOOSE(type, is_off)                                                                       \
+    type *const first = (type *)o->source, *const second = first + o->terms,                       \
+                *const before = second + o->terms, *const new = before + o->terms,                 \
+                *const size = new + o->terms, *const lost = size + o->terms;                       \
+    for (uint32_t i = 0; i < o->count; ++i) {                                                      \
+        const int off = (is_off) && before[i] != first[i];                                         \
+        const type found = off ? first[i] : new[i];                                                \
+        if (o->past && found != into[i]) *o->past = 0.0;                                           \
+        into[i] = found;                                                                           \
+        if (off) lost[i] = 1;                                                                      \
+        if (o->keeps) before[i] = new[i];                                                          \
+    }
+
+static void choose(const m4e_operation *o, double *into) {
+    CHOOSE(double, fabs(second[i] - first[i]) > lost_from(first[i], new[i], &size[i]))
+}
+
+static void choose_cells(const m4e_operation *o, int64_t *into) {
+    CHOOSE(int64_t, (size[i] = second[i] != first[i]))
+}
+
 /* The piece of the macro step that the component steps by. */
 static int step(const m4e_operation *o, double t, double h) {
     do_step *const f = (do_step *)o->function;
@@ -61,6 +92,8 @@ static int step(const m4e_operation *o, double t, double h) {
 static int is_due(const m4e_operation *o, double end) {
     return (llround(end * SECOND) - o->origin) % o->period == 0;
 }
+
+void m4e_restore_environment(void) { m4e_default_environment(); }
 
 static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     double *values = o->values + row * o->stride;
@@ -75,6 +108,8 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
+    case M4E_CHOOSE: choose(o, values); return 0;
+    case M4E_CHOOSE_CELLS: choose_cells(o, (int64_t *)values); return 0;
     case M4E_CALL: return ((call *)f)(o->component, values);
     default: combine(o, values); return 0;
     }
@@ -94,6 +129,7 @@ static int perform_all(const m4e_operation *operations, size_t count, double t, 
         if (o->in_rows && !at_row) continue;
         if (o->period && !is_due(o, t + h)) continue;
         const int status = perform(o, t, h, row);
+        if (o->function) m4e_default_environment();
         if (!status) continue;
         if (status == WARNING) {
             note_warning(o->warned, t);

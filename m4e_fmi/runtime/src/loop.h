@@ -20,8 +20,14 @@ enum {
     M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
                             see monitor.c; `past` is what it knows of them, `weights` are gates */
     M4E_CALL,            /* function(component, values), of typed.h; values are cells */
-    M4E_BEGIN_STEP       /* asks a component in another process for the step that a later operation
+    M4E_BEGIN_STEP,      /* asks a component in another process for the step that a later operation
                             awaits */
+    M4E_CHOOSE,          /* values = the readings that count of outputs, Real, */
+    M4E_CHOOSE_CELLS     /* or cells (int64_t): see `choose` of operations.py. At `source` are those
+                            straight after a step; `terms` further each, with inputs set to the
+                            values that they had, before the step, with new inputs; the largest
+                            first ones; and 1 where one has been lost. *past is 0 where a cell
+                            changes */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -48,6 +54,7 @@ typedef struct {
                                plus a multiple of it, and a step by `own` ends there */
     int32_t in_rows;   /* performed only in steps that end at a row of results */
     int32_t unchecked; /* values that are got may be nan or infinite */
+    int32_t keeps;     /* of readings, those with new inputs are before the next step */
     m4e_warned *warned; /* of a step; NULL of all else */
 } m4e_operation;
 
@@ -55,6 +62,9 @@ typedef struct {
    last value, its first three differences, the level and the largest of the fourth; then how many
    steps are to be seen before anything is told. */
 double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
+
+/* After a call of an FMU: what it has changed of the floating-point environment is undone. */
+M4E_API void m4e_restore_environment(void);
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
    (0 and 1 go on), and the operation that gave it. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "environment.h"
 #include "remote_server.h"
 #ifndef _WIN32
 #include <unistd.h>
@@ -95,6 +96,7 @@ static int called(any f, uint32_t function, const uint64_t *number, const unsign
     const m4e_remote_shape *shape = &M4E_REMOTE_SHAPES[function];
     const int status = f ? shape->perform(f, shape->size) : ERROR;
     end_if_forked();
+    m4e_default_environment();
     return status < 0 || status > PENDING ? M4E_NO_STATUS : status;
 }
 
@@ -157,6 +159,7 @@ int m4e_remote_serve(m4e_channel *c, void (*const *functions)(void)) {
 #ifndef _WIN32
     m4e_serving.process = getpid();
 #endif
+    m4e_default_environment(); /* loading an FMU may have changed it */
     atomic_store(&c->busy, 0);
     answer(0, 0);
     while (hear()) {

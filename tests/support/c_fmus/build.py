@@ -201,6 +201,15 @@ ROESSLER_YZ = (
     V("z", "1", "output", 0.0, initial="exact"),
 )
 SWITCH = (parameter("when", "s", 1.0), V("y", "1", "output", 0.0, initial="exact"))
+SLEEPER = (
+    parameter("gain", "1", 0.0),
+    parameter("when", "s", 2.0),
+    V("u", "1", "input", 0.0),
+    V("y", "1", "output", needs=("u",)),
+    V("z", "1", "output", needs=("u",)),
+)
+FREE_SLEEPER = (*SLEEPER[:-2], *(replace(v, needs=()) for v in SLEEPER[-2:]))
+BLIND_SLEEPER = (*SLEEPER[:-2], *(replace(v, needs=None) for v in SLEEPER[-2:]))
 RELAY = (
     parameter("low", "1", -0.5),
     parameter("high", "1", 0.5),
@@ -264,6 +273,9 @@ MODELS: dict[str, tuple[str, tuple[V, ...]]] = {
     "roessler_x": ("roessler_x.c", ROESSLER_X),
     "roessler_yz": ("roessler_yz.c", ROESSLER_YZ),
     "switch": ("switch.c", SWITCH),
+    "sleeper": ("sleeper.c", SLEEPER),
+    "free_sleeper": ("sleeper.c", FREE_SLEEPER),
+    "blind_sleeper": ("sleeper.c", BLIND_SLEEPER),
     "relay": ("relay.c", RELAY),
     "node": ("node.c", NODE),
     "ending": ("ending.c", ENDING),
@@ -283,6 +295,9 @@ OPTIONS = {
     "forgets": ("FORGETS", ""),
     "claims": ("CLAIMS", 'canGetAndSetFMUstate="true"'),
     "inputs": ("INPUTS", 'canInterpolateInputs="true"'),
+    "single": ("SINGLE", ""),
+    "first": ("LIMIT=1", ""),
+    "none": ("LIMIT=0", ""),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
     "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
@@ -291,7 +306,9 @@ OPTIONS = {
     "fiftieth": ("OWN_STEP=0.02", ""),
     "strict": ("STRICT", ""),
     "clears": ("CLEARS", ""),
+    "partly": ("PARTLY", ""),
     "refreshes": ("REFRESHES", ""),
+    "rounds": ("ROUNDS", ""),
     "lazy": ("LAZY", ""),
     "picky": ("PICKY", ""),
     "loud": ("LOUD", ""),
@@ -304,13 +321,14 @@ OPTIONS = {
 
 A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s, one
 of a fiftieth all but 0.02 s. A strict one makes no step beyond the stop time. One that clears shows
-zeros when something has been set, until it has made a step; one that refreshes shows what a step
-has made when something has been set. A loud one warns with its name when it is initialised, an
-anonymous one without saying which instance it is. A reluctant one answers its end with an error.
-One with a state as bytes can give it to another process; an unreadable one crashes when it is to
-take one. One with a state that forgets does not bring its last variable back; one that claims has
-no state. One that is discrete declares its outputs so. An armed one does harm when the file
-`trouble_file` says so: see trouble.h.
+zeros when something has been set, until it has made a step, partly: but for its gain; one that
+refreshes shows what a step has made when something has been set. A loud one warns with its name
+when it is initialised, an anonymous one without saying which instance it is. One that rounds leaves
+its steps with rounding upward. A reluctant one answers its end with an error. One with a state as
+bytes can give it to another process; an unreadable one crashes when it is to take one. One with a
+state that forgets does not bring its last variable back; one that claims has no state. One that is
+discrete declares its outputs so. An armed one does harm when the file `trouble_file` says so: see
+trouble.h.
 """
 
 

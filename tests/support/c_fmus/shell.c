@@ -8,8 +8,10 @@
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
+ * of the next step, PARTLY but for what `partly` shows. ROUNDS makes it leave steps with rounding
+ * upward. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
+#include <fenv.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -174,6 +176,9 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     if (m->initialised) trouble("set", m->t);
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
     memset(m->shown, 0, N * sizeof(double));
+#ifdef PARTLY
+    partly(m);
+#endif
 #ifdef LAZY
     if (m->initialised) return fmi2OK;
 #endif
@@ -217,6 +222,9 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_un
 #endif
 #ifdef CLEARS
     show(m);
+#endif
+#ifdef ROUNDS
+    fesetround(FE_UPWARD);
 #endif
     return status;
 }
@@ -308,6 +316,16 @@ NOT_SUPPORTED(fmi2FreeFMUstate, fmi2Component c, fmi2FMUstate *s)
 #ifdef INPUTS
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer o[], const fmi2Real v[]) {
     Model *m = c;
+#ifdef SINGLE
+    if (n > 1) return fmi2Error;
+#endif
+#ifdef LIMIT
+    for (size_t i = 0; i < n; i++)
+        if (o[i] > LIMIT) {
+            SAY(m, fmi2Error, "derivative order %d is not supported", o[i]);
+            return fmi2Error;
+        }
+#endif
     for (size_t i = 0; i < n; i++) (o[i] == 1 ? m->d1 : m->d2)[vr[i]] = v[i];
     return fmi2OK;
 }

@@ -14,6 +14,7 @@ from support.c_fmus.compiled import compiled
 OPTIONS_1 = {
     "inputs": 'canInterpolateInputs="true"',
     "clears": "",
+    "rounds": "",
     "lazy": "",
     "picky": "",
     "discrete": "",
@@ -29,6 +30,7 @@ OPTIONS_3 = {
     "loud": "",
     "events": 'hasEventMode="true" mightReturnEarlyFromDoStep="true"',
     "clears": "",
+    "rounds": "",
     "tenth": 'fixedInternalStepSize="0.1"',
     "rigid": "",
     "discrete": "",

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status, guarded
 from m4e_fmi.fmu.importer.calls.functions_2 import last_successful_time
 from m4e_fmi.fmu.importer.calls.parts import Caller, Layout
 from m4e_fmi.fmu.importer.calls.standard import (
@@ -80,7 +80,7 @@ class Classic(Standard):
         check_view(view, len(names))
         references = self._references(names)
         self._kept += [references, view]
-        call = _GET_OR_SET(self.address(function))
+        call = guarded(_GET_OR_SET, self.address(function))
         return partial(call, self.component, references.ctypes.data, len(names), view.ctypes.data)
 
     def _caller(self) -> Caller:
@@ -103,23 +103,21 @@ class Classic(Standard):
         return np.array([v.value_reference for v in self.variables(names)], dtype=np.uint32)
 
     def stepper(self) -> Callable[[float, float, int], Status]:
-        return partial(_DO_STEP(self.address("fmi2DoStep")), self.component)
+        return partial(guarded(_DO_STEP, self.address("fmi2DoStep")), self.component)
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
         assert self.component
         return RawCall(self.address(function), self.component, self._references(names))
 
-    def derivative_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets two time derivatives of each input.
+    def derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
+        """A call that sets the time derivative of an `order` of an input.
 
-        `view` (2*n_names,) holds the first and the second derivative of one input after the other,
-        in the inputs' units per s and s².
+        `view` (1,) holds it, in the input's unit per s or s².
         """
-        check_view(view, 2 * len(names))
-        references = np.repeat(self._references(names), 2)
-        orders = np.array([1, 2] * len(names), dtype=np.int32)
+        check_view(view, 1)
+        references, orders = self._references([name]), np.array([order], dtype=np.int32)
         self._kept += [references, orders, view]
-        function = _SET_DERIVATIVES(self.address("fmi2SetRealInputDerivatives"))
+        function = guarded(_SET_DERIVATIVES, self.address("fmi2SetRealInputDerivatives"))
         addresses = (references.ctypes.data, len(references), orders.ctypes.data)
         return partial(function, self.component, *addresses, view.ctypes.data)
 

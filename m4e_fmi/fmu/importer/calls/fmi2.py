@@ -11,7 +11,7 @@ import numpy as np
 from fmpy import fmi2
 
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status, guarded
 from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
 from m4e_fmi.fmu.importer.calls.parts import Layout
 from m4e_fmi.fmu.importer.calls.standard import (
@@ -69,7 +69,7 @@ class Fmi2(Classic, Rollback):
         return ctypes.c_void_p()
 
     def saver(self, slot: ctypes.c_void_p) -> Call:
-        function = _SAVE_OR_RESTORE(self.address("fmi2GetFMUstate"))
+        function = guarded(_SAVE_OR_RESTORE, self.address("fmi2GetFMUstate"))
         place = ctypes.addressof(slot)
 
         def save() -> Status:
@@ -79,7 +79,7 @@ class Fmi2(Classic, Rollback):
         return save
 
     def restorer(self, slot: ctypes.c_void_p) -> Call:
-        function = _SAVE_OR_RESTORE(self.address("fmi2SetFMUstate"))
+        function = guarded(_SAVE_OR_RESTORE, self.address("fmi2SetFMUstate"))
         place = ctypes.addressof(slot)
 
         def restore() -> Status:

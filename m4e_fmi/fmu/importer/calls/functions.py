@@ -8,18 +8,33 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
 
 from m4e_fmi.fmu.importer.elements import locate
+from m4e_fmi.runtime.library import library
 
 OK, WARNING, DISCARD, ERROR, FATAL = range(5)
 REALS = ctypes.POINTER(ctypes.c_double)
 
 Status = int
+
+
+def guarded(prototype: type, address: int) -> Callable[..., Status]:
+    """The C function of an FMU at an address; what it changes of the way to round is undone."""
+    function = prototype(address)
+    function.errcheck = lambda status, *_: restored(status)
+    return function
+
+
+def restored(status: Status) -> Status:
+    """The status of a call of an FMU, with the default floating-point environment again."""
+    if found := library():
+        found.m4e_restore_environment()
+    return status
 
 
 class Invoke(Protocol):

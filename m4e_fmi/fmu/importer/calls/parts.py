@@ -15,7 +15,7 @@ from enum import Enum
 import numpy as np
 
 from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
-from m4e_fmi.fmu.importer.calls.functions import Arrays, Status
+from m4e_fmi.fmu.importer.calls.functions import Arrays, Status, guarded
 from m4e_fmi.fmu.importer.reading import Variable
 
 _TRANSFER = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p)
@@ -109,7 +109,7 @@ class Part:
         if caller.component is not None:
             kind = _SIZED_TRANSFER
             self._arguments.append(len(self.buffer))
-        self._get, self._set = (kind(address) for address in self._addresses)
+        self._get, self._set = (guarded(kind, address) for address in self._addresses)
 
     def get(self) -> Status:
         """Read all arrays into the buffer."""

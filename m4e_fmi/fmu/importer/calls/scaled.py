@@ -55,12 +55,11 @@ class InputScales:
         return factors, offsets
 
     def of_derivatives(self, names: Sequence[str]) -> np.ndarray | None:
-        """Factors (2*n_names,) of two derivatives of each, as `of` has them, in the same units."""
+        """Factors (n_names,) of a time derivative of each, as `of` has them, in the same units."""
         if self._of.keys().isdisjoint(names):
             return None
-        twice = [name for name in names for _ in range(2)]
-        factors = np.array([self.factor(name) for name in twice])
-        self._use(twice, factors, None)
+        factors = np.array([self.factor(name) for name in names])
+        self._use(names, factors, None)
         return factors
 
     def _use(self, names: Sequence[str], factors: np.ndarray, offsets: np.ndarray | None) -> None:

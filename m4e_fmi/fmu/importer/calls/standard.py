@@ -12,7 +12,7 @@ from typing import Any, NoReturn, Protocol
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
+from m4e_fmi.fmu.importer.calls.functions import WARNING, Status, restored
 from m4e_fmi.fmu.importer.calls.parts import Caller
 from m4e_fmi.fmu.importer.calls.texts import Texts
 from m4e_fmi.fmu.importer.calls.typed import Access, Taken
@@ -186,7 +186,7 @@ class Standard(ABC):
     def call(self, function: str, *arguments: object, note: str = "") -> Status:
         """Status of a function of this instance, named as in FMI 2.0 without prefix."""
         del note  # for those who keep a journal
-        return self.function(f"fmi2{function}")(self.component, *arguments)
+        return restored(self.function(f"fmi2{function}")(self.component, *arguments))
 
     def check(self, status: Status, function: str) -> None:
         """Raise if the status of `function`, named as in FMI 2.0, is above Warning."""

@@ -59,8 +59,8 @@ def test_an_fmu_of_fmi_1_that_makes_steps_of_one_size_only(c_fmu: Fmus, tmp_path
 
 def test_fmi_1_in_the_words_of_fmi_2(c_fmu: Fmus) -> None:
     mass = read_description(c_fmu("1:mass"))
-    assert (mass.version, mass.saves_state, mass.interpolates_inputs) == ("1.0", False, False)
-    assert read_description(c_fmu("1:partner+inputs")).interpolates_inputs
+    assert (mass.version, mass.saves_state, mass.input_order) == ("1.0", False, 0)
+    assert read_description(c_fmu("1:partner+inputs")).input_order == 2
     force, x, m = (mass.variables[k] for k in ("body.m.force_x", "body.m.x", "mass"))
     assert (force.causality, force.unit, force.value_reference) == ("input", "N", 3)
     assert force.dimension is not None
