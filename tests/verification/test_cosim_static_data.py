@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 
 Fmus = Callable[[str], Path]
 VERSIONS = ["", "1:", "3:"]
@@ -83,40 +80,3 @@ def test_a_way_to_round_that_an_fmu_leaves_behind_changes_nothing(
         found.append(np.column_stack([rows[name].values for name in ("yz.y", "yz.z", "x.x")]))
     np.testing.assert_array_equal(*found)
     assert 1.0 + 1e-17 == 1.0  # rounded upward, it is more
-
-
-PLAIN = "int f(int a) { return a + 1; }"
-STATIC = (
-    "static int s; int f(int a) { return s += a; }",
-    "static char s; int f(int a) { return s += a; }",
-    "static _Bool s; int f(int a) { if (!s) { s = 1; return a; } return 0; }",
-    "static char s, t; int f(int a) { if (t) s = 4; t = 1; return s; }",
-    "char s; int f(int a) { return s += a; }",
-    "static long s = 5; int f(int a) { return s += a; }",
-    "static char s[3]; char *f(int a) { return s + a; }",
-    "static __thread char s; int f(int a) { return s += a; }",
-    'int f(int a) { static const char *s = "b"; return *s++ + a; }',
-)
-
-
-def library(folder: Path, code: str, *flags: str) -> Path:
-    source, path = folder / "x.c", folder / f"x{fmpy.sharedLibraryExtension}"
-    source.write_text(code)
-    subprocess.run(["cc", "-shared", "-fPIC", *flags, str(source), "-o", str(path)], check=True)
-    return path
-
-
-@pytest.mark.parametrize("code", STATIC)
-@pytest.mark.parametrize("flags", [("-O0",), ("-O2",), ("-O2", "-nostartfiles")])
-def test_static_variables_are_found(tmp_path: Path, code: str, flags: tuple[str, ...]) -> None:
-    assert not keeps_nothing(library(tmp_path, code, *flags))
-
-
-@pytest.mark.skipif(fmpy.platform_tuple != "x86_64-linux", reason="elsewhere nothing is certain")
-@pytest.mark.parametrize("flags", ["-O0", "-O2"])
-def test_a_library_without_any(tmp_path: Path, flags: str) -> None:
-    assert keeps_nothing(library(tmp_path, PLAIN, flags))
-    damaged = tmp_path / "damaged.so"
-    content = (tmp_path / f"x{fmpy.sharedLibraryExtension}").read_bytes()
-    damaged.write_bytes(content[: len(content) // 2])
-    assert not keeps_nothing(damaged)

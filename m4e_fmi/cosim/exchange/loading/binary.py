@@ -6,10 +6,9 @@ its own, but for those of further libraries that it needs, which are loaded once
 
 FMUs that are not built here are loaded in workers, one for each instance: `Hosted`.
 
-Instances share a library that is known to do no harm: one that certainly has no static variables
-(`static_data`), that of FMUs built here, and PythonFMU's, which keeps the interpreter, and there is
-but one of that. Many copies of short functions would step slower: they are in each other's way in
-the processor's cache.
+Instances share a library that is known to do no harm: that of FMUs built here, and PythonFMU's,
+which keeps the interpreter, and there is but one of that. Many copies of short functions would step
+slower: they are in each other's way in the processor's cache.
 """
 
 from __future__ import annotations
@@ -21,13 +20,12 @@ import shutil
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
 from copy import copy
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 
 import fmpy
 from fmpy import fmi1, fmi2, fmi3
 
-from m4e_fmi.cosim.exchange.loading.static_data import keeps_nothing
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.missing_library import remedy_for
@@ -56,11 +54,10 @@ class Files:
         self._own = description.is_own
         self.workers: list[Worker] = []
 
-    @cached_property
+    @property
     def shares_library(self) -> bool:
         """True if instances may share the library: it keeps nothing between calls."""
-        is_known = self._own or (self.folder / PYTHON).is_file()
-        return is_known or keeps_nothing(self.library_path)
+        return self._own or (self.folder / PYTHON).is_file()
 
     def library(self) -> Path:
         """A file of the library that nobody else has: itself at first, then copies beside it."""
