@@ -67,7 +67,8 @@ class Instance:
     `scales` are factor and offset of inputs: calls that set or read one carry v where the FMU has
     factor·v + offset, so that the master's values are in the unit of its source; `read` tells the
     FMU's own. A `listener` hears what the FMU logs with another status than OK; `warned` counts the
-    steps that it has answered with Warning.
+    steps that it has answered with Warning; `spent` (1,) [s], None unless it is asked for before
+    the first step, sums up what steps take in the C library.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
@@ -87,6 +88,7 @@ class Instance:
         self._told_name = name + suffix
         self._messages = Messages(listener, self._told_name)
         self.warned = Warned()
+        self.spent: np.ndarray | None = None
         self.time = self._start = 0.0
         self._broken = self._initialised = False
         self.scales = InputScales()

@@ -27,6 +27,7 @@ from m4e_fmi.cosim.master.recording import (
     whole,
 )
 from m4e_fmi.cosim.master.resume import Resumed
+from m4e_fmi.cosim.master.told import slow_code
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.writer import ResultsWriter
@@ -276,7 +277,12 @@ def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
         steps=master.steps,
         wall_time=wall_time,
         energy=master.energy,
-        notes=(*begun.system.notes, *master.notes, *(writer.notes if writer else ())),
+        notes=(
+            *begun.system.notes,
+            *master.notes,
+            *(writer.notes if writer else ()),
+            *slow_code(master.network, wall_time),
+        ),
         order=master.order,
         rejected=master.rejected,
         certificate=master.certificate() or options.no_estimate,

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from contextlib import ExitStack
 
+import numpy as np
+
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.exchange.fmu_log import Journal
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet
-from m4e_fmi.cosim.exchange.loading.binary import Binary
+from m4e_fmi.cosim.exchange.loading.binary import PYTHON, Binary
 from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.start_values import start_values
 
 
@@ -37,6 +40,9 @@ def initialised(
         instance = Instance(name, description, loaded[name], listener, suffix=suffix)
         if journal and (worker := loaded[name].worker):
             worker.notice = journal.notice
+        if isinstance(component.source, Kind) and component.source.name == "python":
+            is_code = (loaded[name].files.folder / PYTHON).is_file()  # not recorded as a program
+            instance.spent = np.zeros(1) if is_code else None
         stack.enter_context(instance).setup(
             start=simulation.start_time,
             stop=simulation.last_time,

@@ -13,6 +13,9 @@ from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
+SHORT = 1.0
+"""Wall time [s] of a run up to which nobody asks what takes it."""
+
 
 def certified(
     estimator: ErrorEstimator | None,
@@ -69,6 +72,17 @@ def network_notes(network: Network, switches: Switches) -> list[str]:
             "held within steps, so that errors fall with the step size only: take small steps"
         )
     return seen
+
+
+def slow_code(network: Network, wall_time: float) -> list[str]:
+    """A note of a component of Python code that takes most of a run of `wall_time` [s]."""
+    taken = ((i.name, float(i.spent[0])) for i in network.instances.values() if i.spent is not None)
+    return [
+        f"steps of {name} took {spent / wall_time:.0%} of the run's {wall_time:.3g} s: its Python "
+        "code is not recorded; code of plain `math`, without NumPy, is, and runs many times faster"
+        for name, spent in taken
+        if wall_time > SHORT and spent > wall_time / 2
+    ]
 
 
 def unbalanced(network: Network, bonds: Sequence[Bond]) -> list[str]:

@@ -56,6 +56,7 @@ typedef struct {
     int32_t unchecked; /* values that are got may be nan or infinite */
     int32_t keeps;     /* of readings, those with new inputs are before the next step */
     m4e_warned *warned; /* of a step; NULL of all else */
+    double *spent; /* seconds that steps have taken so far; NULL where nobody asks */
 } m4e_operation;
 
 /* How many of `count` values are rough at once. `past` has, for all of them one after the other: the

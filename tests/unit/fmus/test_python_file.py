@@ -609,3 +609,36 @@ def test_a_memory_that_calculate_sets_is_a_warning(tmp_path: Path) -> None:
     _, lines = made(tmp_path, text)
     assert lines[0].startswith("warning: force.py:35: calculate sets self.last, but it is called")
     assert not [line for line in made(tmp_path, HYDRAULICS)[1] if "warning" in line]
+
+
+SLOW = """
+import time
+
+class Slow:
+    inputs = {"u": "1"}
+    outputs = {"y": "1"}
+
+    def step(self, t, h, v):
+        time.sleep(0.02)
+        return {"y": v.u}
+"""
+
+
+@pytest.mark.parametrize("slow", [True, False])
+def test_a_run_tells_that_code_takes_most_of_it(tmp_path: Path, slow: bool) -> None:
+    """A hundred steps of 20 ms, beside whatever else a run takes."""
+    code = SLOW if slow else SLOW.replace("time.sleep(0.02)", "pass")
+    (tmp_path / "slow.py").write_text(code, encoding="utf-8")
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "name: s\ncomponents: {slow: {kind: python, file: slow.py}}\n"
+        "simulation: {stop_time: 1, step_size: 0.01, algorithm: jacobi}\n",
+        encoding="utf-8",
+    )
+    notes = run(prepare(load_system(path)), results=tmp_path / "r.nc").notes
+    told = [note for note in notes if "many times faster" in note]
+    assert len(told) == slow
+    for note in told:
+        taken = re.match(r"steps of slow took (\d+)% of the run's ([\d.]+) s", note)
+        assert taken
+        assert int(taken[1]) / 100 * float(taken[2]) == pytest.approx(2.0, rel=0.5)
