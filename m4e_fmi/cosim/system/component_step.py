@@ -33,7 +33,8 @@ class ComponentStep:
     """A component's own step [s]: `pieces` in each macro step, or one in `every` so many.
 
     `constant`: its FMU makes no other steps. `adaptive`: the steps of the system change, its own
-    change with them, and `step` is the longest.
+    change with them, and `step` is the longest. `held`: it steps by the system's step and holds its
+    outputs in between, as a digital controller does.
     """
 
     step: float
@@ -41,11 +42,12 @@ class ComponentStep:
     every: int = 1
     constant: bool = False
     adaptive: bool = False
+    held: bool = False
 
     @property
     def is_longer(self) -> bool:
-        """True if it is longer than the system's: at some points the component does nothing."""
-        return self.every > 1
+        """True if it is longer than the steps of algorithms: inputs and outputs stand still in it."""
+        return self.held or self.every > 1
 
     @property
     def shortens(self) -> bool:
@@ -65,6 +67,8 @@ class ComponentStep:
             )
         only = " (the only size of step that its FMU makes)" if self.constant else ""
         how = f"steps by {self.step:g} s{only}"
+        if self.held:
+            return f"{how}, and holds its outputs in between"
         if self.is_longer:
             return f"{how}, once in {self.every} steps"
         return f"{how}, {self.pieces} times in each step" if self.pieces > 1 else how

@@ -108,6 +108,8 @@ def _internal_step(description: Description, macro: Fraction) -> float | None:
 def _rate(component: Component, description: Description, system: System) -> ComponentStep | None:
     """The component's own step, None without one; InputError if it does not fit."""
     macro, constant = system.simulation.step, description.constant_step
+    if _holds(component, description, system):
+        return replace(rate(macro, macro, constant=constant), held=True)
     if component.step_size is None:
         inside = _internal_step(description, macro)
         if inside is None:
@@ -128,6 +130,18 @@ def _rate(component: Component, description: Description, system: System) -> Com
                 f"take {inside:g} s, or leave it out",
             )
     return rate(own, macro, constant=constant)
+
+
+def _holds(component: Component, description: Description, system: System) -> bool:
+    """True of a sampled component, with discrete outputs, that steps by the system's step.
+
+    It does so by its `step_size`, or without one if it was built here.
+    """
+    step, adaptive = component.own_step, system.simulation.coupling_tolerance is not None
+    reals = [v for v in description.of_causality("output") if v.type == "Real"]
+    by_system = description.is_own if step is None else step == system.simulation.step
+    discrete = bool(reals) and all(v.variability == "discrete" for v in reals)
+    return discrete and by_system and description.internal_step is None and not adaptive
 
 
 def _check(own: ComponentStep, system: System) -> None:
