@@ -255,6 +255,8 @@ def _number_instead(text: str, unit: str) -> str:
         return TOO_LARGE
     if given.unit.text == "1":
         return "write a number without quotes"
+    if not unit and given.unit.si_text in ("rad", "1/s"):
+        return "write a number without unit: angles and frequencies are in that of the key's page"
     if not unit:
         told = f"{text} is {number} {given.unit.si_text}"
         return f"write {number}: numbers here are in SI units ({told})"

@@ -314,6 +314,8 @@ def as_given(given: Path, file: Path) -> Path:
 def check_export(path: str | Path) -> None:
     """InputError unless the suffix of `path` names a form in which results can be written."""
     check_suffix(path, (NETCDF, CSV, PARQUET), "results")
+    if is_other(Path(path)):  # a device would be replaced by a file
+        raise InputError.single("results replace no device or pipe", "name a file", str(path))
     if Path(path).suffix.lower() == PARQUET and find_spec("pyarrow") is None:
         remedy = "install it with: pip install 'm4e_fmi[parquet]'; or write .nc or .csv"
         raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))

@@ -63,10 +63,7 @@ def make(
         try:
             program = recorded(path, shown, name=name, variables=variables, lines=lines)
         except CannotBeRecordedError as error:
-            progress(
-                f"{shown} stays Python code, it cannot be recorded: {error}; plain `math` is "
-                "recorded, and runs many times faster"
-            )
+            progress(f"{shown} stays Python code, it cannot be recorded: {error}")
         else:
             progress(f"{shown} is recorded as a program")
             return program

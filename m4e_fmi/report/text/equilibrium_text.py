@@ -62,12 +62,13 @@ def equilibrium_text(
     known = {v.name for v in program.states} | turned
     # rates are zero at rest
     outputs = [v for v in program.outputs if not (v.local or v.name in known or v.derivative_of)]
-    shown = without_rounding((*states, *outputs), values)
+    given = {v.name: v for v in (*program.parameters, *program.inputs)}
+    found = [given[name] for name in varied]
+    shown = without_rounding((*states, *outputs, *found), values)
     lines = [f"{program.name}: equilibrium, t = {point.time:g} s"]
     if any(TIME in program.dependencies(node) for node in program.rates):
         lines[0] += " (its loads depend on time: it is their balance at that time)"
-    units = {v.name: v.unit for v in (*program.parameters, *program.inputs)}
-    lines += [f"  {name:<40} {values[name]: .9g} {units[name]} (found)" for name in varied]
+    lines += [f"  {v.name:<40} {shown[v.name]: .9g} {v.unit} (found)" for v in found]
     lines += [f"  {v.name:<40} {shown[v.name]: .9g} {v.unit}" for v in states]
     acting = [v for v in outputs if shown[v.name]]
     if acting:

@@ -297,6 +297,7 @@ def test_one_of_two_that_exclude_each_other_is_to_be_dropped(tmp_path: Path) -> 
     ("old", "new", "remedy"),
     [
         ("depth: 50", "depth: 0.05 km", "write 50: numbers here are in SI units"),
+        ("depth: 50", "depth: 45 deg", "write a number without unit: angles and frequencies"),
         ("depth: 50", "depth: 1e999 km", "the number is too large: write one below 1.8e308"),
         ("depth: 50", "depth: -50", "write a number above 0"),
         ("segments: 20", "segments: 2000", "write a number not above 1000"),

@@ -286,3 +286,12 @@ def test_a_long_run_tells_that_its_error_is_estimated(
     told.clear()
     run(oscillator(c_fmu, settings), results=tmp_path / "r.nc", tell=told.append, real_time=1e6)
     assert not told
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes")
+def test_results_replace_no_pipe(c_fmu: Fmus, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "r.nc").symlink_to("pipe")
+    with pytest.raises(InputError, match="replace no device or pipe"):
+        run(oscillator(c_fmu, Simulation(1.0, 0.1)), results=tmp_path / "r.nc")
+    assert (tmp_path / "pipe").is_fifo()
