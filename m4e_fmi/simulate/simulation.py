@@ -366,7 +366,8 @@ def _explained(system: Program | Model, program: Program, t: float, x: Sequence[
 def output_times(stop_time: float, interval: float, step_size: float | None = None) -> np.ndarray:
     """0, interval, 2·interval, … and `stop_time` itself (n,) [s], whatever their ratio.
 
-    InputError for times that are not above 0, and for more rows or steps than the limits.
+    InputError unless `stop_time` and `interval` are above 0, and for more rows or steps than the
+    limits; the solver checks `step_size`.
     """
     for name, value in (("stop time", stop_time), ("output interval", interval)):
         if np.ndim(value) or not isinstance(np.asarray(value).item(), int | float):

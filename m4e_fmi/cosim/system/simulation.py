@@ -79,7 +79,7 @@ class Simulation:
                 object.__setattr__(self, key, _number(key, getattr(self, key)))
             except InputError as error:
                 problems += error.problems
-        problems = problems or [*simulation_problems(self), *count_problems(self)]
+        problems = problems or simulation_problems(self) or [*count_problems(self)]
         if problems:
             raise InputError(problems)
 
