@@ -111,7 +111,7 @@ def test_efforts_hold_an_arm_against_its_potential_energy() -> None:
 def test_a_pose_that_the_efforts_do_not_hold() -> None:
     pose = {"joint.shoulder.q": 2.0, "joint.elbow.q": 1.0}
     twice = ["joint.elbow.effort", "body.lower.force_x"]
-    with pytest.raises(RunError, match=r"do not change them one by one.*elbow\.q = .* instead of 1"):
+    with pytest.raises(RunError, match=r"do not change them one by one.* instead of 1"):
         trimmed(pendulum(), such_that=pose, vary=["joint.shoulder.effort", "body.upper.moment_y"])
     assert trimmed(pendulum(), such_that=pose, vary=twice)["joint.elbow.q"] == 1.0
 
@@ -140,7 +140,7 @@ def test_a_search_that_leaves_where_a_law_holds() -> None:
 
 def test_a_pose_that_nothing_holds() -> None:
     for law, vary in ((lambda n: n * n, "m"), (lambda n: -n * n, "n")):
-        with pytest.raises(RunError, match="no equilibrium with these values.* instead of 1"):
+        with pytest.raises(RunError, match=r"no equilibrium with these values.* instead of 1"):
             trimmed(thruster(law), such_that={"x": 1.0}, vary=[vary])
 
 
