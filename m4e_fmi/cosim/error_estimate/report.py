@@ -40,6 +40,8 @@ LEAST_ARM = 1e-9
 as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
+ONE_LENGTH = "its FMU makes steps of one length only"
+"""The reason why longer steps are not halved, to know their error."""
 LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
@@ -79,13 +81,14 @@ class CouplingError:
 class CouplingErrorReport(Displayed):
     """Estimated coupling errors of a run, the largest first, and how much of it was watched.
 
-    `longer` are the components, none of them sampled, with steps longer than the system's: True
-    where the errors include those of their steps. Where not, errors of rounding are left out.
+    `longer` are the components, none of them sampled, with steps longer than the system's, and why
+    the errors do not include those of their steps; empty where they do. Where one is not, errors up
+    to NOISE are left out, as they are no knowledge: `errors` may then be empty.
     """
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
-    longer: Mapping[str, bool] = field(default_factory=dict)
+    longer: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def worst(self) -> CouplingError | None:
@@ -95,22 +98,22 @@ class CouplingErrorReport(Displayed):
     @property
     def uncovered(self) -> str:
         """The components whose longer steps are not in the errors, in words; empty if all are."""
-        return " and ".join(name for name, known in self.longer.items() if not known)
+        return " and ".join(name for name, why in self.longer.items() if why)
 
-    def with_longer(self, longer: Mapping[str, bool]) -> CouplingErrorReport:
+    def with_longer(self, longer: Mapping[str, str]) -> CouplingErrorReport:
         """The same for a run with these components of `longer` steps."""
-        errors = [e for e in self.errors if e.error > NOISE or all(longer.values())]
+        errors = [e for e in self.errors if e.error > NOISE or not any(longer.values())]
         return replace(self, errors=tuple(errors), longer=longer)
 
     def partial(self) -> str:
         """The warning of longer steps whose error is not known; empty if there are none."""
-        if not self.uncovered:
-            return ""
-        return (
-            f"the stated coupling error does not count the longer steps of {self.uncovered}, which "
-            "are made at one length only: take a step_size of the system as long as these; of a "
-            "sampled controller take an FMU that declares its connected outputs as discrete"
+        named = " and ".join(f"{name} ({why})" for name, why in self.longer.items() if why)
+        text = (
+            f"the stated coupling error does not count the longer steps of {named}: take a "
+            "step_size of the system as long as these; of a sampled controller take an FMU that "
+            "declares its connected outputs as discrete"
         )
+        return text if named else ""
 
     def warning(self, *, advice: bool = True) -> str:
         """The warning of an error that leaves no result; empty if the largest is not LARGE."""
@@ -122,7 +125,7 @@ class CouplingErrorReport(Displayed):
             return told
         if not worst.falls:
             return f"{told}; take another algorithm, or FMUs that announce their events"
-        return f"{told}; take a smaller step_size{self._halved or ','} or another algorithm"
+        return f"{told}; take a smaller step_size{self._halved}, or another algorithm"
 
     def __str__(self) -> str:
         worst, without = self.worst, f", without the longer steps of {self.uncovered}"
@@ -139,8 +142,7 @@ class CouplingErrorReport(Displayed):
     @property
     def _halved(self) -> str:
         """The components whose steps are to be shortened with the system's, in words."""
-        found = " and ".join(name for name, known in self.longer.items() if known)
-        return f", and that of {found}," if found else ""
+        return "".join(f" and that of {name}" for name, why in self.longer.items() if not why)
 
     @property
     def _switched(self) -> str:

@@ -140,7 +140,7 @@ class ShadowRun:
         """Why the errors are not known, if so."""
         self.switched = False
         """True if discrete values have changed, at other times in the other set."""
-        self.longer: Mapping[str, bool] = {}
+        self.longer: Mapping[str, str] = {}
 
     @property
     def operations(self) -> tuple[Operation, ...]:
@@ -226,8 +226,7 @@ class ShadowRun:
         spans = self._spans(self.ranges())
         shares = over(found, spans)
         kinked = (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any()
-        held = any(self.longer.values())  # over longer steps: these kinks fall with the steps
-        if self.switched or (kinked and not held):
+        if self.switched or kinked:
             found = self._at(KINKED)
             return halved_kinks(found, spans) if halved else found
         return found / 2.0**order if halved else found

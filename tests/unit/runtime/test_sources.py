@@ -32,7 +32,9 @@ SANITIZERS = [
 
 
 def test_times_are_of_a_clock_that_is_never_set() -> None:
-    found = [file.name for file in C_FILES if re.search(r"timespec_get|time\(NULL", file.read_text())]
+    found = [
+        file.name for file in C_FILES if re.search(r"timespec_get|time\(NULL", file.read_text())
+    ]
     assert not found
 
 
