@@ -145,7 +145,7 @@ class _Search:
                 slopes = pushes.at(point)
                 columns = np.maximum(np.linalg.norm(slopes, axis=0), TINY)
                 step = np.linalg.lstsq(slopes / columns, -balance.rates(point), rcond=RANK)[0]
-                now = np.array([point.values[name] for name in self._by])
+                now = [point.values[name] for name in self._by]
                 values = np.clip(now + step / columns, *np.array(limits).T)
                 point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
                 return balanced(balance, point)

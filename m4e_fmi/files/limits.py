@@ -127,17 +127,17 @@ def beyond_limits(
     Times [s] that are not above 0 have problems of their own, and none here.
     """
     if stop_time > LONGEST_RUN:
-        message = f"stop_time {stop_time:g} s: times are counted up to {LONGEST_RUN:g} s"
-        yield "stop_time", message, "shorten the run"
+        counted = f"times are counted up to {LONGEST_RUN:g} s"
+        yield "stop_time", f"stop_time {stop_time:g} s: {counted}", "shorten the run"
         return
     for key, time, most, what in (
         ("output_interval", output_interval, MOST_ROWS, "rows"),
         ("step_size", step_size, MOST_STEPS, "steps"),
     ):
         if time and 0.0 < time * most < stop_time:
-            message = f"{key} {time:g} s: {stop_time / time:.3g} {what} in {stop_time:g} s"
             yield (
                 key,
-                f"{message}, {most:,} at most",
+                f"{key} {time:g} s: {stop_time / time:.3g} {what} in {stop_time:g} s, "
+                f"{most:,} at most",
                 f"take {stop_time / most:g} s or more, or a shorter run",
             )

@@ -379,7 +379,4 @@ def output_times(stop_time: float, interval: float, step_size: float | None = No
     for _, *told in beyond_limits(stop_time, output_interval=interval, step_size=step_size):
         raise InputError.single(*told)
     times = np.arange(int(stop_time / interval) + 1) * interval
-    if stop_time - times[-1] > 1e-9 * interval:
-        return np.append(times, stop_time)
-    times[-1] = stop_time
-    return times
+    return np.append(times[times < stop_time - 1e-9 * interval], stop_time)

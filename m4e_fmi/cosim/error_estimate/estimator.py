@@ -104,16 +104,27 @@ def error_estimator(
                 )
             halved, why = {}, f"a second set of FMUs fails: {error.message}"
     if other is None:
-        coarse = _coarse(prepared)
         run = StepDoublingEstimator(
-            network, make, sources, lengths, order=order, spans=spans, coarse=coarse
+            network,
+            make,
+            sources,
+            lengths,
+            order=order,
+            spans=spans,
+            coarse=_coarse(prepared),
         )
     else:
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if halved or changeable or single else lengths[0]
-        order = 1 if halved else order
         run = ShadowRun(
-            network, other, make, settings, sources, order=order, length=length, spans=spans
+            network,
+            other,
+            make,
+            settings,
+            sources,
+            order=1 if halved else order,
+            length=length,
+            spans=spans,
         )
         run.switched = held
     run.longer = {n: why if n in prepared.halved else ONE_LENGTH for n in prepared.longer}

@@ -18,7 +18,7 @@ coupling alone; each FMU's own error is the same in both runs.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -97,13 +97,9 @@ class CouplingErrorReport(Displayed):
 
     @property
     def uncovered(self) -> str:
-        """The components whose longer steps are not in the errors, in words; empty if all are."""
-        return " and ".join(name for name, why in self.longer.items() if why)
-
-    def with_longer(self, longer: Mapping[str, str]) -> CouplingErrorReport:
-        """The same for a run with these components of `longer` steps."""
-        errors = [e for e in self.errors if e.error > NOISE or not any(longer.values())]
-        return replace(self, errors=tuple(errors), longer=longer)
+        """Words on the components whose longer steps are not in the errors; empty if all are."""
+        names = " and ".join(name for name, why in self.longer.items() if why)
+        return f", without the longer steps of {names}" if names else ""
 
     def partial(self) -> str:
         """The warning of longer steps whose error is not known; empty if there are none."""
@@ -128,15 +124,15 @@ class CouplingErrorReport(Displayed):
         return f"{told}; take a smaller step_size{self._halved}, or another algorithm"
 
     def __str__(self) -> str:
-        worst, without = self.worst, f", without the longer steps of {self.uncovered}"
+        worst = self.worst
         if worst is None and self.uncovered:
-            return f"the coupling error is not known: that of the longer steps of {self.uncovered}"
+            return f"the coupling error is not known: it is rounding{self.uncovered}"
         if worst is None:
             return "no coupling, no coupling error"
         remedy = f"halve the step{self._halved} for {worst.halved:.1e}"
         if not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        where = f"{worst} ({worst.connection})" + (without if self.uncovered else "")
+        where = f"{worst} ({worst.connection}){self.uncovered}"
         return f"largest coupling error {where}; {remedy}{self._switched}"
 
     @property
@@ -260,12 +256,13 @@ def certificate(
     ranges: np.ndarray,
     leaps: np.ndarray | None = None,
     coverage: Coverage | None = None,
+    longer: Mapping[str, str] | None = None,
 ) -> CouplingErrorReport:
     """The certificate of a run from errors of the monitored outputs.
 
     `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     `leaps` (n,), in their units, too, are the largest changes within one step of a run in which
-    outputs may be switched at points of their own.
+    outputs may be switched at points of their own. `longer` is that of the report.
     """
     beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
@@ -283,13 +280,19 @@ def certificate(
                 connections[number], port, error, half, span, unit, switched
             )
     ordered = sorted(largest.values(), key=lambda found: -found.error)
-    return CouplingErrorReport(tuple(ordered), coverage)
+    if longer and any(longer.values()):
+        ordered = [found for found in ordered if found.error > NOISE]
+    return CouplingErrorReport(tuple(ordered), coverage, longer or {})
 
 
 def compared(
-    run: Trace, finer: Trace, connections: Sequence[str], order: float
+    run: Trace,
+    finer: Trace,
+    connections: Sequence[str],
+    order: float,
+    longer: Mapping[str, str],
 ) -> CouplingErrorReport:
-    """The certificate of a run by another at half the step."""
+    """The certificate of a run by another at half the step; `longer` is that of the report."""
     network = run.network
     assert network is not None
     common = [time for time in run.points if time in finer.points]
@@ -300,5 +303,11 @@ def compared(
     ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
     leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if network.sampled else None
     return certificate(
-        network, connections, errors=errors, halved=halved, ranges=ranges, leaps=leaps
+        network,
+        connections,
+        errors=errors,
+        halved=halved,
+        ranges=ranges,
+        leaps=leaps,
+        longer=longer,
     )

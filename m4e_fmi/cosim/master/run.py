@@ -185,10 +185,15 @@ def _checked(
     with second_run(outcome.path):
         _once(again, Options(watched=True, certify=False), [finer_trace], progress)
     halved = system.halved
-    order = 1 if halved else outcome.order
-    found = compared(trace, finer_trace, system.system.connections, order)
     longer = {name: "" if name in halved else ONE_LENGTH for name in system.longer}
-    return replace(outcome, checked=found.with_longer(longer))
+    found = compared(
+        trace,
+        finer_trace,
+        system.system.connections,
+        1 if halved else outcome.order,
+        longer,
+    )
+    return replace(outcome, checked=found)
 
 
 def begun_at(
