@@ -128,8 +128,8 @@ class _Search:
         known = {v.name for v in program.inputs}.issuperset(self._by) and not self._is_measured
         if not known or len(self._of) != len(balance.unknown_names):
             return None
-        names = [program.states[k].name for k in balance.unknowns]
         point = balance.at_rest(start)
+        names = [program.states[k].name for k in balance.unknowns]
         by_states = Matrix(jacobian(self._values.program, "outputs", names))
         turns = by_states.at(point) @ balance.tangent(point)
         if np.linalg.matrix_rank(turns) < len(turns):
@@ -177,9 +177,10 @@ class _Search:
 
     def _at_rest(self, start: OperatingPoint) -> OperatingPoint:
         """The equilibrium from a point, with its parameters."""
-        nearest = self._nearest
         return followed(
-            self._balance, start, lambda point: resting(self._balance, point, nearest=nearest)
+            self._balance,
+            start,
+            lambda point: resting(self._balance, point, nearest=self._nearest),
         )
 
     def _off(self, point: OperatingPoint) -> np.ndarray:

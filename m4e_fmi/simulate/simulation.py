@@ -298,7 +298,8 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
-    _check_step_size(step_size, method)
+    if step_size is not None:
+        _check_step_size(step_size, method)
     if method in RUNTIME_METHODS and library() is not None:
         return method, solve_compiled
     if method == FIXED:
@@ -309,9 +310,7 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     return method, solve_scipy
 
 
-def _check_step_size(step_size: float | None, method: str) -> None:
-    if step_size is None:
-        return
+def _check_step_size(step_size: float, method: str) -> None:
     if not (step_size > 0 and np.isfinite(step_size)):
         raise InputError.single(f"the step size must be positive, got {step_size}")
     if method != FIXED:
