@@ -3,13 +3,14 @@
 Newton's method on the parameters that may vary, with the exact derivatives of the equilibrium that
 moves with them (`sensitivity`); after each step the equilibrium is found anew.
 
-Where the values fix the whole pose, inputs such as efforts follow from the balance itself, which is
-linear in them.
+Where the values fix the whole pose, inputs follow from the balance there alone, which is linear in
+efforts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -56,9 +57,9 @@ def trimmed(
 
     There are as many of the one as of the other; parameters and inputs start from `at`, and stay
     within their limits. Values are in SI or texts with a unit, as ``"25 cm"``. The other arguments
-    are those of `equilibrium`. Values that fix the whole pose are held there by `vary`, stable or
-    not. InputError for unknown names and other counts, RunError if no such equilibrium is found,
-    with what is left of each target, or of the balance of a given pose.
+    are those of `equilibrium`. A whole pose, as of all joints, is held by inputs, such as efforts,
+    stable or not; by parameters only if `equilibrium` finds it. InputError for unknown names and
+    other counts, RunError with the rest of each target if no such equilibrium is found.
     """
     program, model = program_and_model(system)
     if of_laws := list(_of_laws(program, vary)):
@@ -118,37 +119,37 @@ class _Search:
     def held(
         self, start: OperatingPoint, limits: Sequence[tuple[float, float]]
     ) -> OperatingPoint | None:
-        """The pose that the values fix, with the inputs that hold it: a linear problem.
+        """The pose that the values fix, with the inputs that hold it, by Newton's method for these.
 
-        None where values do not fix the pose in one step, or others than inputs vary. RunError if
-        not each has an effect of its own, or the pose is not held.
+        None where values do not fix the pose in one step, where others than inputs vary, and where
+        the balance is not met.
         """
         program, balance = start.program, self._balance
-        inputs = {v.name for v in program.inputs}
-        names = [program.states[k].name for k in balance.unknowns]
-        if self._is_measured or len(self._of) != len(balance.unknown_names):
+        known = {v.name for v in program.inputs}.issuperset(self._by) and not self._is_measured
+        if not known or len(self._of) != len(balance.unknown_names):
             return None
         point = balance.at_rest(start)
+        names = [program.states[k].name for k in balance.unknowns]
         by_states = Matrix(jacobian(self._values.program, "outputs", names))
         turns = by_states.at(point) @ balance.tangent(point)
-        if not inputs.issuperset(self._by) or np.linalg.matrix_rank(turns) < len(turns):
+        if np.linalg.matrix_rank(turns) < len(turns):
             return None
         point = balance.moved(
             point, np.asarray(np.linalg.solve(turns, self._off(point) * self._sizes), np.float64)
         )
-        pushes = Matrix(jacobian(balance.observed, "outputs", self._by)).at(point)
-        columns = np.maximum(np.linalg.norm(pushes, axis=0), TINY)
-        step, _, rank, _ = np.linalg.lstsq(pushes / columns, -balance.rates(point), rcond=RANK)
-        if rank < len(self._by):
-            message = f"{program.name}: {', '.join(self._by)} do not hold this pose"
-            raise RunError(
-                f"{message}: not each has an effect of its own",
-                "vary an effort or a force for each coordinate",
-            )
-        now = np.array([point.values[name] for name in self._by])
-        values = np.clip(now + step / columns, *np.array(limits).T)
-        point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
-        return balanced(balance, point) if np.max(np.abs(self._off(point))) <= ACCURACY else None
+        if not np.max(np.abs(self._off(point))) <= ACCURACY:
+            return None
+        pushes = Matrix(jacobian(balance.observed, "outputs", self._by))
+        for _ in range(MOST_STEPS):
+            with suppress(RunError, np.linalg.LinAlgError):
+                slopes = pushes.at(point)
+                columns = np.maximum(np.linalg.norm(slopes, axis=0), TINY)
+                step = np.linalg.lstsq(slopes / columns, -balance.rates(point), rcond=RANK)[0]
+                now = [point.values[name] for name in self._by]
+                values = np.clip(now + step / columns, *np.array(limits).T)
+                point = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
+                return balanced(balance, point)
+        return None
 
     def found(self, start: OperatingPoint, limits: Sequence[tuple[float, float]]) -> OperatingPoint:
         low, high = np.array(limits).T
@@ -176,9 +177,10 @@ class _Search:
 
     def _at_rest(self, start: OperatingPoint) -> OperatingPoint:
         """The equilibrium from a point, with its parameters."""
-        nearest = self._nearest
         return followed(
-            self._balance, start, lambda point: resting(self._balance, point, nearest=nearest)
+            self._balance,
+            start,
+            lambda point: resting(self._balance, point, nearest=self._nearest),
         )
 
     def _off(self, point: OperatingPoint) -> np.ndarray:
@@ -200,7 +202,7 @@ class _Search:
         ahead = point.with_values(dict(zip(self._by, values.tolist(), strict=True)))
         try:
             return self._at_rest(ahead)
-        except RunError:
+        except (RunError, np.linalg.LinAlgError):  # of rates that are not finite
             return None
 
     def _lost(self, point: OperatingPoint, why: str = "") -> RunError:

@@ -147,12 +147,11 @@ def heading(text: str) -> tuple[str, str | None]:
     at end A``, stays part of it.
     """
     found = _UNIT.search(text)
-    if not found or not text[: found.start()].strip():
-        return text.strip(), _unit_within(text)
-    unit = unit_text(found[1] if found[1] is not None else found[2])
-    if found[1] is None and not is_unit(unit):
-        return text.strip(), _unit_within(text)
-    return text[: found.start()].strip(), unit
+    if found and text[: found.start()].strip():
+        unit = unit_text(found[1] if found[1] is not None else found[2])
+        if found[1] is not None or is_unit(unit):
+            return text[: found.start()].strip(), unit
+    return text.strip(), _unit_within(text)
 
 
 def _unit_within(text: str) -> str | None:

@@ -110,7 +110,8 @@ LIMITS = (
     Limit("run, simulation, study", "times", LONGEST_RUN, "s",
           "126 years: nanoseconds that fit twice into 63 bits"),
     Limit("run, simulation, study", "fixed steps of one run", MOST_STEPS, "",
-          "a week of 0.1 ms has 6,048,000,000; each takes 0.1 µs at least"),
+          "a week of 0.1 ms has 6,048,000,000; "
+          "steps meant in another unit are a thousand times as many"),
     Limit("run, simulation, study", "rows of one run at a given output interval", MOST_ROWS, "",
           "a day of 1,000 rows a second has 86,400,000"),
     Limit("units", "length", LONGEST_UNIT, "characters", "units of physics have up to 20"),
@@ -123,20 +124,20 @@ def beyond_limits(
 ) -> Iterator[tuple[str, str, str]]:
     """Settings of a run of `stop_time` [s] that are beyond the limits: key, message, remedy.
 
-    All times are above 0 [s].
+    Times [s] that are not above 0 have problems of their own, and none here.
     """
     if stop_time > LONGEST_RUN:
-        message = f"stop_time {stop_time:g} s: times are counted up to {LONGEST_RUN:g} s"
-        yield "stop_time", message, "shorten the run"
+        counted = f"times are counted up to {LONGEST_RUN:g} s"
+        yield "stop_time", f"stop_time {stop_time:g} s: {counted}", "shorten the run"
         return
     for key, time, most, what in (
         ("output_interval", output_interval, MOST_ROWS, "rows"),
         ("step_size", step_size, MOST_STEPS, "steps"),
     ):
-        if time is not None and stop_time > time * most:
-            message = f"{key} {time:g} s: {stop_time / time:.3g} {what} in {stop_time:g} s"
+        if time and 0.0 < time * most < stop_time:
             yield (
                 key,
-                f"{message}, {most:,} at most",
+                f"{key} {time:g} s: {stop_time / time:.3g} {what} in {stop_time:g} s, "
+                f"{most:,} at most",
                 f"take {stop_time / most:g} s or more, or a shorter run",
             )

@@ -298,7 +298,8 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     if method not in METHODS:
         remedy = suggestion(method, METHODS, "methods")
         raise InputError.single(f"there is no method {method!r}", remedy)
-    _check_step_size(step_size, method)
+    if step_size is not None:
+        _check_step_size(step_size, method)
     if method in RUNTIME_METHODS and library() is not None:
         return method, solve_compiled
     if method == FIXED:
@@ -309,9 +310,7 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     return method, solve_scipy
 
 
-def _check_step_size(step_size: float | None, method: str) -> None:
-    if step_size is None:
-        return
+def _check_step_size(step_size: float, method: str) -> None:
     if not (step_size > 0 and np.isfinite(step_size)):
         raise InputError.single(f"the step size must be positive, got {step_size}")
     if method != FIXED:
@@ -366,7 +365,8 @@ def _explained(system: Program | Model, program: Program, t: float, x: Sequence[
 def output_times(stop_time: float, interval: float, step_size: float | None = None) -> np.ndarray:
     """0, interval, 2·interval, … and `stop_time` itself (n,) [s], whatever their ratio.
 
-    InputError for times that are not above 0, and for more rows or steps than the limits.
+    InputError unless `stop_time` and `interval` are above 0, and for more rows or steps than the
+    limits; the solver checks `step_size`.
     """
     for name, value in (("stop time", stop_time), ("output interval", interval)):
         if np.ndim(value) or not isinstance(np.asarray(value).item(), int | float):
@@ -378,7 +378,4 @@ def output_times(stop_time: float, interval: float, step_size: float | None = No
     for _, *told in beyond_limits(stop_time, output_interval=interval, step_size=step_size):
         raise InputError.single(*told)
     times = np.arange(int(stop_time / interval) + 1) * interval
-    if stop_time - times[-1] > 1e-9 * interval:
-        return np.append(times, stop_time)
-    times[-1] = stop_time
-    return times
+    return np.append(times[times < stop_time - 1e-9 * interval], stop_time)

@@ -185,7 +185,7 @@ def test_longer_steps_of_a_mass_are_in_the_stated_error(
         assert report.worst
         assert true < 3 * report.worst.error
         assert report.worst.error < 3 * true
-        assert f"halve the step, and that of {side}, for" in str(report)
+        assert f"halve the step and that of {side} for" in str(report)
         assert not outcome.warnings or "unusable" in outcome.warnings[0]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.report import Spans, monitored_places
+from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Spans, monitored_places
 from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
@@ -27,7 +27,7 @@ class ErrorEstimator(Watcher, Protocol):
     `longer` is that of `CouplingErrorReport`.
     """
 
-    longer: Mapping[str, bool]
+    longer: Mapping[str, str]
 
     @property
     def failure(self) -> str:
@@ -85,12 +85,12 @@ def error_estimator(
     """
     held = bool(network.scenario.held)
     order = 1 if held else order
-    lengths = _lengths(prepared)
-    if isinstance(lengths, str):
-        return lengths
+    lengths, why = _lengths(prepared)
+    if not lengths:
+        return why
     sources, spans = monitored_places(network), Spans(network)
     fixed = without_rollback(prepared.descriptions)
-    longer, halved = prepared.longer, prepared.halved if HALF in lengths else {}
+    halved = prepared.halved if HALF in lengths else {}
     settings = prepared.system.simulation
     other = None
     if fixed or halved:
@@ -102,38 +102,47 @@ def error_estimator(
                     f"{' and '.join(fixed)} cannot roll back (canGetAndSetFMUstate), a second set "
                     f"of FMUs fails ({error.message})"
                 )
-            halved = {}
+            halved, why = {}, f"a second set of FMUs fails: {error.message}"
     if other is None:
-        coarse = _coarse(prepared)
         run = StepDoublingEstimator(
-            network, make, sources, lengths, order=order, spans=spans, coarse=coarse
+            network,
+            make,
+            sources,
+            lengths,
+            order=order,
+            spans=spans,
+            coarse=_coarse(prepared),
         )
     else:
         single = settings.stop_time - settings.start_time <= settings.step_size
         length = lengths[-1] if halved or changeable or single else lengths[0]
-        order = 1 if halved else order
         run = ShadowRun(
-            network, other, make, settings, sources, order=order, length=length, spans=spans
+            network,
+            other,
+            make,
+            settings,
+            sources,
+            order=1 if halved else order,
+            length=length,
+            spans=spans,
         )
         run.switched = held
-    run.longer = {name: name in halved for name in longer}
+    run.longer = {n: why if n in prepared.halved else ONE_LENGTH for n in prepared.longer}
     return run
 
 
-def _lengths(prepared: Prepared) -> list[float] | str:
-    """Usable lengths of steps, over the run's; or why there are none."""
+def _lengths(prepared: Prepared) -> tuple[list[float], str]:
+    """Usable lengths of steps, over the run's; why there are none, or none of half the length."""
     rates = prepared.rates.items()
     odd = [f"{n} {r}" for n, r in rates if r.is_longer and r.every % 2]
     whole = [f"{n} {r}" for n, r in rates if not r.shortens]
     size = round(prepared.system.simulation.step_size * NS_PER_SECOND)
     if (without_rollback(prepared.descriptions) or prepared.halved) and size % 2:
         whole.append("two sets of FMUs, and steps of an odd number of nanoseconds")
+    why = f"there are no steps of half the length: {whole[0]}" if whole else ""
     if odd and whole:
-        return (
-            f"steps of twice the length do not meet all points of a component ({odd[0]}), and "
-            f"there are none of half the length ({whole[0]})"
-        )
-    return [length for length, no in ((TWICE, odd), (HALF, whole)) if not no]
+        why = f"steps of twice the length miss points of a component ({odd[0]}), and {why}"
+    return [length for length, no in ((TWICE, odd), (HALF, whole)) if not no], why
 
 
 def _coarse(prepared: Prepared) -> str:

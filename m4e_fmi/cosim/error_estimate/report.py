@@ -18,7 +18,7 @@ coupling alone; each FMU's own error is the same in both runs.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,6 +40,8 @@ LEAST_ARM = 1e-9
 as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
 """The least range of such an output over its value: what moves less is an invariant."""
+ONE_LENGTH = "its FMU makes steps of one length only"
+"""The reason why longer steps are not halved, to know their error."""
 LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
@@ -79,13 +81,14 @@ class CouplingError:
 class CouplingErrorReport(Displayed):
     """Estimated coupling errors of a run, the largest first, and how much of it was watched.
 
-    `longer` are the components, none of them sampled, with steps longer than the system's: True
-    where the errors include those of their steps. Where not, errors of rounding are left out.
+    `longer` are the components, none of them sampled, with steps longer than the system's, and why
+    the errors do not include those of their steps; empty where they do. Where one is not, errors up
+    to NOISE are left out, as they are no knowledge: `errors` may then be empty.
     """
 
     errors: tuple[CouplingError, ...]
     coverage: Coverage | None = None
-    longer: Mapping[str, bool] = field(default_factory=dict)
+    longer: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def worst(self) -> CouplingError | None:
@@ -94,23 +97,19 @@ class CouplingErrorReport(Displayed):
 
     @property
     def uncovered(self) -> str:
-        """The components whose longer steps are not in the errors, in words; empty if all are."""
-        return " and ".join(name for name, known in self.longer.items() if not known)
-
-    def with_longer(self, longer: Mapping[str, bool]) -> CouplingErrorReport:
-        """The same for a run with these components of `longer` steps."""
-        errors = [e for e in self.errors if e.error > NOISE or all(longer.values())]
-        return replace(self, errors=tuple(errors), longer=longer)
+        """Words on the components whose longer steps are not in the errors; empty if all are."""
+        names = " and ".join(name for name, why in self.longer.items() if why)
+        return f", without the longer steps of {names}" if names else ""
 
     def partial(self) -> str:
         """The warning of longer steps whose error is not known; empty if there are none."""
-        if not self.uncovered:
-            return ""
-        return (
-            f"the stated coupling error does not count the longer steps of {self.uncovered}, which "
-            "are made at one length only: take a step_size of the system as long as these; of a "
-            "sampled controller take an FMU that declares its connected outputs as discrete"
+        named = " and ".join(f"{name} ({why})" for name, why in self.longer.items() if why)
+        text = (
+            f"the stated coupling error does not count the longer steps of {named}: take a "
+            "step_size of the system as long as these; of a sampled controller take an FMU that "
+            "declares its connected outputs as discrete"
         )
+        return text if named else ""
 
     def warning(self, *, advice: bool = True) -> str:
         """The warning of an error that leaves no result; empty if the largest is not LARGE."""
@@ -122,25 +121,24 @@ class CouplingErrorReport(Displayed):
             return told
         if not worst.falls:
             return f"{told}; take another algorithm, or FMUs that announce their events"
-        return f"{told}; take a smaller step_size{self._halved or ','} or another algorithm"
+        return f"{told}; take a smaller step_size{self._halved}, or another algorithm"
 
     def __str__(self) -> str:
-        worst, without = self.worst, f", without the longer steps of {self.uncovered}"
+        worst = self.worst
         if worst is None and self.uncovered:
-            return f"the coupling error is not known: that of the longer steps of {self.uncovered}"
+            return f"the coupling error is not known: it is rounding{self.uncovered}"
         if worst is None:
             return "no coupling, no coupling error"
         remedy = f"halve the step{self._halved} for {worst.halved:.1e}"
         if not worst.falls:
             remedy = f"halving the step does not help much: {worst.halved:.1e}"
-        where = f"{worst} ({worst.connection})" + (without if self.uncovered else "")
+        where = f"{worst} ({worst.connection}){self.uncovered}"
         return f"largest coupling error {where}; {remedy}{self._switched}"
 
     @property
     def _halved(self) -> str:
         """The components whose steps are to be shortened with the system's, in words."""
-        found = " and ".join(name for name, known in self.longer.items() if known)
-        return f", and that of {found}," if found else ""
+        return "".join(f" and that of {name}" for name, why in self.longer.items() if not why)
 
     @property
     def _switched(self) -> str:
@@ -258,12 +256,13 @@ def certificate(
     ranges: np.ndarray,
     leaps: np.ndarray | None = None,
     coverage: Coverage | None = None,
+    longer: Mapping[str, str] | None = None,
 ) -> CouplingErrorReport:
     """The certificate of a run from errors of the monitored outputs.
 
     `errors` (n,), those at half the step `halved` (n,), and `ranges` (n,) are in their units.
     `leaps` (n,), in their units, too, are the largest changes within one step of a run in which
-    outputs may be switched at points of their own.
+    outputs may be switched at points of their own. `longer` is that of the report.
     """
     beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
@@ -281,13 +280,19 @@ def certificate(
                 connections[number], port, error, half, span, unit, switched
             )
     ordered = sorted(largest.values(), key=lambda found: -found.error)
-    return CouplingErrorReport(tuple(ordered), coverage)
+    if longer and any(longer.values()):
+        ordered = [found for found in ordered if found.error > NOISE]
+    return CouplingErrorReport(tuple(ordered), coverage, longer or {})
 
 
 def compared(
-    run: Trace, finer: Trace, connections: Sequence[str], order: float
+    run: Trace,
+    finer: Trace,
+    connections: Sequence[str],
+    order: float,
+    longer: Mapping[str, str],
 ) -> CouplingErrorReport:
-    """The certificate of a run by another at half the step."""
+    """The certificate of a run by another at half the step; `longer` is that of the report."""
     network = run.network
     assert network is not None
     common = [time for time in run.points if time in finer.points]
@@ -298,5 +303,11 @@ def compared(
     ranges, halved = np.ptp(second, axis=0), errors / 2.0**order
     leaps = np.abs(np.diff(first, axis=0)).max(axis=0, initial=0.0) if network.sampled else None
     return certificate(
-        network, connections, errors=errors, halved=halved, ranges=ranges, leaps=leaps
+        network,
+        connections,
+        errors=errors,
+        halved=halved,
+        ranges=ranges,
+        leaps=leaps,
+        longer=longer,
     )

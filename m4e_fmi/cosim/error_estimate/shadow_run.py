@@ -140,7 +140,7 @@ class ShadowRun:
         """Why the errors are not known, if so."""
         self.switched = False
         """True if discrete values have changed, at other times in the other set."""
-        self.longer: Mapping[str, bool] = {}
+        self.longer: Mapping[str, str] = {}
 
     @property
     def operations(self) -> tuple[Operation, ...]:
@@ -221,16 +221,15 @@ class ShadowRun:
         longer steps. Where outputs have kinks it changes with where these fall in a step, and is
         taken as KINKED; none shows where they make errors of the size of the range.
         """
-        order = float(self._order)
-        found = self._at(order)
+        found = self._at(self._order)
         spans = self._spans(self.ranges())
         shares = over(found, spans)
         kinked = (self._run.kinks > SMALL * shares.max(initial=0.0) * spans).any()
-        held = any(self.longer.values())  # over longer steps: these kinks fall with the steps
-        if self.switched or (kinked and not held):
+        # those of inputs held over longer steps fall with these
+        if self.switched or (kinked and all(self.longer.values())):
             found = self._at(KINKED)
             return halved_kinks(found, spans) if halved else found
-        return found / 2.0**order if halved else found
+        return found / 2.0**self._order if halved else found
 
     def _at(self, order: float) -> np.ndarray:
         """The errors of an algorithm of this order."""

@@ -95,7 +95,7 @@ class StepDoublingEstimator:
         self._errors = StretchErrors(
             network, self._windows, self._roughness, sources, coarse=coarse
         )
-        self.longer: Mapping[str, bool] = {}
+        self.longer: Mapping[str, str] = {}
         self._values = np.zeros((BLOCK, len(sources)))
         self.operations: tuple[Operation, ...] = (
             gather(self._values, network.values, sources),

@@ -229,10 +229,10 @@ class Master:
         stop = self._prepared.system.simulation.stop_time
         early = early_end(self.network, stop, steps=self.steps)
         certificate = self.certificate() if self._certify else ""
-        known = isinstance(certificate, CouplingErrorReport)
-        useless = certificate.warning(advice=not grown) if known else ""
-        partial = certificate.partial() if known else ""
-        return (*early, *self._second_look.notes, *filter(None, (grown, useless, partial)))
+        found = [grown]
+        if isinstance(certificate, CouplingErrorReport):
+            found += [certificate.warning(advice=not grown), certificate.partial()]
+        return (*early, *self._second_look.notes, *filter(None, found))
 
     @property
     def messages(self) -> tuple[FmuMessage, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.error_estimate.report import Trace, compared
+from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.master.begun import Options, begun_run
 from m4e_fmi.cosim.master.master import Observer
@@ -185,10 +185,15 @@ def _checked(
     with second_run(outcome.path):
         _once(again, Options(watched=True, certify=False), [finer_trace], progress)
     halved = system.halved
-    order = 1 if halved else outcome.order
-    found = compared(trace, finer_trace, system.system.connections, order)
-    longer = {name: name in halved for name in system.longer}
-    return replace(outcome, checked=found.with_longer(longer))
+    longer = {name: "" if name in halved else ONE_LENGTH for name in system.longer}
+    found = compared(
+        trace,
+        finer_trace,
+        system.system.connections,
+        1 if halved else outcome.order,
+        longer,
+    )
+    return replace(outcome, checked=found)
 
 
 def begun_at(

@@ -41,7 +41,7 @@ def certified(
         return estimator.failure
     if isinstance(estimator, ShadowRun) and switched:
         estimator.switched = True  # the two sets switch at different times
-    found = certificate(
+    return certificate(
         network,
         connections,
         errors=estimator.errors(),
@@ -49,8 +49,8 @@ def certified(
         ranges=estimator.ranges(),
         leaps=estimator.leaps() if switched or network.sampled else None,
         coverage=estimator.coverage(),
+        longer=estimator.longer,
     )
-    return found.with_longer(estimator.longer)
 
 
 def network_notes(network: Network, switches: Switches) -> list[str]:

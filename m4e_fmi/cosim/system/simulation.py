@@ -79,7 +79,7 @@ class Simulation:
                 object.__setattr__(self, key, _number(key, getattr(self, key)))
             except InputError as error:
                 problems += error.problems
-        problems = problems or [*simulation_problems(self), *count_problems(self)]
+        problems = problems or simulation_problems(self) or [*count_problems(self)]
         if problems:
             raise InputError(problems)
 
@@ -151,9 +151,9 @@ def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Probl
     if not (math.isfinite(span) and span > 0):
         text = f"stop_time {simulation.stop_time:g} s is not after the start"
         yield _problem("stop_time", text, f"start_time is {simulation.start_time:g} s")
-    elif max(abs(simulation.start_time), abs(simulation.stop_time)) > LONGEST_RUN:
-        text = f"stop_time {simulation.stop_time:g} s: times are counted up to {LONGEST_RUN:g} s"
-        yield _problem("stop_time", text, "shorten the run")
+    else:
+        latest = max(abs(simulation.start_time), abs(simulation.stop_time))
+        yield from (_problem(*one) for one in beyond_limits(latest))
     if not (math.isfinite(step) and step * NS_PER_SECOND >= 1):
         text = f"step_size {step:g} s: expected 1e-9 s or more"
         yield _problem("step_size", text, "give it in seconds, as 0.01, or as '10 ms'")

@@ -33,9 +33,8 @@ def run_numbers(outcome: Outcome) -> tuple[list[Entry], list[Entry]]:
     ]
     if not isinstance(outcome.certificate, str) and outcome.certificate.errors:
         worst = outcome.certificate.errors[0]
-        uncovered = outcome.certificate.uncovered
-        without = f", without the longer steps of {uncovered}" if uncovered else ""
-        numbers.append(_number(f"coupling error of {worst.source}{without}", "1", worst.error))
+        name = f"coupling error of {worst.source}{outcome.certificate.uncovered}"
+        numbers.append(_number(name, "1", worst.error))
     for bond in outcome.energy:
         numbers.append(_number(f"energy given over {bond.connection}", "J", bond.given))
         numbers.append(_number(f"energy received over {bond.connection}", "J", bond.received))

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 #include "environment.h"
 
@@ -90,16 +89,10 @@ static int step(const m4e_operation *o, double t, double h) {
     return f(o->component, t + o->start * h, whole ? o->own : length, 1);
 }
 
-static double now(void) {
-    struct timespec time;
-    timespec_get(&time, TIME_UTC);
-    return (double)time.tv_sec + (double)time.tv_nsec / SECOND;
-}
-
 static int timed_step(const m4e_operation *o, double t, double h) {
-    const double begun = now();
+    const double begun = m4e_seconds();
     const int status = step(o, t, h);
-    *o->spent += now() - begun;
+    *o->spent += m4e_seconds() - begun;
     return status;
 }
 

@@ -64,6 +64,9 @@ typedef struct {
    steps are to be seen before anything is told. */
 double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
+/* Seconds of a clock that nobody sets. */
+double m4e_seconds(void);
+
 /* After a call of an FMU: what it has changed of the floating-point environment is undone. */
 M4E_API void m4e_restore_environment(void);
 

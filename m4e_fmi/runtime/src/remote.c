@@ -1,5 +1,6 @@
 /* Requests and answers between two processes: a counter each way, and a wait for it. */
 #define _GNU_SOURCE
+#include "loop.h"
 #include "remote.h"
 
 #include <stdatomic.h>
@@ -43,14 +44,17 @@ size_t m4e_remote_padded(size_t size) { return (size + 7) / 8 * 8; }
 
 /* ---- waiting ---- */
 
-static double seconds(void) {
-    struct timespec now;
+double m4e_seconds(void) {
 #ifdef _WIN32
-    timespec_get(&now, TIME_UTC);
+    LARGE_INTEGER now, per_second;
+    QueryPerformanceCounter(&now);
+    QueryPerformanceFrequency(&per_second);
+    return (double)now.QuadPart / (double)per_second.QuadPart;
 #else
+    struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
-#endif
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+#endif
 }
 
 static void relax(void) {
@@ -101,14 +105,14 @@ static int spins(_Atomic uint32_t *word, uint32_t old, double begin) {
             relax();
         }
         yield();
-    } while (seconds() - begin < SPIN);
+    } while (m4e_seconds() - begin < SPIN);
     return 0;
 }
 
 int m4e_remote_wait(_Atomic uint32_t *word, uint32_t old, _Atomic uint32_t *asleep,
                     _Atomic int32_t *lost, int32_t *eager) {
     if (atomic_load(word) != old) return 1;
-    const double begin = seconds();
+    const double begin = m4e_seconds();
     if (*eager > 0 || ++*eager > -1) { /* eager: 1, or how many waits up to the next try */
         if (spins(word, old, begin)) {
             *eager = 1;
@@ -117,7 +121,7 @@ int m4e_remote_wait(_Atomic uint32_t *word, uint32_t old, _Atomic uint32_t *asle
         *eager = -TRY;
     }
     atomic_store(asleep, 1);
-    while (atomic_load(word) == old && !atomic_load(lost)) nap(word, old, seconds() - begin);
+    while (atomic_load(word) == old && !atomic_load(lost)) nap(word, old, m4e_seconds() - begin);
     atomic_store(asleep, 0);
     return atomic_load(word) != old;
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from m4e_fmi.analysis import equilibrium, trimmed
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter, load_model
+from m4e_fmi.program import Program, Recorder, Scalar, Variable, sqrt
 
 G = 9.81
 ARM = Path(__file__).parents[3] / "examples" / "arm" / "arm.urdf"
@@ -109,9 +111,37 @@ def test_efforts_hold_an_arm_against_its_potential_energy() -> None:
 def test_a_pose_that_the_efforts_do_not_hold() -> None:
     pose = {"joint.shoulder.q": 2.0, "joint.elbow.q": 1.0}
     twice = ["joint.elbow.effort", "body.lower.force_x"]
-    with pytest.raises(RunError, match="do not hold this pose: not each has an effect"):
+    with pytest.raises(RunError, match=r"do not change them one by one.* instead of 1"):
         trimmed(pendulum(), such_that=pose, vary=["joint.shoulder.effort", "body.upper.moment_y"])
     assert trimmed(pendulum(), such_that=pose, vary=twice)["joint.elbow.q"] == 1.0
+
+
+def thruster(law: Callable[[Scalar], Scalar]) -> Program:
+    """1 kg on a spring of 4 N/m, pushed by a law of the speed n; m pushes nothing."""
+    r = Recorder("thruster", "")
+    n, m = (r.input(Variable(name, "rad/s", "", start=1.0)) for name in ("n", "m"))
+    x, v = r.state(Variable("x", "m", "")), r.state(Variable("v", "m/s", "", derivative_of="x"))
+    r.rate("x", v)
+    r.rate("v", law(n) + 0.0 * m - 4.0 * x - 0.5 * v)
+    return r.program()
+
+
+@pytest.mark.parametrize("x", [0.0625, 1.0, 9.0])
+def test_a_force_that_is_not_linear_in_its_input(x: float) -> None:
+    point = trimmed(thruster(lambda n: n * n), such_that={"x": x}, vary=["n"])
+    assert point["n"] == pytest.approx(2.0 * math.sqrt(x), rel=1e-9)
+
+
+def test_a_search_that_leaves_where_a_law_holds() -> None:
+    """Newton's step from n = 1 to the root of n = 0 is to n = -1, where there is no force."""
+    point = trimmed(thruster(sqrt), such_that={"x": 0.05}, vary=["n"])
+    assert point["n"] == pytest.approx(0.2**2, rel=1e-6)
+
+
+def test_a_pose_that_nothing_holds() -> None:
+    for law, vary in ((lambda n: n * n, "m"), (lambda n: -n * n, "n")):
+        with pytest.raises(RunError, match=r"no equilibrium with these values.* instead of 1"):
+            trimmed(thruster(law), such_that={"x": 1.0}, vary=[vary])
 
 
 def test_outputs_of_an_equilibrium() -> None:

@@ -9,6 +9,7 @@ import pytest
 from support.command_line import refused
 
 import m4e_fmi as m4e
+from m4e_fmi.cosim import Simulation
 from m4e_fmi.errors import InputError
 
 MODEL = """name: mass
@@ -109,3 +110,22 @@ def test_of_arguments_in_python():
             m4e.simulate("mass.model.yaml", **given)
     with pytest.raises(InputError, match="at most"):
         m4e.load_system("alone.system.yaml").changed(stop_time=1e9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"step_size": 0.1, "stop_time": 1e300}, "stop_time 1e+300 s"),
+        ({"step_size": 0.0}, "step_size 0 s: expected 1e-9 s or more"),
+        ({"step_size": -1.0}, "step_size -1 s: expected 1e-9 s or more"),
+        ({"step_size": 0.1, "output_interval": 0.0}, "output_interval 0 s is not a multiple"),
+        ({"step_size": 0.1, "output_interval": -0.1}, "output_interval -0.1 s is not a multiple"),
+    ],
+)
+def test_a_wrong_time_has_one_problem(given, message):
+    with pytest.raises(InputError) as caught:
+        Simulation(**{"stop_time": 1.0, **given})
+    (problem,) = caught.value.problems
+    assert message in problem.message
+    with pytest.raises(InputError, match="the step size must be positive"):
+        m4e.simulate("mass.model.yaml", stop_time=1.0, method="rk4", step_size=0.0)

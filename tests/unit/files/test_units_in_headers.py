@@ -275,6 +275,17 @@ def test_a_unit_in_a_header_is_converted_or_refused(name: str, column: str, tmp_
                 assert problem.remedy, (brackets, problem)
 
 
+def test_optional_columns_of_wave_components(tmp_path: Path) -> None:
+    """Those of another meaning are ignored; phases are not, however their name is written."""
+    heads = ["amplitude", "period", "phase_speed", "directional_spread"]
+    write(tmp_path, heads, rising(3, 4))
+    assert {*components(tmp_path)[:, 2:].flat} == {None}
+    for name in ("Phase [deg]", "PHASE", "phase (degrees)"):
+        write(tmp_path, [*heads[:2], name, "direction"], rising(3, 4))
+        with pytest.raises(InputError, match="no column 'phase'"):
+            components(tmp_path)
+
+
 @pytest.mark.parametrize(
     ("head", "rows", "columns"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from pathlib import Path
 
@@ -28,6 +29,13 @@ SANITIZERS = [
     "-fsanitize=address,undefined",
     "-fno-sanitize-recover=all",
 ]
+
+
+def test_times_are_of_a_clock_that_is_never_set() -> None:
+    found = [
+        file.name for file in C_FILES if re.search(r"timespec_get|time\(NULL", file.read_text())
+    ]
+    assert not found
 
 
 def sanitized(source: Path, program: Path, *options: str) -> Path:

@@ -84,8 +84,9 @@ def read_components(section: ComponentWaves, folder: Path) -> tuple[Component, .
         return section.components
     path = folder / (section.file or "")
     names, key = column_names(path), _one_of(path, "period", "omega")
-    like = [one for one in ("phase", "direction") if any(n.lower().startswith(one) for n in names)]
-    wanted = ["amplitude", key, *like]  # a name that is only like one of these is reported
+    like = {name.partition("(")[0].strip().lower() for name in names}
+    # a name in other letters, or with a unit that is not known, is reported
+    wanted = ["amplitude", key, *(name for name in ("phase", "direction") if name in like)]
     columns = read_columns(path, [(name, UNITS[name]) for name in wanted])
     problems = [
         (row, f"{name} {value:g} is not positive", "leave the row out, or correct it")

@@ -417,7 +417,7 @@ def test_where_longer_steps_miss_points_shorter_ones_tell(c_fmu: Fmus, options: 
     assert outcome.certificate.errors[0].error == pytest.approx(
         outcome.checked.errors[0].error, rel=1e-9
     )
-    assert outcome.certificate.longer == ({} if options else {"b": True})
+    assert outcome.certificate.longer == ({} if options else {"b": ""})
     assert (outcome.checked.errors[0].error > 0.01) == (not options)
 
 
@@ -437,11 +437,12 @@ def test_longer_steps_that_cannot_be_halved_are_named(
     outcome = run(system, check=True, results=tmp_path / "r.nc")
     for report in (outcome.certificate, outcome.checked):
         assert isinstance(report, CouplingErrorReport)
-        assert report.longer == {"b": False}
+        assert report.longer == {"b": "its FMU makes steps of one length only"}
         assert report.errors == ()
-        assert str(report) == "the coupling error is not known: that of the longer steps of b"
+        known = "the coupling error is not known: it is rounding, without the longer steps of b"
+        assert str(report) == known
     (warning,) = outcome.warnings
-    assert "does not count the longer steps of b" in warning
+    assert "the longer steps of b (its FMU makes steps of one length only): take" in warning
     numbers, _ = run_numbers(outcome)
     assert not any("coupling error" in str(number["name"]) for number in numbers)
     others = (
@@ -457,6 +458,21 @@ def test_longer_steps_that_cannot_be_halved_are_named(
     numbers, _ = run_numbers(outcome)
     (name,) = (str(one["name"]) for one in numbers if "coupling error" in str(one["name"]))
     assert name.endswith(", without the longer steps of b")
+
+
+@pytest.mark.parametrize(
+    ("options", "step", "why"),
+    [
+        ("+alone", 0.05, "a second set of FMUs fails: b ("),
+        ("", 0.050000001, "there are no steps of half the length: two sets of FMUs, and steps of"),
+    ],
+)
+def test_the_reason_why_longer_steps_are_not_halved_is_named(
+    c_fmu: Fmus, options: str, step: float, why: str
+) -> None:
+    outcome = run(pair(c_fmu, 2 * step, options=options, step_size=step, stop_time=20 * step))
+    assert f"the longer steps of b ({why}" in outcome.warnings[0]
+    assert "one length" not in outcome.warnings[0]
 
 
 def test_a_run_that_goes_back_does_not_know_its_longer_steps(c_fmu: Fmus) -> None:
@@ -477,9 +493,9 @@ def test_where_no_other_steps_fit_the_run_says_so(c_fmu: Fmus) -> None:
     rigid = Component("c", FmuFile(c_fmu("partner+state+constant")))
     outcome = run(replace(system, components=(*system.components, rigid)))
     assert outcome.certificate == (
-        "steps of twice the length do not meet all points of a component (b steps by 0.15 s, once "
-        "in 3 steps), and there are none of half the length (c steps by 0.05 s (the only size of "
-        "step that its FMU makes))"
+        "steps of twice the length miss points of a component (b steps by 0.15 s, once in 3 "
+        "steps), and there are no steps of half the length: c steps by 0.05 s (the only size "
+        "of step that its FMU makes)"
     )
 
 
