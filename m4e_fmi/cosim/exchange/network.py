@@ -204,7 +204,7 @@ class Network(ExchangedVariables):
 
     @property
     def lost(self) -> dict[str, list[str]]:
-        """Outputs by component that setting inputs to the values that they had has changed."""
+        """Outputs by component that setting inputs to the values that they have has changed."""
         found = {n: [o for one in self.rereadings(n) for o in one.lost] for n in self.instances}
         return {name: sorted(outputs) for name, outputs in found.items() if outputs}
 

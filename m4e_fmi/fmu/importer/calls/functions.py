@@ -24,14 +24,17 @@ Status = int
 
 
 def guarded(prototype: type, address: int) -> Callable[..., Status]:
-    """The C function of an FMU at an address; what it changes of the way to round is undone."""
+    """The C function of an FMU at an address; after each call the default environment is set.
+
+    That is the floating-point environment, as the way to round.
+    """
     function = prototype(address)
     function.errcheck = lambda status, *_: restored(status)
     return function
 
 
 def restored(status: Status) -> Status:
-    """The status of a call of an FMU, with the default floating-point environment again."""
+    """The status of a call of an FMU; the default floating-point environment is set."""
     if found := library():
         found.m4e_restore_environment()
     return status
