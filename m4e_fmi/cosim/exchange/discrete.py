@@ -33,8 +33,8 @@ class Discrete:
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where
-    connections are delayed; those at the last settled point; those that inputs of FMUs not built
-    here were set by last; the readings of outputs that are read twice.
+    connections are delayed; those at the last settled point; those that inputs were set
+    by last; the readings of outputs that are read twice.
     """
 
     def __init__(
@@ -61,13 +61,13 @@ class Discrete:
         self.changed = np.array([np.inf])
         self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
         self._late = len(ports)
-        twice = {c: names for c in seen if (names := self._read_twice(c, transfers))}
+        twice = {c: arrivals.twice(c, discrete=True) for c in seen} if arrivals else {}
         settled = self._late + (count if self._delayed else 0)
         noted = readings = settled + count
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
         self._held: dict[Transfer, tuple[range, Access]] = {}
         for one in transfers:
-            if one.action == "set" and not instances[one.component].description.is_own:
+            if one.action == "set":
                 places = range(readings, readings + len(one.variables))
                 self._held[one] = places, self._access(one, places)
                 readings = places.stop
@@ -81,15 +81,6 @@ class Discrete:
     def __bool__(self) -> bool:
         """True if there are such values."""
         return bool(self.outputs)
-
-    def _read_twice(self, component: str, transfers: Sequence[Transfer]) -> tuple[str, ...]:
-        """Outputs of an FMU not built here that depend on inputs."""
-        assert self._arrivals
-        if self._instances[component].description.is_own:
-            return ()
-        late = [t for t in transfers if t.component == component and t.action == "get"]
-        exchanged = [n for t in late if not self._arrivals.has(t) for n in t.variables]
-        return (*exchanged, *self._seen_late[component])
 
     def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:
         instance = self._instances[component]
@@ -142,8 +133,6 @@ class Discrete:
         instance, access = self._instances[transfer.component], self._accesses[transfer]
         if transfer.action == "set":
             setting = SetTyped(instance, access, self._cells(transfer))
-            if transfer not in self._held:
-                return (setting,)
             noted, _ = self._held[transfer]
             places = np.array(self._places(transfer), dtype=np.uint32)
             return setting, Copy(self.cells, places, self.cells[noted.start : noted.stop])

@@ -104,7 +104,7 @@ class Network(ExchangedVariables):
         self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
         first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
-        late = {name: self._late(name) for name in instances}
+        late = {name: self._arrivals.twice(name, discrete=False) for name in instances}
         places = first_seen + len(self._seen_index)
         self.values = np.zeros(places + ROWS * sum(map(len, late.values())))
         self._rereadings = rereadings(late, self.values[places:], self._read)
@@ -212,13 +212,6 @@ class Network(ExchangedVariables):
         """Outputs of a component that are read twice: Reals, and others."""
         both = self._rereadings, self.discrete.rereadings
         return [found[component] for found in both if component in found]
-
-    def _late(self, component: str) -> tuple[str, ...]:
-        """Real outputs that are read twice: those exchanged, and others."""
-        ports = self.outputs[self.early(component).stop : self.output_slice(component).stop]
-        exchanged = [] if self._descriptions[component].is_own else [p.variable for p in ports]
-        recorded, watched, _ = self._arrivals.late(component)
-        return (*exchanged, *recorded, *watched)
 
     def recorded(self, component: str) -> tuple[str, ...]:
         """Outputs that are not exchanged, but read for results before any input is set."""
