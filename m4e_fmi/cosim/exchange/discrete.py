@@ -33,8 +33,8 @@ class Discrete:
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where
-    connections are delayed; those at the last settled point; those that inputs were set
-    by last; the readings of outputs that are read twice.
+    connections are delayed; those at the last settled point; those that inputs were set by
+    last; the readings of outputs that are read twice.
     """
 
     def __init__(

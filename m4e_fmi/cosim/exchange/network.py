@@ -141,8 +141,9 @@ class Network(ExchangedVariables):
     def known(self, port: Port) -> int | None:
         """Place in `values` of the present value of an output; None if only its FMU has it.
 
-        That is so for outputs that are not recorded, for those that depend on inputs but are not
-        exchanged, and for FMUs with event mode, which may have changed them since.
+        That is so for outputs that are neither exchanged nor recorded, for those of FMUs built here
+        that depend on inputs but are not exchanged, and for FMUs with event mode, which may have
+        changed them since.
         """
         if self._descriptions[port.component].has_events:
             return None

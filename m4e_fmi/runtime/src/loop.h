@@ -64,7 +64,7 @@ typedef struct {
    steps are to be seen before anything is told. */
 double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
-/* After a call of an FMU: what it has changed of the floating-point environment is undone. */
+/* Sets the default floating-point environment, after a call of an FMU that may have changed it. */
 M4E_API void m4e_restore_environment(void);
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status
