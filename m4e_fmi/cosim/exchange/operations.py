@@ -254,7 +254,7 @@ def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 Reals = Get | Set | SetDerivatives
 """Operations on the Real variables `names` of an FMU."""
-Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Choose
+Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Copy | Choose
 """Operations that carry values over at a communication point."""
 Operation = (
     Reals

@@ -13,7 +13,7 @@ follow whatever they depend on.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,20 +119,17 @@ class SecondLook:
         if steps < self._next and not last:
             return
         self._next = steps + 1 + steps // RARER
+        known = self._seen.keys() | self._spoilt
         for part in self._parts:
             exchanged = self._network.values[part.places]
             values = part.read()
             changed = [
                 name
                 for name, one, other in zip(part.outputs, exchanged, values, strict=True)
-                if one != other and Port(part.instance.name, name) not in self._known
+                if one != other and Port(part.instance.name, name) not in known
             ]
             if changed:
                 self._note(part, changed, exchanged, values)
-
-    @property
-    def _known(self) -> Collection[Port]:
-        return self._seen.keys() | self._spoilt
 
     def _note(
         self, part: _Part, changed: Sequence[str], exchanged: np.ndarray, values: np.ndarray
