@@ -37,8 +37,9 @@ EXACT = (
     -(np.sin(TIME) - FAST * np.sin(FAST * TIME)) / 2,
 )
 BOTH = ("+state", "+state")
-LIMITS = ("", "+single", "+single+first", "+none")
-"""FMUs that take all time derivatives of inputs; one in a call; none of order 2; none at all."""
+LIMITS = ("", "+single", "+single+first", "+none", "+ignored")
+"""FMUs that take all time derivatives of inputs; one in a call; none of order 2; none at all; and
+that warn of those of order 2, and ignore them."""
 
 
 def part(fmus: Fmus, model: str, name: str, **start: float) -> Component:
@@ -133,13 +134,23 @@ def test_derivatives_that_are_refused_are_told_once_and_cost_nothing(
         found.append(last)
         notes = [note for note in outcome.notes if "time derivatives of inputs" in note]
         assert [note.partition(":")[0] for note in notes] == (
-            ["a, b"] if limit[-4:] in ("irst", "none") else []
+            ["a, b"] if limit in LIMITS[2:] else []
         )
         assert isinstance(outcome.certificate, CouplingErrorReport)
         for error in outcome.certificate.errors:
             off = abs(last[str(error.source)] - exact[Port.named(str(error.source))])
             assert off <= 3 * error.error
     assert found[0] == found[1]
+
+
+def test_fmus_that_cannot_be_tried_hold_their_inputs(c_fmu: Fmus) -> None:
+    """Those of which a process may have one instance only, in this process."""
+    components, links, _ = integrators(c_fmu, "+state+inputs+alone+none", "+state+inputs")
+    components = replace(components[0], process="here"), components[1]
+    outcome = run(System("s", components, links, Simulation(1.0, 0.1, "corrector")))
+    (note,) = (note for note in outcome.notes if "time derivatives of inputs" in note)
+    assert note.startswith("a: ")
+    assert "one instance per process" in note
 
 
 def energy(case: Case, step: float, steps: int) -> np.ndarray:

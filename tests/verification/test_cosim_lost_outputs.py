@@ -218,6 +218,33 @@ def test_outputs_that_show_a_step_when_inputs_are_set_are_not_lost(
     np.testing.assert_allclose(courses[3], courses[1], atol=1e-12)
 
 
+@pytest.mark.parametrize("by_python", [False, True])
+def test_nor_are_they_where_values_are_exchanged_twice_at_a_point(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
+) -> None:
+    """After each step an input is set to the value that it has."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    courses: list[list[float]] = []
+    for option in ("", "+refreshes"):
+        keeper = silenced(c_fmu(f"keeper{option}"), tmp_path)
+        parts = (
+            Component("a", FmuFile(c_fmu("integrator")), {"y": 1.0}),
+            Component("b", FmuFile(keeper), {"gain": -1.0}),
+            Component("c", FmuFile(c_fmu("integrator")), {"gain": 1.0}),
+        )
+        links = ("a.y -> b.u", "b.y -> c.u")
+        system = System("s", parts, links, Simulation(2.0, 0.05, "jacobi"))
+        with start(system) as stepped:
+            courses.append([])
+            for _ in range(40):
+                stepped.step()
+                stepped["a.u"] = 0.0
+                courses[-1] += stepped["b.y"], stepped["c.y"]
+    assert np.ptp(courses[0]) > 0.5
+    np.testing.assert_allclose(courses[1], courses[0], atol=1e-12)
+
+
 SLEEPERS = "sleeper", "free_sleeper", "blind_sleeper"
 """FMUs with outputs that are 0 up to 2 s: they declare dependencies, declare that there are none,
 and declare nothing."""
@@ -253,7 +280,7 @@ def bare_loop(fmu: Path, start: dict[str, float], u: float, steps: int, size: fl
 
 
 @pytest.mark.parametrize("gain", [0.0, 0.5])
-@pytest.mark.parametrize("options", ["+clears", "+clears+partly", "+clears+inputs"])
+@pytest.mark.parametrize("options", ["+clears", "+clears+partly", "+clears+inputs", "+clears+nans"])
 @pytest.mark.parametrize("model", SLEEPERS)
 def test_outputs_that_are_lost_later_are_those_of_a_bare_loop(
     c_fmu: Fmus, tmp_path: Path, model: str, options: str, gain: float
@@ -383,3 +410,51 @@ def test_outputs_that_are_not_real_are_lost_alike(
         np.testing.assert_array_equal(b[1:], a[:-1] + np.floor(found.time[1:] / 0.5 + 1e-6))
         np.testing.assert_array_equal(c[1:], b[:-1])
         assert b[-1] > 5
+
+
+@pytest.mark.parametrize("by_python", [False, True])
+def test_outputs_that_are_lost_as_nan_are_those_of_the_step(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
+) -> None:
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    c_fmu("integrator+state")
+    courses: list[np.ndarray] = []
+    for options in ("+clears", "+clears+nans"):
+        fmu = c_fmu(f"blind_sleeper+state{options}")
+        run(ring_with_sleeper(fmu, "jacobi", when=0.0), results=tmp_path / "r.nc")
+        courses.append(load(tmp_path / "r.nc")["s.y"].values)
+    np.testing.assert_array_equal(courses[1], courses[0])
+
+
+def test_noise_of_an_fmu_ends_no_algebraic_loop(c_fmu: Fmus) -> None:
+    """The sleeper's y changes by 1e-7 of it with each evaluation; nothing is lost."""
+    parts = (
+        Component("a", FmuFile(c_fmu("stage+state")), {"gain": 0.5}),
+        Component("s", FmuFile(c_fmu("sleeper+state+noisy")), {"gain": 0.5, "when": 0.0}),
+    )
+    links = ("a.y -> s.u, units ignored", "s.y -> a.u, units ignored")
+    settings = Simulation(1.00002, 1e-6, "gauss_seidel", start_time=1.0)
+    outcome = run(System("s", parts, links, settings))
+    assert "setting inputs" not in str(outcome.notes)
+
+
+@pytest.mark.parametrize("by_python", [False, True])
+def test_discrete_inputs_of_a_longer_step_are_held_at_what_was_set_last(
+    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
+) -> None:
+    """b steps once in two steps of the system, in each of which its input changes."""
+    if by_python:
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    parts = (
+        Component("a", FmuFile(c_fmu("2:kinds")), {"period": 0.125}),
+        Component("b", FmuFile(c_fmu("2:kinds+through")), {"period": 0.5}, step_size=0.25),
+    )
+    settings = Simulation(2.0, 0.125, "jacobi")
+    outcome = run(System("s", parts, ("a.y_int -> b.u_int",), settings), results=tmp_path / "r.nc")
+    found = load(tmp_path / "r.nc")
+    times, a, b = (
+        row[::2] for row in (found.time, found["a.y_int"].values, found["b.y_int"].values)
+    )
+    np.testing.assert_array_equal(b, a + np.floor(times / 0.5 + 1e-6))
+    assert "setting inputs" not in str(outcome.notes)

@@ -24,7 +24,8 @@ class Arrivals:
 
     The latter are outputs of components with connected inputs that are not exchanged: those
     `recorded` (names by component; None: all scalars), and all others if they are `watched`. `late`
-    are those likewise of FMUs not built here that depend on connected inputs.
+    are outputs of FMUs not built here that are not exchanged either, but depend on connected
+    inputs: they are read `twice`, as are those exchanged.
     """
 
     def __init__(
@@ -40,6 +41,11 @@ class Arrivals:
             found = chosen(descriptions, ())
             recorded = {name: {v.name for v in members} for name, members in found.items()}
         inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
+        self._bound: dict[tuple[str, bool], tuple[str, ...]] = {}
+        for one in transfers_of(exchange):
+            if one.action == "get" and not (self.has(one) or descriptions[one.component].is_own):
+                of_kind = one.component, one.discrete
+                self._bound[of_kind] = (*self._bound.get(of_kind, ()), *one.variables)
         self._further: dict[str, Groups] = {}
         self._late: dict[str, Groups] = {}
         for component, driven in inputs.items():
@@ -71,6 +77,12 @@ class Arrivals:
     def late(self, component: str) -> Groups:
         """Those that depend on connected inputs, of an FMU not built here."""
         return self._late.get(component, _NONE)
+
+    def twice(self, component: str, *, discrete: bool) -> tuple[str, ...]:
+        """All outputs that depend on connected inputs, of an FMU not built here; Real or not."""
+        recorded, watched, typed = self.late(component)
+        further = typed if discrete else (*recorded, *watched)
+        return *self._bound.get((component, discrete), ()), *further
 
     @property
     def ports(self) -> list[Port]:

@@ -33,8 +33,8 @@ class Discrete:
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where
-    connections are delayed; those at the last settled point; the readings of outputs that are read
-    twice.
+    connections are delayed; those at the last settled point; those that inputs were set by
+    last; the readings of outputs that are read twice.
     """
 
     def __init__(
@@ -58,60 +58,66 @@ class Discrete:
             ports += [Port(c, name) for c, names in found.items() for name in names]
         self._index = {port: k for k, port in enumerate(ports)}
         count = len(self.outputs)
+        self.changed = np.array([np.inf])
         self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
         self._late = len(ports)
-        twice = {c: names for c in seen if (names := self._read_twice(c, transfers))}
+        twice = {c: arrivals.twice(c, discrete=True) for c in seen} if arrivals else {}
         settled = self._late + (count if self._delayed else 0)
-        readings = settled + count
+        noted = readings = settled + count
+        self._accesses = {transfer: self._access(transfer) for transfer in transfers}
+        self._held: dict[Transfer, tuple[range, Access]] = {}
+        for one in transfers:
+            if one.action == "set":
+                places = range(readings, readings + len(one.variables))
+                self._held[one] = places, self._access(one, places)
+                readings = places.stop
         size = readings + ROWS * sum(map(len, twice.values()))
         self.cells = np.zeros(size, dtype=np.int64)
-        self.values, self._before = self.cells[:count], self.cells[settled:readings]
+        self.values, self._before = self.cells[:count], self.cells[settled:noted]
         self._echo: list[Port] = []
         self._seen = {c: instances[c].typed(names, texts) for c, names in seen.items() if names}
-        self.changed = np.array([np.inf])
-        self._accesses = {transfer: self._access(transfer) for transfer in transfers}
-        self._held = {t: self._access(t, settled) for t in transfers if t.action == "set"}
         self.rereadings = rereadings(twice, self.cells[readings:], self._reading)
 
     def __bool__(self) -> bool:
         """True if there are such values."""
         return bool(self.outputs)
 
-    def _read_twice(self, component: str, transfers: Sequence[Transfer]) -> tuple[str, ...]:
-        """Outputs of an FMU not built here that depend on inputs."""
-        assert self._arrivals
-        if self._instances[component].description.is_own:
-            return ()
-        late = [t for t in transfers if t.component == component and t.action == "get"]
-        exchanged = [n for t in late if not self._arrivals.has(t) for n in t.variables]
-        return (*exchanged, *self._seen_late[component])
-
     def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:
         instance = self._instances[component]
         return GetTyped(instance, instance.typed(names, self.texts), into)
 
     def held(self, component: str) -> list[SetTyped]:
-        """Sets the inputs of a component to the values that it has since the last point."""
+        """Sets the inputs of a component to the values that they were set to last."""
         return [
             SetTyped(self._instances[component], access, self.cells)
-            for transfer, access in self._held.items()
+            for transfer, (_, access) in self._held.items()
             if transfer.component == component
         ]
 
-    def _access(self, transfer: Transfer, settled: int = 0) -> Access:
+    def _sources(self, transfer: Transfer) -> list[Link]:
+        return [self._links[Port(transfer.component, name)] for name in transfer.variables]
+
+    def _places(self, transfer: Transfer) -> list[int]:
+        """Where in `cells` inputs find their values at a communication point."""
+        return [
+            self._index[k.source] + (self._late if k.delayed else 0)
+            for k in self._sources(transfer)
+        ]
+
+    def _access(self, transfer: Transfer, places: Sequence[int] = ()) -> Access:
+        """The variables of a transfer; inputs are set from `places`, or those of their sources."""
         instance, names = self._instances[transfer.component], transfer.variables
         if transfer.action == "get":
             return instance.typed(names, self.texts, changed=self.changed)
-        links = [self._links[Port(transfer.component, name)] for name in names]
-        return instance.typed(names, self.texts, taken=[self._taken(k, settled) for k in links])
+        each = zip(self._sources(transfer), places or self._places(transfer), strict=True)
+        return instance.typed(names, self.texts, taken=[self._taken(*one) for one in each])
 
-    def _taken(self, link: Link, settled: int) -> Taken:
+    def _taken(self, link: Link, place: int) -> Taken:
         give, take = (
             self._instances[port.component].description.variables[port.variable]
             for port in link.ends
         )
         low, high = bounds(give, take)
-        place = self._index[link.source] + (self._late if link.delayed else settled)
         origin, way = str(link.source), (link.factor, link.offset)
         return Taken(place, origin, low, high, *way, is_large(give))
 
@@ -126,9 +132,12 @@ class Discrete:
         """The operations of a transfer at a communication point."""
         instance, access = self._instances[transfer.component], self._accesses[transfer]
         if transfer.action == "set":
-            return (SetTyped(instance, access, self._cells(transfer)),)
+            setting = SetTyped(instance, access, self._cells(transfer))
+            noted, _ = self._held[transfer]
+            places = np.array(self._places(transfer), dtype=np.uint32)
+            return setting, Copy(self.cells, places, self.cells[noted.start : noted.stop])
         reading, twice = GetTyped(instance, access, self._cells(transfer)), self._twice(transfer)
-        return twice.new(reading, keeps=True, changed=self.changed) if twice else (reading,)
+        return twice.new(reading, self.changed) if twice else (reading,)
 
     def _twice(self, transfer: Transfer) -> Rereading | None:
         """The outputs that a transfer reads, if they are read twice."""
@@ -142,7 +151,7 @@ class Discrete:
             return ()
         start = self._index[Port(component, names[0])]
         reading = self._reading(component, names, self.cells[start : start + len(names)])
-        return self.rereadings[component].new(replace(reading, due=due), keeps=True)
+        return self.rereadings[component].new(replace(reading, due=due))
 
     def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
         """Reads what a component gives before its inputs are set; to follow its last step."""
@@ -218,7 +227,8 @@ class Discrete:
             for name in one.names * ROWS
         ]
         delayed = self.outputs if self._delayed else []
-        ports = (*self._index, *delayed, *self.outputs, *twice, *self.outputs)
+        held = [link.source for transfer in self._held for link in self._sources(transfer)]
+        ports = (*self._index, *delayed, *self.outputs, *held, *twice, *self.outputs)
         for port, cell in zip(ports, (*cells, *before), strict=True):
             variable = self._instances[port.component].description.variables[port.variable]
             if variable.type == "String" and not 0 <= cell < len(self.texts):

@@ -283,10 +283,16 @@ class Instance:
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
-    def flush(self) -> None:
-        """Have the FMU take values that were set, where that waits for its next call."""
-        if self._binary.worker and not self._broken and (status := self._binary.worker.flush()):
+    def flush(self) -> Status:
+        """Have the FMU take values that were set, where that waits for its next call.
+
+        OK or WARNING, RunError if it refuses.
+        """
+        worker = self._binary.worker
+        status = worker.flush() if worker and not self._broken else 0
+        if status > WARNING:
             self.fail(status, "fmi2SetReal")
+        return status
 
     def restore_state(self, time: float, place: int = 0) -> None:
         """Bring the FMU back to the state kept in a place at `time` [s], also after a failed step.

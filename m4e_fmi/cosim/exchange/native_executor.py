@@ -46,7 +46,6 @@ class RawOperation(ctypes.Structure):
         ("period", c_int64),
         ("in_rows", c_int32),
         ("unchecked", c_int32),
-        ("keeps", c_int32),
         ("warned", c_void_p),
         ("spent", c_void_p),
     ]
@@ -175,12 +174,12 @@ def _translation(operation: Operation) -> Translated:
         case op.SetTyped(_, access, cells):
             raw = _filling(cells, kind=CALL, component=access.address)
             raw.function = function("m4e_set_typed")
-        case op.Choose(readings, into, changed):
+        case op.Choose(_, _, into, readings, changed):
             kind = CHOOSE if into.dtype == np.float64 else CHOOSE_CELLS
             raw = _filling(into, kind=kind, source=readings.ctypes.data)
             raw.terms = readings.strides[0] // readings.itemsize
             raw.past = None if changed is None else _address(changed)
-            raw.keeps = operation.keeps
+            raw.unchecked = not operation.checked
         case op.Copy(source, places, into):
             copied = RawCopied(_address(source), _address(places), len(places))
             raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))

@@ -184,6 +184,7 @@ class Copy:
     source: np.ndarray
     places: np.ndarray
     into: np.ndarray
+    due: Due | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,55 +199,62 @@ class SetTyped:
 
 @dataclass(frozen=True, eq=False)
 class Choose:
-    """``into[i]`` = the reading of output i that counts, as `choose` says.
+    """``into[i]`` = the reading of output `names[i]` that counts, as `choose` says.
 
     `readings` (6, n) are consecutive in each row; they and `into` (n,) are Real, or cells (int64).
-    `changed` (1,) [1] becomes 0 where a cell changes. One that `keeps` ends the readings of a step.
+    `changed` (1,) [1] becomes 0 where a cell changes. The values that count must be finite, if they
+    are `checked`.
     """
 
-    readings: np.ndarray
+    instance: Instance
+    names: tuple[str, ...]
     into: np.ndarray
+    readings: np.ndarray
     changed: np.ndarray | None = None
-    keeps: bool = False
     due: Due | None = None
+    checked: bool = True
 
 
 LOST, NOISE = 0.01, 1e-9
-"""An output is lost if setting values that its inputs have changes it by more than these shares: of
-what new values change it by, and of its largest size so far."""
+"""An output is lost if setting inputs to the values that they have changes it by more than these
+shares: of what their new values change it by, and of its largest size so far."""
 
 
-def choose(operation: Choose) -> None:
+def choose(operation: Choose) -> bool:
     """Choose between two readings of each output: straight after a step, and with new inputs.
 
     `readings` (6, n) are, in the outputs' units: the first, straight after the step; the second,
     when inputs were set to the values that they had; the last before the step; that with new
     inputs; the largest first one; and 1 for each output that has been lost [1]. An output is lost
-    where the second is not the first, though setting has changed no value; then the first counts.
-    (Where that is wrong as an FMU's own noise made the difference, the first is off by no more than
-    1/`LOST` of this.) An output that the step has left as it was, is not lost: its FMU shows the
-    step when inputs are set.
+    if setting unchanged inputs changes the output, so that the second is not the first; then the
+    first counts. (Where an FMU's own noise made the difference, the first is off by no more than
+    1/`LOST` of this.) An output that the step has left as it was read last is not lost: its FMU
+    shows the step when inputs are set. False if a value that counts should be finite, and is not.
     """
     first, second, before, new, size, lost = operation.readings
     into, changed = operation.into, operation.changed
+    off = _differ(second, first) & _differ(before, first)
     if into.dtype == np.float64:
-        np.maximum(size, np.abs(first), out=size)
-        off = np.abs(second - first) > np.maximum(LOST * np.abs(new - first), NOISE * size)
-    else:
-        off = second != first
-    off &= before != first
+        np.fmax(size, np.abs(first), out=size, where=np.isfinite(first))
+        with np.errstate(invalid="ignore"):
+            limit = np.fmax(LOST * np.abs(new - first), NOISE * size)
+            off &= ~(np.isfinite(second) & (np.abs(second - first) <= limit))
     found = np.where(off, first, new)
     if changed is not None and (found != into).any():
         changed[0] = 0.0
     into[:] = found
     lost[off] = 1
-    if operation.keeps:
-        before[:] = new
+    return not operation.checked or bool(np.isfinite(into).all())
+
+
+def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """True where values differ, (n,) booleans; two that are nan do not."""
+    return (a != b) & ~(np.isnan(a) & np.isnan(b))
 
 
 Reals = Get | Set | SetDerivatives
 """Operations on the Real variables `names` of an FMU."""
-Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Choose
+Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Copy | Choose
 """Operations that carry values over at a communication point."""
 Operation = (
     Reals

@@ -102,7 +102,7 @@ def _action(operation: Operation) -> Action:
         case op.SetTyped(_, access, cells):
             return lambda _t, _h, _row: access.set(cells)
         case op.Choose():
-            return lambda _t, _h, _row: op.choose(operation) or 0
+            return lambda _t, _h, _row: 0 if op.choose(operation) else NOT_A_NUMBER
         case op.Copy(source, places, into):
             return _take(into, source, places)
         case op.Combine():

@@ -1,7 +1,7 @@
 """Outputs that are read twice: straight after a step, and when new inputs are set.
 
 So are those of FMUs not built here that depend on connected inputs. Some FMUs lose outputs when
-anything is set, until the next step; whether one does, no trial before the run can tell, as it may
+anything is set, until the next step. No trial before the run can tell which do, as the loss may
 begin at any time. So straight after the step the outputs are read, their inputs are set to the
 values that they have, and the outputs are read again: one that has changed is lost (`choose`).
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.operations import Choose, Get, GetTyped
+from m4e_fmi.cosim.exchange.operations import Choose, Copy, Gather, Get, GetTyped
 
 ROWS = 6
 """Readings of an output: see `choose`."""
@@ -26,25 +26,28 @@ Read = Callable[[str, Sequence[str], np.ndarray], Reading]
 class Rereading:
     """Outputs `names` of a component, with their readings in `block` (6, n), in their units.
 
-    `first` reads all straight after a step, `second` when inputs are set to the values that they
-    have.
+    `kept` keeps what was read last, `first` then reads all straight after a step, and `second` when
+    inputs are set to the values that they have.
     """
 
     names: tuple[str, ...]
     block: np.ndarray
+    kept: Gather | Copy
     first: Reading
     second: Reading
 
     def new(
-        self, reading: Reading, *, keeps: bool, changed: np.ndarray | None = None
+        self, reading: Reading, changed: np.ndarray | None = None
     ) -> tuple[Reading | Choose, ...]:
         """A `reading` of consecutive ones with new inputs, and the choice of what counts instead.
 
-        `keeps` is true at a communication point; `changed` (1,) [1] as of `Choose`.
+        `changed` (1,) [1] is that of `Choose`.
         """
         block = self.part(reading.names)
-        chosen = Choose(block, reading.into, changed, keeps, reading.due)
-        return replace(reading, into=block[3]), chosen
+        made = reading.instance, reading.names, reading.into, block, changed, reading.due
+        if isinstance(reading, GetTyped):
+            return replace(reading, into=block[3]), Choose(*made)
+        return replace(reading, into=block[3], checked=False), Choose(*made, reading.checked)
 
     def part(self, names: Sequence[str]) -> np.ndarray:
         """The readings (6, n_names) of consecutive ones, in their units."""
@@ -53,7 +56,7 @@ class Rereading:
 
     @property
     def lost(self) -> list[str]:
-        """The outputs that have been lost so far."""
+        """The outputs that were lost in at least one step."""
         return [name for name, lost in zip(self.names, self.block[-1], strict=True) if lost]
 
 
@@ -70,6 +73,9 @@ def rereadings(
         if own:
             block, room = np.split(room, [ROWS * len(own)])
             block = block.reshape(ROWS, -1)
+            all_own, reals = np.arange(len(own), dtype=np.uint32), block.dtype == np.float64
+            before, new = block[2:4]
+            kept = Gather(before, new, all_own) if reals else Copy(new, all_own, before)
             both = (read(component, own, row) for row in block[:2])
-            found[component] = Rereading(own, block, *both)
+            found[component] = Rereading(own, block, kept, *both)
     return found

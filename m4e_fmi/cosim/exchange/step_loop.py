@@ -95,7 +95,9 @@ class Schedule:
             elif isinstance(operation, op.Restore):
                 operation.instance.time = time
         match self.operations[index]:
-            case op.Get(instance, names, into) if status == NOT_A_NUMBER:
+            case op.Get(instance, names, into) | op.Choose(instance, names, into) if (
+                status == NOT_A_NUMBER
+            ):
                 instance.not_finite(names, into if into.ndim == 1 else into[row])
             case op.DoStep(instance) as step:
                 instance.time, length = step.span(time, size)

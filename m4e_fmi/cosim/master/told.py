@@ -13,6 +13,8 @@ from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 
+MOST_NAMED = 3
+"""Outputs of a component that are named in one note."""
 SHORT = 1.0
 """Wall time [s] of a run up to which nobody asks what takes it."""
 
@@ -57,8 +59,8 @@ def network_notes(network: Network, switches: Switches) -> list[str]:
     """Notes of events, `switches`, lost outputs, inputs solved badly, held actions; a line each."""
     seen = [*event_notes(network.instances.values()), *switches.notes]
     seen += [
-        f"{name}: setting inputs, even to the values that they have, changes {', '.join(outputs)}: "
-        "the values straight after its steps count"
+        f"{name}: setting inputs, even to the values that they have, changes {_some(outputs)} by "
+        "more than its noise: the values straight after its steps count"
         for name, outputs in network.lost.items()
     ]
     if rough := network.roughness:
@@ -72,6 +74,11 @@ def network_notes(network: Network, switches: Switches) -> list[str]:
             "held within steps, so that errors fall with the step size only: take small steps"
         )
     return seen
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def slow_code(network: Network, wall_time: float) -> list[str]:

@@ -13,7 +13,7 @@ follow whatever they depend on.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,20 +119,17 @@ class SecondLook:
         if steps < self._next and not last:
             return
         self._next = steps + 1 + steps // RARER
+        known = self._seen.keys() | self._spoilt
         for part in self._parts:
             exchanged = self._network.values[part.places]
             values = part.read()
             changed = [
                 name
                 for name, one, other in zip(part.outputs, exchanged, values, strict=True)
-                if one != other and Port(part.instance.name, name) not in self._known
+                if one != other and Port(part.instance.name, name) not in known
             ]
             if changed:
                 self._note(part, changed, exchanged, values)
-
-    @property
-    def _known(self) -> Collection[Port]:
-        return self._seen.keys() | self._spoilt
 
     def _note(
         self, part: _Part, changed: Sequence[str], exchanged: np.ndarray, values: np.ndarray
@@ -153,11 +150,8 @@ class SecondLook:
             own = {name: follows[name] for name in suspects if how_known(description, name) == how}
             own = {name: inputs for name, inputs in own.items() if inputs}
             if own:
-                tell = self._probed if how == PROBED else self._declared
-                self._tell(component, own, tell(part, own, how))
-
-    def _tell(self, component: str, names: Iterable[str], note: str) -> None:
-        self._seen = {**self._seen, **{Port(component, name): note for name in names}}
+                note = self._probed(part, own) if how == PROBED else self._declared(part, own, how)
+                self._seen = {**self._seen, **{Port(component, name): note for name in own}}
 
     def _followed(
         self, part: _Part, outputs: Sequence[str]
@@ -215,8 +209,7 @@ class SecondLook:
             f"error told does not contain; {remedy}"
         )
 
-    def _probed(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:
-        del how
+    def _probed(self, part: _Part, follows: Mapping[str, Sequence[str]]) -> str:
         component, when = part.instance.name, f"at t = {self._network.time:.9g} s"
         texts = (
             f"{component}.{name} has changed {when} when {' or '.join(found)} was set"

@@ -23,7 +23,6 @@ from zipfile import ZipFile
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.instance import WARNING
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.exchange.loading.binary import PYTHON
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs, stepped
@@ -61,8 +60,13 @@ _BYTES = "states as bytes (canSerializeFMUstate), but {}: run without states in 
 
 
 _REFUSED = (
-    "refuses time derivatives of inputs, though it declares canInterpolateInputs: inputs are held",
-    "refuses second time derivatives of inputs: these follow straight lines",
+    "{} refuses time derivatives of inputs, though it declares canInterpolateInputs: inputs are "
+    "held",
+    "{} refuses second time derivatives of inputs: these follow straight lines",
+)
+_UNTRIED = (
+    "{} allows one instance per process, so that it is not known which time derivatives of inputs "
+    "it takes: inputs are held; it is tried with `process: own`"
 )
 
 
@@ -79,16 +83,17 @@ def without_refused(
     inputs = driven_inputs(wiring) if delay in (LinkDelay.CORRECTED, LinkDelay.SOLVED) else {}
     for component in (c for c in system.components if c.name in inputs):
         description, host = descriptions[component.name], hosts.get(component.name)
-        alone = description.once_per_process and host is None
-        if alone or description.is_own or not description.input_order:
+        if description.is_own or not description.input_order:
             continue
-        key = description.path, str(component.start), inputs[component.name]
+        alone = description.once_per_process and host is None
+        asked = inputs[component.name]
+        key = description.path, str(component.start), component.step_size, asked, alone
         if key not in known:
             new = Instances(component, description, system.simulation, host)
-            known[key] = _order(new, description, inputs[component.name])
+            known[key] = 0 if alone else _order(new, description, asked)
         if known[key] < description.input_order:
             result[component.name] = replace(description, input_order=known[key])
-            text = f"{description.path.name} {_REFUSED[known[key]]}"
+            text = (_UNTRIED if alone else _REFUSED[known[key]]).format(description.path.name)
             told.setdefault(text, []).append(component.name)
     return result, [f"{', '.join(names)}: {text}" for text, names in told.items()]
 
@@ -101,7 +106,7 @@ def _order(new: Instances, description: Description, inputs: Sequence[str]) -> i
             with setting_up(), new.instance() as instance, not_lost():
                 for order, name in product(range(1, most + 1), reals):
                     status = instance.own_derivative_setter(name, order, np.zeros(1))()
-                    if status > WARNING:
+                    if status := status or instance.flush():  # those that warn ignore it
                         instance.fail(status, "fmi2SetRealInputDerivatives")
                 stepped(instance, new.step)
         except RunError:

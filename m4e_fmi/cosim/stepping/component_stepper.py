@@ -204,7 +204,6 @@ class ComponentStepper:
             operations += network.reread(self.name, held)
         if late:
             operations += end
-        if late:
             reading = Get(self._instance, late, into[self._early :])
             operations += network.read_late(self.name, reading)
         return (*operations, *(found.operations if found and at_end else ()))

@@ -36,10 +36,10 @@ KNOWN = ("input", "parameter")
 MOST_ELEMENTS = 1_000_000
 """Elements that the arrays of an FMU may have together."""
 STRUCTURAL = "structuralParameter"
-OWN_TOOL = "m4e_fmi "
-"""Beginning of the generation tool of FMUs that are built here; a version follows."""
 MOST_DERIVATIVES = 2
 """Highest time derivative of inputs that is used; FMUs do not declare which they take."""
+OWN_TOOL = "m4e_fmi "
+"""Beginning of the generation tool of FMUs that are built here; a version follows."""
 
 
 @dataclass(frozen=True)

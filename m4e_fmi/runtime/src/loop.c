@@ -20,12 +20,15 @@ static const double SECOND = 1e9;
 static const double ROUNDING = 1e-9; /* share of a component's own step */
 static const int WARNING = 1;
 
-static int get(const m4e_operation *o, double *values) {
-    const int status = ((get_real *)o->function)(o->component, o->references, o->count, values);
-    if (status > WARNING || o->unchecked) return status;
+static int checked(const m4e_operation *o, const double *values) {
     for (uint32_t i = 0; i < o->count; ++i)
         if (!isfinite(values[i])) return M4E_NOT_A_NUMBER;
-    return status;
+    return 0;
+}
+
+static int get(const m4e_operation *o, double *values) {
+    const int status = ((get_real *)o->function)(o->component, o->references, o->count, values);
+    return status > WARNING || o->unchecked || checked(o, values) == 0 ? status : M4E_NOT_A_NUMBER;
 }
 
 static void gather(const m4e_operation *o, double *values) {
@@ -53,32 +56,32 @@ static void combine(const m4e_operation *o, double *values) {
 
 static const double LOST = 0.01, NOISE = 1e-9; /* see operations.py */
 
-/* The difference from which on a reading is lost. */
-static double lost_from(double first, double new, double *size) {
-    if (fabs(first) > *size) *size = fabs(first);
-    return fmax(LOST * fabs(new - first), NOISE * *size);
+/* 1 where the second reading is lost; two that are nan are the same. */
+static int is_lost(double first, double second, double new, double *size) {
+    if (isfinite(first)) *size = fmax(*size, fabs(first));
+    const double limit = fmax(LOST * fabs(new - first), NOISE * *size);
+    return !(isfinite(second) && fabs(second - first) <= limit);
 }
 
+#define DIFFER(a, b) ((a) != (b) && ((a) == (a) || (b) == (b)))
 #define CHOOSE(type, is_off)                                                                       \
     type *const first = (type *)o->source, *const second = first + o->terms,                       \
                 *const before = second + o->terms, *const new = before + o->terms,                 \
-                *const size = new + o->terms, *const lost = size + o->terms;                       \
+                *const lost = new + 2 * (size_t)o->terms;                                          \
     for (uint32_t i = 0; i < o->count; ++i) {                                                      \
-        const int off = (is_off) && before[i] != first[i];                                         \
+        const int off = (is_off) && DIFFER(second[i], first[i]) && DIFFER(before[i], first[i]);    \
         const type found = off ? first[i] : new[i];                                                \
         if (o->past && found != into[i]) *o->past = 0.0;                                           \
         into[i] = found;                                                                           \
         if (off) lost[i] = 1;                                                                      \
-        if (o->keeps) before[i] = new[i];                                                          \
     }
 
-static void choose(const m4e_operation *o, double *into) {
-    CHOOSE(double, fabs(second[i] - first[i]) > lost_from(first[i], new[i], &size[i]))
+static int choose(const m4e_operation *o, double *into) {
+    CHOOSE(double, is_lost(first[i], second[i], new[i], &new[i + o->terms]))
+    return o->unchecked ? 0 : checked(o, into);
 }
 
-static void choose_cells(const m4e_operation *o, int64_t *into) {
-    CHOOSE(int64_t, (size[i] = second[i] != first[i]))
-}
+static void choose_cells(const m4e_operation *o, int64_t *into) { CHOOSE(int64_t, 1) }
 
 /* The piece of the macro step that the component steps by. */
 static int step(const m4e_operation *o, double t, double h) {
@@ -115,7 +118,7 @@ static int perform(const m4e_operation *o, double t, double h, uint64_t row) {
     case M4E_SAVE: return ((save *)f)(o->component, o->state);
     case M4E_RESTORE: return ((restore *)f)(o->component, *o->state);
     case M4E_MONITOR: *values = m4e_monitor(o->terms, o->source, o->weights, o->past); return 0;
-    case M4E_CHOOSE: choose(o, values); return 0;
+    case M4E_CHOOSE: return choose(o, values);
     case M4E_CHOOSE_CELLS: choose_cells(o, (int64_t *)values); return 0;
     case M4E_CALL: return ((call *)f)(o->component, values);
     default: combine(o, values); return 0;

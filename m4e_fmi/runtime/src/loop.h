@@ -23,11 +23,12 @@ enum {
     M4E_BEGIN_STEP,      /* asks a component in another process for the step that a later operation
                             awaits */
     M4E_CHOOSE,          /* values = the readings that count of outputs, Real, */
-    M4E_CHOOSE_CELLS     /* or cells (int64_t): see `choose` of operations.py. At `source` are those
-                            straight after a step; `terms` further each, with inputs set to the
-                            values that they had, before the step, with new inputs; the largest
-                            first ones; and 1 where one has been lost. *past is 0 where a cell
-                            changes */
+    M4E_CHOOSE_CELLS     /* or cells (int64_t): see `choose` of operations.py. At `source` are
+                            `count` readings straight after a step; then, each `terms` values
+                            further: readings with inputs set to the values that they had, the last
+                            readings before the step, those with new inputs, the largest of the
+                            first, and 1 where an output has been lost. *past becomes 0 where a
+                            cell changes */
 };
 enum { M4E_NOT_A_NUMBER = -1 }; /* beside the statuses of FMI */
 
@@ -53,8 +54,7 @@ typedef struct {
     int64_t origin, period; /* ns; unless period is 0, performed only in steps that end at origin
                                plus a multiple of it, and a step by `own` ends there */
     int32_t in_rows;   /* performed only in steps that end at a row of results */
-    int32_t unchecked; /* values that are got may be nan or infinite */
-    int32_t keeps;     /* of readings, those with new inputs are before the next step */
+    int32_t unchecked; /* values that are got or chosen may be nan or infinite */
     m4e_warned *warned; /* of a step; NULL of all else */
     double *spent; /* seconds that steps have taken so far; NULL where nobody asks */
 } m4e_operation;
@@ -67,7 +67,7 @@ double m4e_monitor(uint32_t count, const double *now, const double *gate, double
 /* Seconds of a clock that nobody sets. */
 double m4e_seconds(void);
 
-/* After a call of an FMU: what it has changed of the floating-point environment is undone. */
+/* Sets the default floating-point environment, after a call of an FMU that may have changed it. */
 M4E_API void m4e_restore_environment(void);
 
 /* Performs the operations over the step of h [s] from t [s]; blocks are filled at `row`. The status

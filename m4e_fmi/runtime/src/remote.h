@@ -155,7 +155,7 @@ M4E_API m4e_remote *m4e_remote_new(m4e_channel *channel); /* NULL: no memory */
 M4E_API void m4e_remote_free(m4e_remote *remote);
 M4E_API void m4e_remote_use(m4e_remote *remote); /* the next instance of this thread is there */
 M4E_API int m4e_remote_await(m4e_remote *remote); /* the first answer: 0, or why in its text */
-M4E_API int m4e_remote_flush(m4e_remote *remote); /* sets values now; M4E_LATE, M4E_LOST, or 0 */
+M4E_API int m4e_remote_flush(m4e_remote *remote); /* sets values now; M4E_LATE, M4E_LOST, 0, 1 */
 M4E_API int m4e_remote_end(m4e_remote *remote); /* has the server return, and waits for nothing; 1:
                                                    it cannot, in a step that is not awaited */
 M4E_API void m4e_remote_give_up(m4e_channel *channel); /* the worker is gone: ends all waiting */

@@ -100,10 +100,11 @@ static int called(any f, uint32_t function, const uint64_t *number, const unsign
     return status < 0 || status > PENDING ? M4E_NO_STATUS : status;
 }
 
-/* Sets the values that have come along; 0 if one of these calls fails. */
+/* Sets the values that have come along. The status: OK, WARNING, or M4E_LATE if a call fails. */
 static int set_late(any const *functions) {
     m4e_channel *c = m4e_serving.channel;
     const unsigned char *at = c->request, *end = at + c->late;
+    int worst = 0;
     while (at < end) {
         m4e_late head;
         memcpy(&head, at, sizeof head);
@@ -113,11 +114,12 @@ static int set_late(any const *functions) {
         if (status > WARNING) {
             c->late_function = head.function;
             c->late_status = status;
-            return 0;
+            return M4E_LATE;
         }
+        if (status == WARNING) worst = WARNING;
         at += head.size;
     }
-    return 1;
+    return worst;
 }
 
 /* Reads what is expected to be wanted after a step. */
@@ -130,12 +132,10 @@ static void read_ahead(any const *functions, const unsigned char *references) {
 static void perform(any const *functions, uint32_t function) {
     m4e_channel *c = m4e_serving.channel;
     const unsigned char *at = m4e_serving.request ? m4e_serving.request : c->request + c->late;
-    int status = 0;
     is_serving = true;
     c->ahead_status = -1;
-    if (!set_late(functions)) {
-        status = M4E_LATE;
-    } else if (function != M4E_SETS) {
+    int status = set_late(functions);
+    if (status != M4E_LATE && function != M4E_SETS) {
         status = called(functions[function], function, c->number, at);
         if (m4e_remote_is_step(function) && status <= WARNING && c->ahead != M4E_LOAD)
             read_ahead(functions, at);

@@ -298,6 +298,7 @@ OPTIONS = {
     "single": ("SINGLE", ""),
     "first": ("LIMIT=1", ""),
     "none": ("LIMIT=0", ""),
+    "ignored": ("IGNORED=2", ""),
     "jacobian": ("JACOBIAN", 'providesDirectionalDerivative="true"'),
     "once": ("ONCE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
     "alone": ("ALONE", 'canBeInstantiatedOnlyOncePerProcess="true"'),
@@ -307,6 +308,8 @@ OPTIONS = {
     "strict": ("STRICT", ""),
     "clears": ("CLEARS", ""),
     "partly": ("PARTLY", ""),
+    "nans": ("NANS", ""),
+    "noisy": ("NOISY", ""),
     "refreshes": ("REFRESHES", ""),
     "rounds": ("ROUNDS", ""),
     "lazy": ("LAZY", ""),
@@ -321,7 +324,9 @@ OPTIONS = {
 
 A constant one refuses steps of another size than its first, one of a hundredth all but 0.01 s, one
 of a fiftieth all but 0.02 s. A strict one makes no step beyond the stop time. One that clears shows
-zeros when something has been set, until it has made a step, partly: but for its gain; one that
+zeros when something has been set, until it has made a step, partly: but for its gain; one with nans
+shows these instead. A noisy one never gives its y twice to the bit. One of which second derivatives
+are ignored answers them with a warning. One that
 refreshes shows what a step has made when something has been set. A loud one warns with its name
 when it is initialised, an anonymous one without saying which instance it is. One that rounds leaves
 its steps with rounding upward. A reluctant one answers its end with an error. One with a state as

@@ -8,7 +8,7 @@
  * LAZY makes it compute outputs in steps only, PICKY refuse values beyond 0.5 once it is initialised.
  * CONSTANT and OWN_STEP make it refuse steps of another size than its first, or than OWN_STEP.
  * CLEARS makes it lose all that can be read when anything is set after initialization, up to the end
- * of the next step, PARTLY but for what `partly` shows. ROUNDS makes it leave steps with rounding
+ * of the next step, PARTLY but for what `partly` shows; NANS: what is lost is nan. ROUNDS makes it leave steps with rounding
  * upward. ARMED has it do harm: see trouble.h. FORGETS makes it leave its last variable as it is when it goes back. REFRESHES makes it compute outputs when something is set, and not after steps.
  */
 #include <fenv.h>
@@ -75,6 +75,12 @@ static void show(Model *m) {
     memcpy(m->shown, m->r, N * sizeof(double));
     m->started = 1;
 }
+
+#ifdef NANS
+#define CLEARED NAN
+#else
+#define CLEARED 0
+#endif
 
 /* ONCE: one instance for each copy of the library. ALONE: one in the whole process. */
 #ifdef ONCE
@@ -175,7 +181,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 #endif
     if (m->initialised) trouble("set", m->t);
     for (size_t i = 0; i < n; i++) m->r[vr[i]] = v[i];
-    memset(m->shown, 0, N * sizeof(double));
+    for (int i = 0; i < N; i++) m->shown[i] = CLEARED;
 #ifdef PARTLY
     partly(m);
 #endif
@@ -325,6 +331,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
             SAY(m, fmi2Error, "derivative order %d is not supported", o[i]);
             return fmi2Error;
         }
+#endif
+#ifdef IGNORED
+    for (size_t i = 0; i < n; i++)
+        if (o[i] >= IGNORED) return fmi2Warning;
 #endif
     for (size_t i = 0; i < n; i++) (o[i] == 1 ? m->d1 : m->d2)[vr[i]] = v[i];
     return fmi2OK;

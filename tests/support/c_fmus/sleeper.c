@@ -7,6 +7,10 @@ static void rates(const Model *m, double s, const double *x, double *dx) {
 }
 static void update(Model *m) {
     m->r[Y] = m->t < m->r[WHEN] - 1e-9 ? 0 : m->r[Z] / 2 + m->r[GAIN] * m->r[U];
+#ifdef NOISY
+    static int calls;
+    m->r[Y] *= 1 + 1e-7 * (calls++ % 2);
+#endif
 }
 static fmi2Status advance(Model *m, double t, double h) {
     double x = m->r[Z] / 2;

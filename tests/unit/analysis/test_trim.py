@@ -75,10 +75,10 @@ def test_counts_and_values_are_told_together() -> None:
 
 def pendulum() -> Model:
     """Two links of 1 kg and 1 m, one below the other."""
-    down = {"joint_to_child": (0.0, -0.5)}
+    down = (0.0, -0.5)
     joints = {
-        "shoulder": Joint("revolute", "upper", **down),
-        "elbow": Joint("revolute", "lower", "upper", parent_to_joint=(0.0, -0.5), **down),
+        "shoulder": Joint("revolute", "upper", joint_to_child=down),
+        "elbow": Joint("revolute", "lower", "upper", parent_to_joint=down, joint_to_child=down),
     }
     return Model("double", {"upper": Body(1.0, 0.1), "lower": Body(1.0, 0.1)}, joints, gravity=G)
 
