@@ -86,8 +86,8 @@ def slow_code(network: Network, wall_time: float) -> list[str]:
     taken = ((i.name, float(i.spent[0])) for i in network.instances.values() if i.spent is not None)
     return [
         f"steps of {name} took {spent / wall_time:.0%} of the run's {wall_time:.3g} s: its Python "
-        "code is not recorded; `rates` and `calculate` of plain `math`, without NumPy, are, and run "
-        "many times faster"
+        "code is not recorded; `rates` and `calculate` of plain `math`, without NumPy, are, and "
+        "run many times faster"
         for name, spent in taken
         if wall_time > SHORT and spent > wall_time / 2
     ]

@@ -46,7 +46,7 @@ class ComponentStep:
 
     @property
     def is_longer(self) -> bool:
-        """True if it is longer than the steps of algorithms: inputs and outputs stand still in it."""
+        """True if inputs and outputs stand still all through it."""
         return self.held or self.every > 1
 
     @property

@@ -1,12 +1,10 @@
-"""Group `values`: nan, infinite, huge and tiny values, impossible steps, what is not there."""
+"""Group `values`: nan, infinite, huge and tiny values, impossible steps, unknown references."""
 
 from __future__ import annotations
 
-import ctypes
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 
 import numpy as np
 from fmpy.model_description import ModelVariable
@@ -21,8 +19,6 @@ from m4e_fmi.fmu.validation.probe import FatalError, Probe, RefusedError
 SPECIAL = (math.nan, math.inf, -math.inf, 5e-324, 1e300, -1e300)
 MOST = 6
 """Inputs, parameters and states, each, that are given special values."""
-TYPES = ("Real", "Integer", "Boolean", "String")
-TYPES_3 = ("Float64", "Int32", "Boolean", "String")
 STEPS = 3
 SECONDS = 2.0
 """After which no further case is tried; values that make an FMU slow come last."""
@@ -37,7 +33,6 @@ def check(context: Context) -> Iterator[Finding | str]:
     exchange = not context.subject.steps
     baseline = _plain_run(context, exchange=exchange)
     yield from _references(context, exchange=exchange)
-    yield from _names(context, exchange=exchange)
     yield from _special(context, baseline, exchange=exchange)
     if not exchange:
         yield from _steps(context, baseline)
@@ -203,50 +198,3 @@ def _references(context: Context, *, exchange: bool) -> Iterator[Finding]:
             if not refused:
                 message = f"{name} values accepts a value reference that no variable has"
                 yield Finding("values.reference", "warning", message, basis)
-    with context.probe(exchange=exchange) as probe:
-        probe.begin()
-        types = TYPES_3 if context.subject.fmi_3 else TYPES
-        functions = [f"{verb}{kind}" for verb in ("Get", "Set") for kind in types]
-        nothing = (None, 0, None, *probe.functions.counted(0))
-        wrong = [f for f in functions if probe.call(f, *nothing, note="0 values") > WARNING]
-    if wrong:
-        message = f"no values at all (NULL, 0, NULL) are refused by {some(wrong)}"
-        yield Finding("values.nothing", "note", message, basis)
-
-
-def _names(context: Context, *, exchange: bool) -> Iterator[Finding]:
-    """Instance names and texts that formats and buffers stumble over."""
-    texts = {"long": "x" * 10_000, "format": "100 %s%n%d", "UTF-8": "Schwimmkörper π 浮"}
-    for what, text in texts.items():
-        with context.probe(exchange=exchange, name=text) as probe:
-            probe.setup()
-            with suppress(FatalError):  # which has been found before
-                probe.set([2**31], np.zeros(1), "of no variable")  # for a message with the name
-            probe.words()
-        try:
-            yield from _text(context, text, what, exchange=exchange)
-        except RefusedError as error:
-            message = f"a text is refused ({what}, {len(text)} characters): {error}"
-            basis = "FMI sets no limit to the length of texts"
-            yield Finding("values.text", "warning", message, basis, error.words)
-
-
-def _text(context: Context, text: str, what: str, *, exchange: bool) -> Iterator[Finding]:
-    """Set a String that can be set, and read it again."""
-    strings = [
-        v
-        for v in context.subject.raw.modelVariables
-        if v.type == "String" and not v.shape and v.causality in ("input", "parameter")
-    ]
-    for v in strings[:1]:
-        with context.probe(exchange=exchange) as probe:
-            reference = (ctypes.c_uint * 1)(v.valueReference)
-            given = (ctypes.c_char_p * 1)(text.encode())
-            probe.must("SetString", reference, 1, given, *probe.functions.counted(1), note=what)
-            back = (ctypes.c_char_p * 1)()
-            probe.setup()
-            probe.enter_initialization()
-            probe.must("GetString", reference, 1, back, *probe.functions.counted(1), note=what)
-            if back[0] != text.encode():
-                message = f"{v.name} does not keep a text ({what})"
-                yield Finding("values.text", "warning", message, "FMI 2.0.4, section 2.1.7")
