@@ -92,7 +92,7 @@ FAULTS = {
         "m4e_fmi/simulate", "sorted({*wanted, *task.kinks})", "sorted(wanted)", "unit/simulate"
     ),
     "the stop time comes twice": Fault(
-        "m4e_fmi/simulate", "> 1e-9 * interval", ">= 0 * interval", "unit/simulate"
+        "m4e_fmi/simulate", "- 1e-9 * interval", "+ 1e-9 * interval", "unit/simulate"
     ),
     "energy audit from the absolute potential": Fault(
         "m4e_fmi/simulate",

@@ -105,9 +105,10 @@ def test_of_samples_of_a_study(files, capsys):
 
 
 def test_of_arguments_in_python():
-    for given in ({"stop_time": 1e300}, {"stop_time": 1.0, "output_interval": 1e-9}):
-        with pytest.raises(InputError, match=r"at most|up to 4e\+09"):
-            m4e.simulate("mass.model.yaml", **given)
+    with pytest.raises(InputError, match=r"up to 4e\+09"):
+        m4e.simulate("mass.model.yaml", stop_time=1e300)
+    with pytest.raises(InputError, match="at most"):
+        m4e.simulate("mass.model.yaml", stop_time=1.0, output_interval=1e-9)
     with pytest.raises(InputError, match="at most"):
         m4e.load_system("alone.system.yaml").changed(stop_time=1e9)
 

@@ -22,7 +22,7 @@ COLUMNS = 4  # of a mass: time, x, vx, ax
     [
         (0.99 * LARGE, None, "", None),
         (1.1 * LARGE, None, "1.1 GB; a longer output_interval", None),
-        (2.5 * HUGE, 0.001, "5.0 GB; a longer output_interval", 1),
+        (1.5 * HUGE, 0.001, "3.0 GB; a longer output_interval", 1),
         (1.1 * HUGE, None, "a row is written every 5 steps, 440 MB", 5),
         (11 * HUGE, None, "a row is written every 50 steps, 440 MB", 50),
     ],

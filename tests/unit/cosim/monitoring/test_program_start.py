@@ -21,9 +21,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def both(system: System, folder: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Warnings of the program, and those of the run that are not of its coupling error."""
+    """Warnings of the program, and those of the run but for its coupling error and its length."""
     outcome = run(system.changed(stop_time=0.1), build_directory=folder)
-    of_run = tuple(line for line in outcome.warnings if "coupling error" not in line)
+    other = "coupling error", "within the ramp"
+    of_run = tuple(line for line in outcome.warnings if not any(word in line for word in other))
     return program_start_warnings(system, system_program(system)), of_run
 
 
