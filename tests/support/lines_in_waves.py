@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.hydrodynamics.seas.water.moving_water import MovingWater
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
@@ -29,16 +31,37 @@ def course(made: Mooring, *, in_space: bool) -> WaterCourse | None:
     return WaterCourse(water)
 
 
+def mooring_of(text: str) -> Mooring:
+    """The mooring of a section of a system file."""
+    return mooring(Document.parse(text).validate(MooringConfig))
+
+
 def line_system(text: str) -> LineSystem:
     """The lines of a mooring section."""
-    config = Document.parse(text).validate(MooringConfig)
-    made = mooring(config)
-    return LineSystem(
-        made.text,
-        fairleads=[None if f.moves_in_space else f.y for f in made.fairleads],
-        lines=list(made.lines),
-        time_step=made.time_step,
-        net=made.net,
-        bed=made.bed,
-        course=course(made, in_space=config.dimensions == 3),
-    )
+    return lines_of(mooring_of(text))
+
+
+def lines_of(made: Mooring, **more: Any) -> LineSystem:
+    """The lines of a mooring; `more` as `LineSystem` has it."""
+    fairleads = made.fairleads
+    in_space = any(f.moves_in_space for f in fairleads)
+    given = {
+        "fairleads": [None if f.moves_in_space else f.y for f in fairleads],
+        "lines": list(made.lines),
+        "time_step": made.time_step,
+        "net": made.net,
+        "at_rest": made.at_rest,
+        "names": [f.name for f in fairleads],
+        "placed": [f.name for f in fairleads if f.placed],
+        "bed": made.bed,
+        "notes": made.notes,
+        "course": course(made, in_space=in_space),
+    }
+    return LineSystem(made.text, **{**given, **more})
+
+
+def started(made: Mooring, **more: Any) -> LineSystem:
+    """The lines of a mooring, started with the fairleads at their places, at rest."""
+    lines, places = lines_of(made, **more), [f.place for f in made.fairleads]
+    lines.start(places, [(0.0,) * len(place) for place in places])
+    return lines
