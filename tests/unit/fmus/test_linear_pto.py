@@ -7,11 +7,8 @@ import pytest
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
 from m4e_fmi.cosim import prepare
-from m4e_fmi.errors import InputError
-from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmus.linear_pto import Config, make
 
 
 def program(**changes) -> Program:
@@ -61,11 +58,6 @@ def test_in_space():
     assert found["power"] == pytest.approx(20.0)
 
 
-def test_anchor_and_point_have_the_same_dimensions():
-    with pytest.raises(ValueError, match="have 2 and 3 coordinates"):
-        program(rest_length=None, point_at=(1.0, 0.0, -45.0))
-
-
 def test_pretension_pulls_and_a_compressed_spring_pushes():
     found = outputs(program(pretension=10.0, rest_length=10.0), (7.0, 0.0, -42.0, 0.0))
     assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-6.0, -8.0))
@@ -101,37 +93,6 @@ def test_the_rest_length_follows_from_where_the_point_is_at_rest():
     assert starts["rest_length"] == pytest.approx(10.0)
     assert (starts["p.x"], starts["p.z"]) == (7.0, -42.0)
     assert outputs(pto, (7.0, 0.0, -42.0, 0.0))["p.force_x"] == 0
-
-
-def test_the_kind_makes_the_same_program():
-    config = Config(point="p", anchor=(0.0, -50.0), damping=1.0, rest_length=47.0)
-    made = make(config, name="pto", folder=Path(), progress=lambda _: None)
-    assert made.name == "pto"
-    assert [v.name for v in made.inputs] == ["p.x", "p.vx", "p.z", "p.vz"]
-    assert {v.name: v.start for v in made.inputs}["p.z"] == -3.0
-
-
-GOOD = "point: p\nanchor: [0, -50]\ndamping: 1\nrest_length: 47\n"
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "message", "remedy"),
-    [
-        ("rest_length: 47\n", "", "rest length must be given", "point_at"),
-        ("rest_length: 47", "rest_length: 47\npoint_at: [0, 1]", "given in one way", "rest_length"),
-        ("rest_length: 47", "point_at: [0, -50]", "are both", "move the anchor"),
-        ("damping: 1", "damping: -1", "greater than or equal to 0", ""),
-        ("damping: 1", "dampin: 1", "unknown key 'dampin'", "did you mean 'damping'?"),
-        ("point: p", "point: p.x", "match pattern", ""),
-    ],
-)
-def test_mistakes(before, after, message, remedy):
-    assert before in GOOD
-    with pytest.raises(InputError) as caught:
-        Document.parse(GOOD.replace(before, after)).validate(LinearPtoConfig)
-    matching = [p for p in caught.value.problems if message in p.message]
-    assert len(matching) == 1
-    assert remedy in matching[0].remedy
 
 
 MODEL = """
