@@ -366,7 +366,6 @@ import random
 import numpy as np
 
 class Counter:
-    inputs = {"u": "N"}
     outputs = {"f": "N"}
     count = 0
 
@@ -391,9 +390,7 @@ class Counter:
 def test_a_state_outside_of_the_object_is_told(tmp_path: Path, place: str, told: bool) -> None:
     """Steps that are made again give another result."""
     text = SAMPLED.replace("PLACE", place)
-    components = "c: {kind: python, file: c.py}, force: {kind: python, file: force.py}"
-    path = system(tmp_path, components, c=text, force=FORCE.replace('"m"', '"N"'))
-    path.write_text(path.read_text() + "connections: [c.f -> force.z, force.f -> c.u]\n")
+    path = system(tmp_path, "c: {kind: python, file: c.py}", stop=9, c=text)
     prepared = prepare(load_system(path), build_directory=tmp_path / "build")
     found = [line for line in prepared.warnings if "rollback" in line]
     assert len(found) == told
