@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from m4e_adapters.hydrodynamics.config import Shape
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.stability import (
     PITCH,
@@ -132,11 +131,8 @@ def test_a_box_that_is_not_stable_lolls() -> None:
     assert math.tan(heel) ** 2 == pytest.approx(2 * 0.05 / bm, rel=1e-6)
 
 
-def test_a_box_that_capsizes_has_no_rest() -> None:
+def test_a_box_that_capsizes_or_sinks_has_no_rest() -> None:
     assert box((0.0, 0.0, 6.0)).at_rest() is None
-
-
-def test_a_hull_that_sinks() -> None:
     with pytest.raises(InputError, match="the hull sinks: it has 800 m3, 900 m3"):
         box(volume=900.0)
 
@@ -150,30 +146,3 @@ def test_an_open_hull_floods() -> None:
     assert found.flooded == pytest.approx(math.atan(2 * FREEBOARD / WIDTH), abs=2e-4)
     assert math.degrees(found.angles[-1]) == pytest.approx(26.0)
     assert math.isnan(found.deck)
-
-
-DEPTHS = {"box": 3.0, "sphere": 1.3, "cylinder": 3.0, "revolved": 6.0}
-
-
-@pytest.mark.parametrize(
-    ("shape", "volume"),
-    [
-        (BOX, LENGTH * WIDTH * (DRAFT + FREEBOARD)),
-        ({"sphere": {"radius": 2.0, "center_z": 0.7}}, 4 / 3 * math.pi * 8.0),
-        ({"cylinder": {"radius": 2.0, "draft": 3.0, "freeboard": 1.0}}, math.pi * 16.0),
-        ({"revolved": {"profile": [[3, -6], [1, -2], [1, 4]]}}, math.pi * (4 / 3 * 13 + 6)),
-    ],
-)
-def test_whole_shapes_are_closed(shape: dict, volume: float) -> None:
-    panels = whole(shape)
-    assert hydrostatics_of(panels).volume == pytest.approx(volume, rel=1e-9)
-    keel = -float(panels.vertices[:, 2].min())
-    assert keel == pytest.approx(
-        DEPTHS[next(iter(shape))],
-        abs=0.02,  # a ball is stretched to its volume
-    )
-
-
-def test_shapes_without_a_freeboard_are_not_whole() -> None:
-    for shape in ({"box": {"length": 1, "width": 1, "draft": 1}}, {"mesh": "a.stl"}):
-        assert whole_shape(Shape.model_validate(shape), 100) is None

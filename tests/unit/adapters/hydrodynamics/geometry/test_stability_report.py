@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import mesh_writers
 from support.command_line import BUOY, PENDULUM, refused
 
 from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig, Sphere
+from m4e_adapters.hydrodynamics.geometry.panels import Panels
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
 from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
 from m4e_adapters.hydrodynamics.stability_report import ANGLES, stability_of, stability_text
@@ -27,10 +29,6 @@ components:
       spar: {shape: {cylinder: {radius: 3, draft: 9, center_x: -40}}, center_of_gravity: [-40, -5]}
     waves: {spectrum: still}
 simulation: {stop_time: 1, step_size: 0.1}
-"""
-CUBE = """solid cube
-{}
-endsolid
 """
 
 
@@ -100,14 +98,7 @@ def test_a_mesh_reaches_above_the_water(tmp_path: Path) -> None:
     """A cube of 2 m, half immersed and lying on a side or edge-up is known: it is not stable."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [corners[list(t)] for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
-    text = "\n".join(
-        "facet normal 0 0 0\nouter loop\n"
-        + "\n".join("vertex {:g} {:g} {:g}".format(*p) for p in triangle)
-        + "\nendloop\nendfacet"
-        for triangle in triangles
-    )
-    (tmp_path / "cube.stl").write_text(CUBE.format(text), encoding="utf-8")
+    (tmp_path / "cube.stl").write_text(mesh_writers.stl(Panels(corners, np.array(sides))))
     body = {"shape": {"mesh": "cube.stl"}, "center_of_gravity": [0, 0, 0]}
     (found,), said = report({"cube": body}, tmp_path)
     assert "GM" in said

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from support.coefficient_files import FLAP, SPHERE
 from support.drift_files import RHO, G, write_mean
+from support.hulls import configured
 
-from m4e_adapters.hydrodynamics import HydrodynamicsConfig, coefficients_from_config
-from m4e_adapters.hydrodynamics.build import check_config, program_from_config, program_in_waves
+from m4e_adapters.hydrodynamics import coefficients_from_config
+from m4e_adapters.hydrodynamics.build import program_from_config, program_in_waves
 from m4e_fmi.errors import InputError
-from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program, evaluated
 
 FLAP_IN_SPACE = """\
@@ -33,10 +33,6 @@ def folder(tmp_path: Path) -> Path:
     shutil.copy(SPHERE, tmp_path / "ball.h5")
     shutil.copy(FLAP, tmp_path / "flap.nc")
     return tmp_path
-
-
-def configured(text: str) -> HydrodynamicsConfig:
-    return Document.parse(text).validate(HydrodynamicsConfig)
 
 
 def program(text: str, folder: Path) -> Program:
@@ -106,33 +102,6 @@ def test_response_in_several_directions(folder: Path) -> None:
         waves.per_amplitude(omega[:1], np.radians([35.0]), values)
 
 
-SPREAD = (
-    "{spectrum: jonswap, significant_height: 1, peak_period: 9, direction: 40, "
-    "spreading: {exponent: 10}}"
-)
-
-
-@pytest.mark.parametrize(
-    ("more", "keys", "expected"),
-    [
-        (
-            f"waves: [{wave(8, 40)}, {SPREAD}]\n",
-            ("waves", 1), "'wave[2]' travel in several directions",
-        ),
-        (f"waves: [{wave(8, 40)}, {wave(8, 45)}]\n", ("waves", 1, "direction"), "not at 35 deg"),
-        (f"heading_filter: 60\nwaves: {wave(8, 40)}\n", ("heading_filter",), "follows the yaw"),
-        ("waves: {spectrum: record, file: none.csv}\n", (), "none.csv"),
-    ],
-)  # fmt: skip
-def test_seas_that_single_directions_do_not_have(
-    folder: Path, more: str, keys: tuple[str | int, ...], expected: str
-) -> None:
-    with pytest.raises(InputError) as caught:
-        check_config(configured(FLAP_IN_SPACE + more), folder=folder)
-    assert expected in str(caught.value)
-    assert caught.value.problems[0].keys[: len(keys)] == keys
-
-
 def test_steep_waves_are_doubted(folder: Path) -> None:
     told: list[str] = []
     config = configured(FLAP_IN_SPACE + f"waves: {wave(3, 40)}\n".replace("height: 2", "height: 3"))
@@ -147,22 +116,13 @@ def test_drift_has_centre_and_water_of_the_file(folder: Path) -> None:
         omega=(0.2, 1.0, 2.0), directions=(0.0, 180.0), modes=(1,),
     )  # fmt: skip
     text = BALL + f"waves: {wave(7, 0)}\n"
-    check_config(configured(text), folder=folder)
     drift = at(program(text, folder), 50.0, "drift_force_x")["ball.drift_force_x"]
     assert drift == pytest.approx(1e4 * 1000.0 * 9.81 / (RHO * G), rel=1e-6)
 
 
-def test_fixed_bodies_are_left_out_of_files() -> None:
-    with pytest.raises(InputError, match="of the file that are not named are held in place"):
-        configured("coefficients: ball.h5\nbodies: {ball: {fixed: true}, other: {}}\n")
-
-
 def test_parts_of_the_excitation(folder: Path) -> None:
-    """A file has the whole: one part alone is refused, none at all is not."""
+    """A file has the whole: none at all is no part of it."""
     text = FLAP_IN_SPACE + f"waves: {wave(8, 40)}\n"
-    one = configured(text.replace("tion: none", "tion: none, froude_krylov: none"))
-    with pytest.raises(InputError, match="the loads have diffraction of the excitation"):
-        check_config(one, folder=folder)
     none = text.replace("tion: none", "tion: none, froude_krylov: none, diffraction: none")
     found = program(none, folder)
     assert at(found, 3.0, "wave.elevation")["wave.elevation"] != 0

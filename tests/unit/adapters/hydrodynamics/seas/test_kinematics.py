@@ -1,4 +1,4 @@
-"""Kinematics of sums of Airy waves satisfy the equations of linear waves."""
+"""Kinematics of sums of Airy waves satisfy the equations of linear waves; profiles of currents."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ import math
 import numpy as np
 import pytest
 
+from m4e_adapters.hydrodynamics.config import Current
+from m4e_adapters.hydrodynamics.seas.water.current import current_velocity, record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
     Stretching,
     elevation,
     flow,
 )
+from m4e_fmi.files.document import Document
+from m4e_fmi.program import Recorder, Variable, evaluated
 
 STEP = 1e-4
 DENSITY = 1025.0
@@ -116,6 +120,34 @@ def test_short_waves_leave_deep_water_at_rest() -> None:
         assert found.head == 0.0
 
 
-def test_one_value_per_component_is_required() -> None:
-    with pytest.raises(ValueError, match="one value per component"):
-        Components(np.ones(2), np.ones(2), np.ones(1), np.ones(2))
+ALONG = np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0.0])
+
+
+@pytest.mark.parametrize(
+    ("profile", "known"),
+    [
+        ("{speed: 1.2, direction: 30}", {3.0: 1.2, -29.0: 1.2}),
+        ("{speed: 1.2, direction: 30, profile: 0.143}", {3.0: 1.2, -15.0: 1.2 * 0.5**0.143}),
+        (
+            "{direction: 30, profile: [[0, 1.2], [-10, 0.7], [-25, -0.1]]}",
+            {-4.0: 1.0, -28.0: -0.1},
+        ),
+    ],
+    ids=["uniform", "power", "table"],
+)
+def test_profiles_of_currents(profile: str, known: dict[float, float]) -> None:
+    """In 30 m of water, by hand; a recorded current is that in numbers."""
+    given = Document.parse(profile).validate(Current)
+    found = current_velocity(given, list(known), depth=30.0)
+    assert found == pytest.approx(np.outer([*known.values()], ALONG))
+    recorder = Recorder("water", "a current")
+    z = recorder.input(Variable("z", "m", "height"))
+    recorded = record_current(recorder, given, depth=30.0, in_space=True)
+    for axis, value in zip("xy", recorded.velocity(z), strict=True):
+        recorder.output(Variable(axis, "m/s", "speed"), value)
+    program = recorder.program()
+    start = {v.name: v.start for v in program.parameters}
+    for height in (5.0, 0.0, -3.0, -12.0, -29.0, -30.0, -31.0):
+        values = evaluated(program.tape, list(program.results), {**start, "z": height, "time": 0.0})
+        expected = current_velocity(given, height, depth=30.0)
+        assert [values[k] for k in program.results] == pytest.approx(expected[:2], rel=1e-12)

@@ -1,4 +1,4 @@
-"""What users can write wrongly below `kind: hull_pressure`, and closed hulls of all shapes."""
+"""Loads of the pressure on whole hulls: volumes, dry and sunk hulls, incident waves."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import mesh_writers
 from support.hull_pressures import RHO, G, hull_load, surface
 
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
@@ -28,94 +29,7 @@ bodies:
     center_of_gravity: [0, -1.2]
 waves: {spectrum: regular, height: 2.0, period: 7.0}
 """
-CYLINDER = "{cylinder: {radius: 4.0, draft: 3.0, freeboard: 2.0}}"
 BALL = {"shape": {"sphere": {"radius": 2.0, "center_z": 0.5}}, "center_of_gravity": [0.0, -0.5]}
-
-
-def validated(text: str) -> HullPressureConfig:
-    return Document.parse(text).validate(HullPressureConfig)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "message"),
-    [
-        (", freeboard: 2.0", "", 4, "a cylinder needs a 'freeboard'"),
-        (
-            CYLINDER,
-            "{torus: {radius: 4, tube_radius: 1}}",
-            4,
-            "a torus is not drawn",
-        ),
-        ("freeboard: 2.0", "top_z: -1", 4, "'top_z' is of a submerged shape"),
-        ("freeboard: 2.0", "freeboard: 2.0, top_z: -1", 4, "has a 'freeboard' and its top at"),
-        ("freeboard: 2.0", "freeboard: -2.0", 4, "greater than 0"),
-        ("[0, -1.2]", "[0, 0, -1.2]", 5, "has 3 coordinates, expected [x, z]"),
-        ("period: 7.0", "period: 7.0, direction: 30", 7, "leaves the X-Z plane"),
-        ("draft: 3.0", "draft: 3.0, center_y: 1", 4, "'center_y' leaves the X-Z plane"),
-        ("freeboard: 2.0}}", "freeboard: 2.0}}\n    drag: {heave: 1}", 5, "drag"),
-    ],
-)
-def test_mistakes_are_told_with_their_line(old: str, new: str, line: int, message: str) -> None:
-    assert validated(GOOD)
-    with pytest.raises(InputError) as caught:
-        validated(GOOD.replace(old, new))
-    assert message in str(caught.value)
-    assert abs(caught.value.problems[0].line - line) <= 1
-
-
-def test_a_hull_below_the_sea_bed_is_refused() -> None:
-    config = validated(GOOD.replace("depth: 50", "depth: 2.5"))
-    with pytest.raises(InputError, match=r"down to z = -3 m, the sea bed is at z = -2\.5 m"):
-        closed_hulls(config, Path())
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ("below", "open at the waterline: it has no part above the water"),
-        ("lid", "ends at the still-water level"),
-        ("hole", "the mesh is not closed: 4 edges belong to one panel only, the first near x ="),
-        ("inverted", "the mesh is inverted: the normals point into the body"),
-        ("above", "the hull is above the water (lowest point at z = 2 m)"),
-        ("shell", "a closed shell is inside the hull near x ="),
-    ],
-)
-def test_meshes_that_are_no_closed_hull(change: str, message: str, tmp_path: Path) -> None:
-    panels = surface({**_box(), "panels": 60})
-    places, faces = panels.vertices, panels.faces
-    centers = panels.centers
-    if change == "below":
-        faces = faces[centers[:, 2] < 0]
-    elif change == "lid":
-        places = np.where(places[:, 2:] > 0, places * [1, 1, 0], places)
-    elif change == "hole":
-        faces = faces[np.arange(len(faces)) != int(np.argmin(centers[:, 2]))]
-    elif change == "inverted":
-        faces = faces[:, ::-1]
-    elif change == "above":
-        places = places + np.array([0.0, 0.0, 4.0])
-    else:
-        places = np.concatenate([places, 0.5 * places])
-        faces = np.concatenate([faces, faces + len(places) // 2])
-    _write(Panels(places, faces).merged(), tmp_path / "hull.gdf")
-    text = GOOD.replace(CYLINDER, "{mesh: hull.gdf}")
-    with pytest.raises(InputError) as caught:
-        closed_hulls(validated(text), tmp_path)
-    (problem,) = caught.value.problems
-    assert message in problem.message
-    assert problem.remedy
-    assert problem.file == str(tmp_path / "hull.gdf")
-
-
-def _box() -> dict:
-    box = {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}
-    return {"shape": {"box": box}, "center_of_gravity": [0.0, -0.5]}
-
-
-def _write(panels: Panels, path: Path) -> None:
-    lines = ["test", "1.0 9.81", "0 0", str(len(panels.faces))]
-    lines += [" ".join(f"{x:.9g}" for x in corner) for face in panels.corners for corner in face]
-    path.write_text("\n".join(lines) + "\n")
 
 
 @pytest.mark.parametrize(
@@ -154,11 +68,24 @@ def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of
     assert below.hydrostatic[4] == pytest.approx(-weight * math.sin(0.2), rel=5e-3)
 
 
+def test_a_closed_shell_inside_is_refused(tmp_path: Path) -> None:
+    box = {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}
+    panels = surface({"shape": {"box": box}, "center_of_gravity": [0.0, -0.5], "panels": 60})
+    both = joined(panels, Panels(0.5 * panels.vertices, panels.faces))
+    (tmp_path / "hull.gdf").write_text(mesh_writers.gdf(both))
+    text = GOOD.replace("cylinder: {radius: 4.0, draft: 3.0, freeboard: 2.0}", "mesh: hull.gdf")
+    with pytest.raises(InputError, match="a closed shell is inside the hull near x ="):
+        closed_hulls(Document.parse(text).validate(HullPressureConfig), tmp_path)
+
+
 @pytest.mark.filterwarnings("error")
 def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
     text = GOOD.replace("depth: 50", "depth: 5") + "dimensions: 2\n"
     source = hull_pressure.make(
-        validated(text), name="hull", folder=tmp_path, progress=lambda _: None
+        Document.parse(text).validate(HullPressureConfig),
+        name="hull",
+        folder=tmp_path,
+        progress=lambda _: None,
     )
     outputs = HullOutputs(json.loads(source.data["hulls.json"]))
     pose = {"float.x": 0.0, "float.z": -1.2, "float.theta": 0.0}
