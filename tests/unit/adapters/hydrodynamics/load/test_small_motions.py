@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
+from support.hulls import checked_program
 
-from m4e_adapters.hydrodynamics.build import check_config
-from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
-from m4e_fmi.files.document import Document
 from m4e_fmi.program import Variable
 
 BALL = "{shape: {sphere: {radius: 3, center_z: -8}}, center_of_gravity: [0, -8], panels: 100}"
@@ -19,8 +16,7 @@ STILL = "spectrum: still"
 
 def motions(body: str, *, depth: str = "deep", waves: str = STILL) -> dict[str, Variable]:
     text = f"water: {{depth: {depth}}}\nbodies:\n  float: {body}\nwaves: {{{waves}}}\n"
-    config = Document.parse(text).validate(HydrodynamicsConfig)
-    outputs = check_config(config, folder=Path()).outputs
+    outputs = checked_program(text).outputs
     names = ("surge", "heave", "pitch")
     return {v.name.removeprefix("float."): v for v in outputs if v.name.endswith(names)}
 

@@ -45,14 +45,10 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     water = Water()
 
     def key(
-        hulls: Any = (one,),
-        water: Water = water,
-        omega: Any = omega,
-        at: float = 0.0,
-        lid: Any = None,
+        hulls: Any = (one,), water: Water = water, omega: float = omega, at: float = 0.0
     ) -> str:
-        content = {**bem._content(hulls, water, lid), "omega": omega, "directions": [at]}
-        return cache.content_key(content)
+        content = bem._content(hulls, water, None)
+        return cache.content_key({**content, "omega": omega, "directions": [at]})
 
     keys = [
         key(),
@@ -86,9 +82,8 @@ def test_damage_of_any_byte_is_known(folder: Path) -> None:
     content = file.read_bytes()
     found = cache.load("k")
     assert found is not None
-    assert {name: found[name].tolist() for name in found} == {
-        name: array.tolist() for name, array in ARRAYS.items()
-    }
+    for name, array in ARRAYS.items():
+        np.testing.assert_array_equal(found[name], array)
     damaged = [content[:length] for length in range(0, len(content), 7)] + [content + b"x"]
     for place in range(len(content)):
         flipped = bytearray(content)
@@ -159,18 +154,14 @@ def test_frequencies_are_kept_one_by_one(
 def test_what_is_damaged_is_computed_again_and_told(
     folder: Path, solved: Callable[[], list[str]]
 ) -> None:
-    solving = ["potential flow: frequency 1 of 2", "potential flow: frequency 2 of 2"]
-    assert solved() == solving
+    solved()
     assert solved() == [FROM_CACHE]
     file = sorted(folder.iterdir())[0]
     content = file.read_bytes()
     file.write_bytes(content[:-20])
     told = solved()
-    assert told == [
-        f"coefficients in the cache cannot be used and are computed again: {file} is damaged",
-        "potential flow: coefficients of 1 of 2 frequencies taken from the cache",
-        "potential flow: frequency 1 of 1",
-    ]
+    assert told[0].endswith(f"cannot be used and are computed again: {file} is damaged")
+    assert told[-1] == "potential flow: frequency 1 of 1"
     assert file.read_bytes() == content
     assert solved() == [FROM_CACHE]
     file.unlink()
@@ -180,36 +171,17 @@ def test_what_is_damaged_is_computed_again_and_told(
     assert "the coefficients are not cached" in told[-1]
 
 
-def test_what_a_killed_process_left_is_removed(
-    folder: Path, solved: Callable[[], list[str]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder.mkdir()
-    (folder / ".part-00000000-1-x.coefficients").write_bytes(b"half")
-    monkeypatch.setattr("m4e_fmi.files.writing._HOST", "00000000")
-    monkeypatch.setattr("m4e_fmi.files.writing.os.kill", _no_such_process)
-    solved()
-    assert len(list(folder.iterdir())) == 2
-
-
-def _no_such_process(process: int, number: int) -> None:
-    raise ProcessLookupError(process, number)
-
-
 def test_a_memory_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     data = published_coefficients.sphere()
     first, told = fit_radiation(data, order=ORDER), list[str]()
     with monkeypatch.context() as patch:
-        patch.setattr(kept, "fit_group", _not_again)
+        patch.setattr(kept, "fit_group", lambda *_, **__: pytest.fail("fitted again"))
         second = fit_radiation(data, order=ORDER, progress=told.append)
-        with pytest.raises(AssertionError, match="again"):
-            fit_radiation(data, order=ORDER + 1)
-        with pytest.raises(AssertionError, match="again"):
-            fit_radiation(replace(data, added_mass=data.added_mass * (1 + 1e-12)), order=ORDER)
+        changed = replace(data, added_mass=data.added_mass * (1 + 1e-12))
+        for other, order in ((data, ORDER + 1), (changed, ORDER)):
+            with pytest.raises(pytest.fail.Exception, match="again"):
+                fit_radiation(other, order=order)
     for one, other in zip(first.groups, second.groups, strict=True):
         for name, value in vars(one).items():
             assert np.array_equal(value, getattr(other, name)), name
     assert "radiation of" in told[-1]
-
-
-def _not_again(*_: object, **__: object) -> None:
-    raise AssertionError("fitted again")

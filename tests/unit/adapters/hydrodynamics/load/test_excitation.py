@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics import Coefficients, HydrodynamicsConfig, hydrodynamics_program
+from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
 from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Loads, Regular, WaveSection
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
 from m4e_fmi.errors import InputError
-from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program, evaluated
 
 OMEGA = np.linspace(0.25, 2.5, 19)
@@ -62,16 +62,8 @@ def forces(program: Program, time: float, **given: float) -> dict[str, float]:
 
 
 def regular(period: float, **keys: float) -> Regular:
-    return Regular.model_validate(
-        {
-            "spectrum": "regular",
-            "height": 2.0,
-            "phase": 0.4,
-            "period": period,
-            "ramp_time": 0,
-            **keys,
-        }
-    )
+    given = {"spectrum": "regular", "height": 2.0, "phase": 0.4, "period": period, "ramp_time": 0}
+    return Regular.model_validate({**given, **keys})
 
 
 @pytest.mark.verifies(
@@ -131,11 +123,8 @@ def test_a_long_crested_sea_pushes_as_the_splines_of_its_components(depth: float
     x, y, _ = c.centers[0]  # about which a single body turns
     beta = np.radians(50)
     way = np.exp(1j * number * (x * np.cos(beta) + y * np.sin(beta)))
-    expected = (
-        ((table * way[:, None]) * (amplitude * np.exp(-1j * omega * 12.3))[:, None])
-        .sum(axis=0)
-        .real
-    )
+    waved = (table * way[:, None]) * (amplitude * np.exp(-1j * omega * 12.3))[:, None]
+    expected = waved.sum(axis=0).real
     names = [f"b.excitation_{k}" for k in ("force_z", "moment_z")]
     for name, value in zip(names, expected[[2, 5]], strict=True):
         assert found[name] == pytest.approx(value, abs=1e-12 * np.abs(table).sum())
@@ -167,35 +156,33 @@ def test_the_direction_of_a_short_crested_sea_turns_all_its_components() -> None
     assert forces(hydrodynamics_program(c, waves=plain), 12.0) != pytest.approx(expected, rel=0.05)
 
 
-def test_each_component_of_a_short_crested_sea_pushes_as_alone() -> None:
-    """The sum over components in their own directions, each a program of its own."""
-    c = coefficients(3, math.inf)
-    each = [
-        {"amplitude": 1.0, "period": 9.0, "phase": 0.3, "direction": 12.0},
-        {"amplitude": 0.5, "period": 5.0, "phase": 2.0, "direction": -70.0},
-    ]
-
-    def program(given: list[dict[str, float]], direction: float) -> Program:
-        section = {"spectrum": "components", "components": given, "direction": direction}
-        return hydrodynamics_program(
-            c, waves=ComponentWaves.model_validate({**section, "ramp_time": 0})
-        )
-
-    both = forces(program(each, 30.0), 4.0)
-    apart = [forces(program([one], one["direction"]), 4.0) for one in each]
-    for name, value in both.items():
-        assert value == pytest.approx(sum(part[name] for part in apart), rel=1e-10)
+def sea(each: list[dict[str, float]], direction: float) -> WaveSection:
+    given = {"spectrum": "components", "components": each, "direction": direction, "ramp_time": 0}
+    return ComponentWaves.model_validate(given)
 
 
-@pytest.mark.parametrize("dimensions", [2, 3])
-def test_forces_of_several_systems_add_up(dimensions: int) -> None:
+EACH = [
+    {"amplitude": 1.0, "period": 9.0, "phase": 0.3, "direction": 12.0},
+    {"amplitude": 0.5, "period": 5.0, "phase": 2.0, "direction": -70.0},
+]
+WIND = Jonswap(spectrum="jonswap", significant_height=1, peak_period=8, components=15, seed=3)
+
+
+@pytest.mark.parametrize(
+    ("dimensions", "all_waves", "apart"),
+    [
+        (3, sea(EACH, 30.0), [sea([one], one["direction"]) for one in EACH]),
+        (2, (regular(12.0), WIND), [regular(12.0), WIND]),
+        (3, (regular(12.0), WIND), [regular(12.0), WIND]),
+    ],
+    ids=["components in their own directions", "systems in the plane", "systems in space"],
+)
+def test_forces_of_several_waves_add_up(dimensions: int, all_waves: Any, apart: list) -> None:
     c = coefficients(dimensions, 15.0)
-    swell = regular(12.0, direction=0.0)
-    wind = Jonswap(spectrum="jonswap", significant_height=1, peak_period=8, components=15, seed=3)
-    both = forces(hydrodynamics_program(c, waves=(swell, wind)), 7.0)
-    apart = [forces(hydrodynamics_program(c, waves=one), 7.0) for one in (swell, wind)]
+    both = forces(hydrodynamics_program(c, waves=all_waves), 7.0)
+    parts = [forces(hydrodynamics_program(c, waves=one), 7.0) for one in apart]
     for name, value in both.items():
-        assert value == pytest.approx(sum(part[name] for part in apart), rel=1e-12)
+        assert value == pytest.approx(sum(part[name] for part in parts), rel=1e-10)
 
 
 def test_waves_that_the_coefficients_do_not_have_are_refused() -> None:
@@ -215,12 +202,7 @@ def test_excitation_at_the_displaced_place_has_the_phase_of_the_wave_there(depth
     displaced = Loads(excitation_at="displaced")
     for dimensions, direction, heading, moved in (
         (2, 180.0, None, {"b__x": 7.0 - d}),
-        (
-            3,
-            35.0,
-            Heading(20.0),
-            {"b__x": 7.0 + along, "b__y": -3.0 + across},
-        ),
+        (3, 35.0, Heading(20.0), {"b__x": 7.0 + along, "b__y": -3.0 + across}),
     ):
         known = coefficients(dimensions, depth)
         if dimensions == 2:
@@ -268,22 +250,3 @@ def test_motions_far_away_have_no_limit_where_the_excitation_follows() -> None:
     ]  # fmt: skip
     assert limits[0] < 10.0
     assert math.isinf(limits[1])
-
-
-BODY = "bodies: {b: {shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0]DRIFT}}\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (BODY.replace("DRIFT", ""), "'excitation_at' has no effect"),
-        (
-            BODY.replace("DRIFT", ", drift: {file: drift.csv}")
-            + "waves: {spectrum: regular, height: 1, period: 6}\n",
-            "second-order drift of body 'b'",
-        ),
-    ],
-)
-def test_excitation_at_the_displaced_place_is_refused(text: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        Document.parse(text + "loads: {excitation_at: displaced}\n").validate(HydrodynamicsConfig)
