@@ -1,12 +1,9 @@
 """The linear power take-off: direction and sign of its force, its power and energy."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
-from m4e_fmi.cosim import prepare
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 
@@ -93,29 +90,3 @@ def test_the_rest_length_follows_from_where_the_point_is_at_rest():
     assert starts["rest_length"] == pytest.approx(10.0)
     assert (starts["p.x"], starts["p.z"]) == (7.0, -42.0)
     assert outputs(pto, (7.0, 0.0, -42.0, 0.0))["p.force_x"] == 0
-
-
-MODEL = """
-name: sled
-gravity: 0
-bodies: {b: {mass: 4, inertia: 1}}
-joints: {j: {type: prismatic, child: b, direction: [1, 0], initial: {u: 1}}}
-points: {p: {body: b, at: [0, 0]}}
-"""
-
-
-@pytest.mark.parametrize(("sign", "count"), [("", 0), (" * -1", 1)])
-def test_a_force_that_is_turned_round_is_warned_of(sign: str, count: int, tmp_path: Path) -> None:
-    (tmp_path / "b.model.yaml").write_text(MODEL)
-    (tmp_path / "s.yaml").write_text(
-        "name: s\ncomponents:\n  b: {model: b.model.yaml}\n"
-        "  pto: {kind: linear_pto, point: p, anchor: [-9, 0], damping: 1, point_at: [0, 0], "
-        "start: {p.x: 5}}\n"
-        "connections:\n  - b.point.p.x -> pto.p.x\n  - b.point.p.vx -> pto.p.vx\n"
-        f"  - pto.p.force_x{sign} -> b.point.p.force_x\n"
-        "simulation: {stop_time: 1, step_size: 0.1}\n"
-    )
-    found = prepare(tmp_path / "s.yaml", build_directory=tmp_path / "build").warnings
-    assert sum("the power is not kept" in line for line in found) == count
-    told = "the start value of pto.p.x has no effect: it is connected to b.point.p.x"
-    assert sum(line.startswith(told) for line in found) == 1

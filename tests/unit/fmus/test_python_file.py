@@ -410,22 +410,10 @@ def test_a_memory_that_calculate_sets_is_a_warning(tmp_path: Path) -> None:
 @pytest.mark.parametrize("slow", [True, False])
 def test_a_run_tells_that_code_takes_most_of_it(tmp_path: Path, slow: bool) -> None:
     """Fifty steps of 20 ms, beside whatever else a run takes."""
-    code = f"""
-    import time
-
-    class Slow:
-        outputs = {{"y": "1"}}
-
-        def step(self, t, h, v):
-            time.sleep({0.02 * slow})
-            return {{"y": t}}
-    """
+    wait = f"import time; time.sleep({0.02 * slow}); self.past"
+    code = DELAY.replace("self.past.append(v.u)", wait)
     path = system(tmp_path, "slow: {kind: python, file: slow.py}", 1.0, 0.02, slow=code)
     path.write_text(path.read_text().replace("0.02}", "0.02, algorithm: jacobi}"))
     notes = run(prepare(load_system(path)), results=tmp_path / "r.nc").notes
-    told = [note for note in notes if "many times faster" in note]
-    assert len(told) == slow
-    for note in told:
-        taken = re.match(r"steps of slow took (\d+)% of the run's ([\d.]+) s", note)
-        assert taken
-        assert int(taken[1]) / 100 * float(taken[2]) == pytest.approx(1.0, rel=0.5)
+    told = [re.search(r"steps of slow took (\d+)%.*many times faster", note) for note in notes]
+    assert any(int(found[1]) > 50 for found in told if found) == slow

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.lines_in_waves import mooring_of
-from support.sea_motion import holds, random_mooring, tensions
 
 from m4e_adapters.moordyn.stability import (
     SPEED,
@@ -162,14 +161,3 @@ def test_the_fastest_water_is_that_of_the_longest_step(scheme: str):
     )  # fmt: skip
     assert fastest(rope, stable_step(rope, scheme), scheme) == pytest.approx(40.0, rel=1e-9)
     assert fastest(replace(rope, water_density=0.0), 0.01, scheme) == math.inf
-
-
-def test_moorings_in_a_sea_hold_below_the_longest_step():
-    rng = np.random.default_rng(11)
-    failed = 0
-    for _ in range(4):
-        moored = random_mooring(rng)
-        short = tensions(moored, share=0.45, duration=8.0)
-        assert holds(moored, share=0.95, short=short), moored
-        failed += not holds(moored, share=1.6, short=short)
-    assert failed >= 1

@@ -9,7 +9,7 @@ from support.lines_in_waves import line_system, mooring_of, started
 
 from m4e_adapters.moordyn import MooringConfig, ready_mooring
 from m4e_adapters.moordyn.placement import misplaced
-from m4e_adapters.moordyn.rest import left_over, longer_search, too_long
+from m4e_adapters.moordyn.rest import longer_search, too_long
 from m4e_adapters.moordyn.statics import Net
 from m4e_fmi.files.document import Document
 from m4e_fmus.mooring import make
@@ -146,14 +146,6 @@ def test_room_for_a_line_that_floats_is_up_or_down_to_the_surface() -> None:
     assert floating(50.0, (0, 0, 3), (47, 0, 3)) == []
     (text,) = floating(54.0, (0, 0, 3), (47, 0, 3))
     assert "1 m more than there is room for" in text
-
-
-def test_less_may_be_left_on_the_nodes_of_a_finer_line() -> None:
-    # 1 % of the tension at 20 segments; a node of 1000 segments that is not held leaves less
-    assert left_over(["l"], [0.9], [(50.0, 100.0)], [20], "r") == []
-    (text,) = left_over(["l"], [0.9], [(50.0, 100.0)], [1000], "start later")
-    assert "0.9 N are left on a node while it pulls 100 N" in text
-    assert text.endswith(": start later")
 
 
 @pytest.mark.parametrize(

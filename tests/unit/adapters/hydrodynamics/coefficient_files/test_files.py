@@ -177,18 +177,6 @@ def test_no_stiffness_in_heave(folder: Path) -> None:
     assert any(re.search(r"warning: .*float: the heave .* as of a body in the", t) for t in told)
 
 
-def test_sources_are_told(folder: Path) -> None:
-    _, told = of(RM3, folder)
-    for said in (
-        "body 'float' is 'body1' of the file, number 1",
-        "(0, 0, -0.72) m (system file)",
-        "no density, depth, gravity: density 1000 kg/m3 of the system file, deep water",
-        "phases of WAMIT are e^{+iωt}, turned to e^{−iωt}",
-        "A∞ is that of the file",
-    ):
-        assert any(said in line for line in told), said
-
-
 def test_bodies_by_name_in_another_order_and_without_each_other(folder: Path) -> None:
     named = RM3.replace("float:", "body1:").replace("spar:", "body2:")
     *head, one, two = named.splitlines()

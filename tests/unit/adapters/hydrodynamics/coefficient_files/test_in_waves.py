@@ -102,13 +102,6 @@ def test_response_in_several_directions(folder: Path) -> None:
         waves.per_amplitude(omega[:1], np.radians([35.0]), values)
 
 
-def test_steep_waves_are_doubted(folder: Path) -> None:
-    told: list[str] = []
-    config = configured(FLAP_IN_SPACE + f"waves: {wave(3, 40)}\n".replace("height: 2", "height: 3"))
-    coefficients_from_config(config, folder=folder, progress=told.append)
-    assert any(line.startswith("warning: ") and "break" in line for line in told)
-
-
 def test_drift_has_centre_and_water_of_the_file(folder: Path) -> None:
     """WAMIT's drift is over ρ g, that of the file; moments are about its centre of gravity."""
     write_mean(

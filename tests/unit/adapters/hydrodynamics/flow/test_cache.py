@@ -24,6 +24,7 @@ from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 ORDER = 5
 ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
 FROM_CACHE = "potential flow: coefficients taken from the cache"
+PART = "potential flow: coefficients of {} frequencies taken from the cache"
 
 
 @pytest.fixture(autouse=True)
@@ -132,43 +133,30 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
     return told
 
 
-def test_frequencies_are_kept_one_by_one(
-    solved: Callable[..., list[str]], monkeypatch: pytest.MonkeyPatch
+def test_frequencies_are_kept_one_by_one_and_computed_again_where_damaged(
+    folder: Path, solved: Callable[..., list[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What was computed before an interruption stays; another table computes what it has more."""
     with monkeypatch.context() as patch:
         patch.setattr(Flow, "lasting", 2)
         with pytest.raises(KeyboardInterrupt):
             solved(0.1, 0.2, 0.3)
-    part = "potential flow: coefficients of {} frequencies taken from the cache"
-    one, two = "potential flow: frequency 1 of 2", "potential flow: frequency 2 of 2"
-    assert solved(0.1, 0.2, 0.3) == [part.format("2 of 4"), one, two]
+    assert solved(0.1, 0.2, 0.3)[0] == PART.format("2 of 4")
     assert solved(0.1, 0.2, 0.3, 0.4) == [
-        part.format("4 of 5"),
+        PART.format("4 of 5"),
         "potential flow: frequency 1 of 1",
         "warning: capytaine: coarse",
     ]
     assert solved(0.2, 0.4) == [FROM_CACHE, "warning: capytaine: coarse"]
-
-
-def test_what_is_damaged_is_computed_again_and_told(
-    folder: Path, solved: Callable[[], list[str]]
-) -> None:
-    solved()
-    assert solved() == [FROM_CACHE]
-    file = sorted(folder.iterdir())[0]
-    content = file.read_bytes()
-    file.write_bytes(content[:-20])
-    told = solved()
-    assert told[0].endswith(f"cannot be used and are computed again: {file} is damaged")
-    assert told[-1] == "potential flow: frequency 1 of 1"
-    assert file.read_bytes() == content
-    assert solved() == [FROM_CACHE]
+    for file in sorted(folder.iterdir()):
+        content = file.read_bytes()
+        file.write_bytes(content[:-20])
+        told = solved(0.1, 0.2, 0.3, 0.4)
+        assert f"cannot be used and are computed again: {file} is damaged" in told[0]
+        assert file.read_bytes() == content
     file.unlink()
     file.mkdir()  # neither to be read nor to be replaced
-    told = solved()
-    assert "cannot be used and are computed again" in told[0]
-    assert "the coefficients are not cached" in told[-1]
+    assert any("the coefficients are not cached" in line for line in solved(0.1, 0.2, 0.3, 0.4))
 
 
 def test_a_memory_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:

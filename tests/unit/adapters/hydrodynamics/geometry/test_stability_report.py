@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import mesh_writers
-from support.command_line import BUOY, PENDULUM, refused
 
 from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig, Sphere
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
@@ -109,19 +108,3 @@ def test_a_mesh_reaches_above_the_water(tmp_path: Path) -> None:
         exact = math.sin(phi) * (math.tan(phi) ** 2 - 1) / 6
         assert arms[angle] == pytest.approx(exact, abs=1e-6)
     assert arms[90] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_a_body_that_capsizes(tmp_path: Path) -> None:
-    shape = {"cylinder": {"radius": 1, "draft": 8, "freeboard": 1}}
-    (found,), said = report({"pole": {"shape": shape, "center_of_gravity": [0, 0, -1]}}, tmp_path)
-    assert found.rest is None
-    assert "capsizes: no stable pose within 60 deg" in said
-
-
-def test_refusals(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "for systems with a component in water" in refused(
-        capsys, "info", PENDULUM, "--stability"
-    )
-    picture = tmp_path / "a.png"
-    said = refused(capsys, "info", BUOY, "--stability", "--output-file", picture)
-    assert "no righting arms to draw" in said

@@ -151,16 +151,6 @@ def test_two_bodies_have_capytaines_coefficients(two: Solved) -> None:
     assert np.abs(added[:6, 6:]).max() > 1e-3 * np.abs(added).max()
 
 
-def test_a_submerged_body_has_buoyancy_and_no_waterplane(two: Solved) -> None:
-    found = two[2]
-    own = found.own(1)
-    stiffness, buoyancy = found.hydrostatic_stiffness[own, own], found.buoyancy[own]
-    assert np.abs(stiffness[2]).max() < 1e-6 * buoyancy[2]  # heave changes nothing
-    arm = buoyancy[4] / -buoyancy[2]  # the centre of buoyancy is 0.2 m ahead
-    assert arm == pytest.approx(0.2, abs=0.01)
-    assert stiffness[3, 5] == pytest.approx(-buoyancy[2] * arm, rel=0.05)
-
-
 def smooth(found: Coefficients) -> Coefficients:
     """The same with a memory K = 0.5 A∞ jω/(ω₀² − ω² + jω ω₀), which couples all motions.
 

@@ -16,7 +16,7 @@ from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
 from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
-from m4e_adapters.hydrodynamics.pressure.incident_waves import BLOCK, IncidentWaves, cosine
+from m4e_adapters.hydrodynamics.pressure.incident_waves import BLOCK, IncidentWaves
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmus import hull_pressure
@@ -109,12 +109,6 @@ def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
         assert abyss[name] == pytest.approx(deep[name], rel=1e-8)
     with pytest.raises(ValueError, match="no finite pressure"):
         outputs.at({**pose, "float.z": math.nan}, 34.0)
-
-
-def test_cosines_of_turns() -> None:
-    turns = np.concatenate([np.linspace(-3.0, 3.0, 10_001), np.arange(-40, 41) / 8])
-    exact = np.cos(2 * np.pi * np.remainder(turns, 1.0))
-    np.testing.assert_allclose(cosine(turns.copy()), exact, rtol=0, atol=5e-15)
 
 
 @pytest.mark.parametrize("depth", [20.0, math.inf])

@@ -13,7 +13,7 @@ from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
-from m4e_adapters.hydrodynamics.seas.systems import PERIODS, WaveSystem
+from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation, wavenumber
 from m4e_adapters.hydrodynamics.seas.waves import recorded_wavenumber, relative_spectrum
 from m4e_adapters.sea import SeaConfig
@@ -176,23 +176,6 @@ def test_spreading_leaves_frequencies_and_phases() -> None:
     assert len(np.unique(short.omega)) == len(np.unique(short.direction)) == 300
 
 
-def test_random_amplitudes_are_rayleighs_and_those_of_the_seed() -> None:
-    """Squares over the fixed ones are exponential: mean 1 ± 5/√900, variance 1."""
-    ratios = []
-    for seed in (1, 2, 3):
-        fixed, random = (
-            components(Jonswap.model_validate(
-                {"spectrum": "jonswap", **WIND, "seed": seed, "amplitudes": how}
-            ))
-            for how in ("fixed", "random")
-        )  # fmt: skip
-        ratios.append((random.amplitude / fixed.amplitude) ** 2)
-        np.testing.assert_array_equal(random.phase, fixed.phase)
-    found = np.concatenate(ratios)
-    assert found.mean() == pytest.approx(1.0, abs=5 / math.sqrt(900))
-    assert found.var() == pytest.approx(1.0, abs=5 * math.sqrt(8 / 900))
-
-
 def test_parameters_of_one_system_keep_their_names_and_several_are_numbered() -> None:
     one = Regular(spectrum="regular", height=1.0, period=12.0)
     two = Jonswap.model_validate({"spectrum": "jonswap", **WIND, "components": 10})
@@ -226,13 +209,3 @@ def test_doubts_follow_the_values_of_parameters() -> None:
     assert wave.doubts({}) == []
     (told,) = wave.doubts({"wave.period": 2.0})
     assert "waves of a period of 2 s break" in told
-
-
-def test_another_peak_period_keeps_the_frequencies() -> None:
-    (system,) = systems(Jonswap(spectrum="jonswap", **WIND))
-    longest = PERIODS[1] * 8.0
-    omega, amplitudes, _ = system.known({"wave.peak_period": longest})
-    np.testing.assert_array_equal(omega, system.omega)
-    assert 4 * math.sqrt(0.5 * float(amplitudes @ amplitudes)) == pytest.approx(2.5)
-    peak = omega[np.argmax(amplitudes**2 / np.gradient(omega))]
-    assert 2 * math.pi / peak == pytest.approx(longest, rel=0.1)
