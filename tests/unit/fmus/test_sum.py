@@ -48,19 +48,6 @@ def test_sums(keys: dict, inputs: str, sums: str, values: tuple, expected: list[
     assert load_python(total).outputs(0.0, [], [*map(float, values)], parameters, []) == expected
 
 
-def test_several_sources_in_other_units(tmp_path: Path) -> None:
-    def source(name: str, unit: str, value: float) -> Component:
-        signals = {"f": {"unit": unit, "values": [value, value]}}
-        return Component(name, Kind("table", table.Config(times=[0, 1], signals=signals)))  # pyright: ignore
-
-    both = Component("both", Kind("sum", Config(inputs=["wind", "drag"], unit="kN")))  # pyright: ignore
-    parts = (source("wind", "N", 1500.0), source("drag", "kN", -0.25), both)
-    links = ("wind.f -> both.wind", "drag.f -> both.drag")
-    system = System("s", parts, links, Simulation(1.0, 0.5))
-    outcome = run(prepare(system, build_directory=tmp_path), results=tmp_path / "r.nc")
-    assert outcome.results()["both.sum"].values == pytest.approx([1.25] * 3, rel=1e-15)
-
-
 @pytest.mark.parametrize("algorithm", ["jacobi", "implicit"])
 def test_a_tunable_parameter_follows_an_output(algorithm: str, tmp_path: Path) -> None:
     """With y the sum of 2 x, x = 3, whose factor a table raises from 2 to 7 at 0.5 s."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,6 @@ from m4e_fmi.cosim import Component, Kind, Simulation, System, prepare, run
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
-from m4e_fmi.report import run_summary
 from m4e_fmus.table import Config, make
 
 TIMES = [0.0, 1.0, 1.0, 3.0]
@@ -93,17 +91,6 @@ def test_columns_of_a_file(tmp_path: Path) -> None:
     table = program(tmp_path, file="wind.csv", time="t", signals=signals)
     assert outputs(table, 1.0) == {"speed": 3.5, "direction": 15.0}
     assert table.outputs[1].unit == "deg"
-
-
-def test_powers_in_other_units_than_watts_have_means(tmp_path: Path) -> None:
-    units = {"a": "kW", "b": "MW", "c": "N.m/s", "d": "N.m.rad/s", "e": "W", "f": "J", "g": "1"}
-    signals = {name: {"unit": unit, "values": [1.0, 3.0]} for name, unit in units.items()}
-    config = Config(times=(0.0, 1.0), signals=signals)  # pyright: ignore
-    system = System("s", (Component("t", Kind("table", config)),), (), Simulation(1.0, 0.1))
-    outcome = run(system, results=tmp_path / "s.nc", build_directory=tmp_path)
-    told = re.findall(r"mean power (\S+ \S+) over 1 s \(t\.(\w)\)", run_summary(outcome))
-    expected = {"a": "2.000 kW", "b": "2.000 MW", "c": "2.000 W", "d": "2.000 W", "e": "2.000 W"}
-    assert {name: power for power, name in told} == expected
 
 
 @pytest.mark.parametrize("native", [True, False])

@@ -16,7 +16,8 @@ from m4e_adapters.moordyn.ready_files.sections import tables
 from m4e_fmi.files.document import Document
 from m4e_fmus import mooring as mooring_kind
 
-CASE1 = Path(__file__).parents[3] / "data" / "moordyn" / "moorpy_case1.dat"
+DATA = Path(__file__).parents[3] / "data" / "moordyn"
+CASE1 = DATA / "moorpy_case1.dat"
 PRECISE = """\
 water: {density: 1025.0123456789012, depth: 200.1, gravity: 9.812345678901234}
 line_types:
@@ -125,39 +126,7 @@ def test_fairleads_of_a_ready_file_get_names_and_places(tmp_path: Path) -> None:
     assert json.loads(source.data["mooring.json"])["drawn"] == [["bow", 1.0, -3.0]]
 
 
-CAN = """\
-a free body with a rod
------ LINE TYPES -----
-name d m EA BA EI Cd Ca CdAx CaAx
-- - - - - - - - - -
-rope 0.1 20 2e7 -0.8 0 1.2 1 0.1 0
------ ROD TYPES -----
-name d m Cd Ca CdEnd CaEnd
-- - - - - - -
-can 2.5 900 0.6 1.1 1.3 1.4
------ BODIES -----
-id type x y z r p y m cg i v cda ca
-- - - - - - - - - - - - - -
-1 Free 3 0.5 -4 10 20 30 5e3 0|0|-1 7e4|8e4|9e4 6 11|12 1.5
------ RODS -----
-id type to xa ya za xb yb zb n out
-- - - - - - - - - - -
-1 can Body1 0.1 0.2 -2.2 0.3 0.4 2.1 3e0 p
------ POINTS -----
-id type x y z m v cda ca
-- - - - - - - - -
-1 Fixed -60 1 -80 0 0 0 0
-2 Coupled 9 1 -12 0 0 0 0
------ LINES -----
-id type a b length n out
-- - - - - - -
-1 rope 1 R1A 75 8 -
-2 rope R1B 2 40 6 p
------ OPTIONS -----
-80 WtrDpth
-5e-4 dtM
-5e-4 DT
-"""
+CAN = (DATA / "free_body_with_rod.txt").read_text("utf-8")
 
 
 def test_numbers_are_written_as_moordyn_reads_them(tmp_path: Path) -> None:
@@ -169,43 +138,7 @@ def test_numbers_are_written_as_moordyn_reads_them(tmp_path: Path) -> None:
     assert (made.time_step, steps) == (0.0005, [("0.0005", "dtM")])
 
 
-PUBLISHED = """\
-three lines of a body, two of them by buoys
-Echo true
-------------------------- LINE TYPES --------------------------------------------------
-LineType  Diam    MassDenInAir    EA       BA/-zeta    EI    Cd  Ca  CdAx CaAx
-(-)       (m)       (kg/m)        (N)      (Pa-s/-)  (n-m^2) (-)   (-)  (-)   (-)
-chain\t0.1 60 2e8 -0.8 0 1.2 1.0 0.1 0
----------------------------- BODIES -----------------------------------------------------
-ID   Attachment  X0  Y0  Z0  r0  p0  y0  Mass  CG*   I*  Volume   CdA*   Ca
-(#)     (-)      (m) (m) (m) (deg) (deg) (deg) (kg) (m) (kg-m^2) (m^3) (m^2)  (-)
-1  Vessel   4 1 -6   20 30 -50    0 0|0|-1 0|0|0 0 0 0
----------------------- POINT PROPERTIES -----------------------------------------
-ID      Attachment    X      Y     Z            Mass   Volume     CdA     CA
-(#)     (word/ID)    (m)    (m)   (m)           (kg)   (m^3)      (m^2)   (-)
-1    body1     -3.0  0.5  1.5     0 0 0 0
-2    Anchor    -90.0  0  -40.00   0 0 0 0
-3    Body1     2.0  -1 0     0 0 0 0
-4    Fix       70.0 60   -40.0    0 0 0 0
-5    Connect   -30.0 0 -12   500 2.0 10 20 30 1 1
-6    Vessel    5 0 -7  0 0 0 0
----------------------- LINES -----------------------------------------------------
-ID     LineType  AttachA  AttachB  UnstrLen     NumSegs   LineOutputs
-(#)      (-)       (#)      (#)       (m)         (-)       (-)
-1        chain     2         5        72          6        tp
-2        chain     Point5    P1       30          3        -
-3        chain     4         3        105         6        pt
-4        chain     4         6        100         6        pt
----------------------- SOLVER OPTIONS-----------------------------------------
-0.0005   dt           - time step to use in mooring integration
-@
-40       WtrDpth      - water depth
-5.0      ICDfac       - factor
-0.01     ICthresh
-100      ICTmax
-2        writeLog     - Write a log file
--------------------------- OUTPUTS --------------------------------
-FairTen1 FairTen2 Point2px"""  # nothing closes the last section
+PUBLISHED = (DATA / "lines_of_a_vessel.txt").read_text("utf-8")
 
 
 def published(folder: Path, option: str = "0 WaveKin", step: str = "0.0005 dt") -> Mooring:

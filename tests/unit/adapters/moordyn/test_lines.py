@@ -226,12 +226,3 @@ def test_failures_say_what_when_and_what_to_do() -> None:
         wrong.start([(1.0, -101.0)], [(0.0, 0.0)])
     assert "Unrecognized line type rode" in str(caught.value)
     assert not wrong.running
-
-
-def test_what_moordyn_warns_of_at_the_start_is_told() -> None:
-    made = mooring_of(ROPE)
-    text = made.text.replace(" tScheme", " tScheme\n1 unknown\n")
-    lines = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
-    lines.start([(0.0, -100.5)], [(0.0, 0.0)])
-    lines.close()
-    assert lines.warnings == ["MoorDyn: Warning: Unrecognized option 'unknown'"]

@@ -9,7 +9,7 @@ from support.lines_in_waves import line_system, mooring_of, started
 
 from m4e_adapters.moordyn import MooringConfig, ready_mooring
 from m4e_adapters.moordyn.placement import misplaced
-from m4e_adapters.moordyn.rest import longer_search, too_long
+from m4e_adapters.moordyn.rest import too_long
 from m4e_adapters.moordyn.statics import Net
 from m4e_fmi.files.document import Document
 from m4e_fmus.mooring import make
@@ -148,18 +148,6 @@ def test_room_for_a_line_that_floats_is_up_or_down_to_the_surface() -> None:
     assert "1 m more than there is room for" in text
 
 
-@pytest.mark.parametrize(
-    ("options", "advice"),
-    [
-        ("1e-6 threshIC\n100 TmaxIC\n", "give MoorDyn a smaller threshIC"),
-        ("1e-6 ICthresh\n1000 TmaxIC\n", "try MoorDyn's other method (1 ICgenDynamic"),
-        ("1 ICgenDynamic\n1e-4 threshIC\n", "start the run before"),
-    ],
-)
-def test_a_remedy_that_was_followed_is_not_given_again(options: str, advice: str) -> None:
-    assert longer_search("--- OPTIONS ---\n" + options).startswith(advice)
-
-
 DRAWN = [("bow", 30.0, -5.0), ("stern", -30.0, -5.0), ("side", 0.0, -15.0)]
 THERE = [(30.0, -5.0), (-30.0, -5.0), (0.0, -15.0)]
 
@@ -186,32 +174,8 @@ def test_fairleads_elsewhere_than_in_the_file_are_told(position: list, told: lis
         assert all(part in text for part in parts), text
 
 
-BUOY = """\
-a buoy between two lines
------ LINE TYPES -----
-name d m EA BA EI Cd Ca CdAx CaAx
-- - - - - - - - - -
-main 0.1 150 1e9 -1 0 1.2 1 0 0
------ POINTS -----
-id type x y z m v cda ca
-- - - - - - - - -
-1 Fixed 0 0 -200 0 0 0 0
-2 Free 50 0 -20 2000 40 5 0.5
-3 Coupled 100 0 -10 0 0 0 0
------ LINES -----
-id type a b length n out
-- - - - - - -
-1 main 1 2 240 20 -
-2 main 2 3 80 10 -
------ OPTIONS -----
-200 WtrDpth
------
-"""
-
-
-def test_a_buoy_above_the_water_is_told_at_the_start_and_when_it_rises(tmp_path: Path) -> None:
-    path = tmp_path / "lines.txt"
-    path.write_text(BUOY)
+def test_a_buoy_above_the_water_is_told_at_the_start_and_when_it_rises() -> None:
+    path = Path(__file__).parents[3] / "data" / "moordyn" / "buoy_between_lines.txt"
     lines = started(ready_mooring(path, fairleads={}))
     (told,) = lines.warnings
     assert "free point 2 is at z = +11.2 m, above the water" in told

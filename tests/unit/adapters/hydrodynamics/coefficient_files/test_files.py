@@ -90,15 +90,6 @@ def test_wrong_datasets(
     assert caught.value.problems[0].keys == ("coefficients",)
 
 
-@pytest.mark.parametrize("text", [BALL, HINGED])
-def test_a_file_that_is_cut_off(folder: Path, text: str) -> None:
-    path = folder / text.split()[1].rstrip(",")
-    path.chmod(0o644)
-    path.write_bytes(path.read_bytes()[:20_000])
-    with pytest.raises(InputError, match=f"{path.name}.* damaged"):
-        checked_program(text, folder)
-
-
 def test_frequencies_are_sorted_and_nan_left_out(folder: Path) -> None:
     good, told = of(HINGED, folder)
     assert any("without complete data: 0.04 rad/s" in line for line in told)
@@ -189,22 +180,6 @@ def test_bodies_by_name_in_another_order_and_without_each_other(folder: Path) ->
     assert not apart.added_mass_inf[2, 8]
     assert not apart.radiation_damping[:, 8, 2].any()
     assert apart.added_mass_inf[2, 2] == straight.added_mass_inf[2, 2]
-
-
-def test_single_directions_in_space(folder: Path) -> None:
-    """The flap's data are for ten directions: these can be used, and stay."""
-    text = HINGED.replace("[0, -3.9]", "[0, 0, -3.9]").replace("{coeff", "{dimensions: 3, coeff")
-    waves = "{spectrum: regular, height: 1, period: 8, direction: 40}"
-    text = f"{text[:-1]}, heading: 10, waves: {waves}}}"
-    found, _ = of(text, folder)
-    assert found.of_single_directions
-    assert found.towards(30.0).wave_direction == 30.0
-    program = checked_program(text, folder)
-    limits = {v.name: (v.minimum, v.maximum, v.start) for v in program.parameters}
-    for name, angle in (("wave.direction", 40.0), ("heading", 10.0)):
-        assert limits[name] == pytest.approx((np.radians(angle),) * 3)
-    with pytest.raises(InputError, match=r"at 0, 10, 20, .* not at 45 deg"):
-        found.towards(45.0)
 
 
 def test_added_mass_at_infinity_by_causality() -> None:

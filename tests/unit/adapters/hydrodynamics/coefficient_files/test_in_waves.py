@@ -111,12 +111,3 @@ def test_drift_has_centre_and_water_of_the_file(folder: Path) -> None:
     text = BALL + f"waves: {wave(7, 0)}\n"
     drift = at(program(text, folder), 50.0, "drift_force_x")["ball.drift_force_x"]
     assert drift == pytest.approx(1e4 * 1000.0 * 9.81 / (RHO * G), rel=1e-6)
-
-
-def test_parts_of_the_excitation(folder: Path) -> None:
-    """A file has the whole: none at all is no part of it."""
-    text = FLAP_IN_SPACE + f"waves: {wave(8, 40)}\n"
-    none = text.replace("tion: none", "tion: none, froude_krylov: none, diffraction: none")
-    found = program(none, folder)
-    assert at(found, 3.0, "wave.elevation")["wave.elevation"] != 0
-    assert not at(found, 3.0, "excitation_")

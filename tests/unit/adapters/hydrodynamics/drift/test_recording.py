@@ -114,15 +114,6 @@ def test_a_regular_wave_makes_its_mean_drift(period: float) -> None:
     assert found["float.force_x"] == pytest.approx(expected, rel=1e-6)
 
 
-def test_waves_to_the_other_side() -> None:
-    coefficients = calm(("float",))
-    object.__setattr__(coefficients, "wave_direction", 180.0)
-    wave = WAVE.model_copy(update={"direction": 180.0})
-    program = hydrodynamics_program(coefficients, waves=wave, drift={"float": plane()})
-    expected = -(0.8**2) * np.interp(2.0 * math.pi / 7.0, KNOTS, surge(KNOTS))
-    assert series(program, TIMES)["float.drift_force_x"] == pytest.approx(expected, rel=1e-6)
-
-
 def test_the_ramp_counts_twice() -> None:
     program = load(plane(), WAVE.model_copy(update={"ramp_time": 10.0}))
     found = series(program, np.array([0.0, 2.5, 5.0, 10.0, 20.0]))["float.drift_force_x"]

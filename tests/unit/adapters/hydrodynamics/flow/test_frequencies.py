@@ -100,13 +100,6 @@ def test_too_few_frequencies_are_told_with_a_number_that_works(more: dict[str, f
     assert counted(enough - 1, **more) is not None
 
 
-def test_frequencies_that_begin_too_high_are_told() -> None:
-    problem = counted(12, minimum=3.5, maximum=8.0)
-    assert problem is not None
-    assert "leave out frequencies.minimum" in problem.remedy
-    assert "0 of the 12 frequencies" in problem.message
-
-
 def coarse(needed: float) -> list[str]:
     """Warnings of a barge of 100 m beside a buoy of 1 m, with waves up to `needed` [rad/s]."""
     shapes: dict[str, tuple[float, dict[str, Any]]] = {

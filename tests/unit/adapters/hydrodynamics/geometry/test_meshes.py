@@ -61,39 +61,9 @@ def test_every_format_is_read_panel_by_panel(name: str, tmp_path: Path) -> None:
         assert water.center_of_buoyancy == pytest.approx(center, abs=1e-5)
 
 
-MANUAL = """\
-$MeshFormat
-4.1 0 8     MSH4.1, ASCII
-$EndMeshFormat
-$Nodes
-1 6 1 6     1 entity bloc, 6 nodes total, min/max node tags: 1 and 6
-2 1 0 6     2D entity (surface) 1, no parametric coordinates, 6 nodes
-1
-2
-3
-4
-5
-6
-0. 0. 0.
-1. 0. 0.
-1. 1. 0.
-0. 1. 0.
-2. 0. 0.
-2. 1. 0.
-$EndNodes
-$Elements
-1 2 1 2     1 entity bloc, 2 elements total, min/max element tags: 1 and 2
-2 1 3 2     2D entity (surface) 1, element type 3 (4-node quad), 2 elements
-1 1 2 3 4
-2 2 5 6 3
-$EndElements
-"""
-
-
-def test_the_example_of_gmshs_manual(tmp_path: Path) -> None:
+def test_the_example_of_gmshs_manual() -> None:
     """Gmsh's reference manual, MSH file format: two squares side by side."""
-    (tmp_path / "a.msh").write_text(MANUAL)
-    found = read_mesh(tmp_path / "a.msh")
+    found = read_mesh(Path(__file__).parents[4] / "data" / "hydrodynamics" / "gmsh_manual.msh")
     np.testing.assert_array_equal(found.centers, [[0.5, 0.5, 0.0], [1.5, 0.5, 0.0]])
 
 

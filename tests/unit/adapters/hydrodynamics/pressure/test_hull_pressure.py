@@ -17,6 +17,7 @@ from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
 from m4e_adapters.hydrodynamics.pressure.incident_waves import BLOCK, IncidentWaves
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow, wavenumber
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmus import hull_pressure
@@ -112,30 +113,22 @@ def test_outputs_of_the_fmu_and_what_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("depth", [20.0, math.inf])
-def test_heads_of_many_points_are_those_of_each(depth: float) -> None:
-    """Points in several blocks, of many components."""
-    rng = np.random.default_rng(3)
-    count = 200
+def test_heads_of_many_points_are_those_of_the_kinematics(depth: float) -> None:
+    """Points in several blocks, of many components, with Wheeler's stretching."""
+    rng, count = np.random.default_rng(3), 200
+    omega, amplitude = np.linspace(0.4, 3.0, count), rng.uniform(0.0, 0.05, count)
+    phase, direction = rng.uniform(0.0, 6.0, (2, count))
     data = {
-        "omega": rng.uniform(0.4, 3.0, count), "wavenumber": rng.uniform(0.05, 0.9, count),
-        "amplitude": rng.uniform(0.0, 0.05, count), "phase": rng.uniform(0.0, 6.0, count),
-        "direction": rng.uniform(0.0, 6.0, count), "ramp_time": np.zeros(count), "depth": depth,
+        "omega": omega, "wavenumber": wavenumber(omega, depth=depth, gravity=9.81),
+        "amplitude": amplitude, "phase": phase, "direction": direction,
+        "ramp_time": np.zeros(count),
     }  # fmt: skip
-    waves = IncidentWaves({k: v if k == "depth" else v.tolist() for k, v in data.items()})
+    waves = IncidentWaves({k: v.tolist() for k, v in data.items()} | {"depth": depth})
     points = rng.uniform((-30, -30, -10), (30, 30, 1), (BLOCK // count * 2 + 7, 3))
     head, level = waves.head(points, 77.7)
-    for k in range(0, len(points), 13):
-        x, y, z = points[k]
-        way = x * np.cos(data["direction"]) + y * np.sin(data["direction"])
-        angle = data["omega"] * 77.7 + data["phase"] - data["wavenumber"] * way
-        eta = data["amplitude"] @ np.cos(angle)
-        assert level[k] == pytest.approx(eta, abs=1e-12)
-        if z >= eta:
-            assert head[k] == pytest.approx(eta - z, abs=1e-12)
-            continue
-        if math.isinf(depth):
-            decay = np.exp(data["wavenumber"] * (z - eta))
-        else:
-            up = depth + (z - eta) * depth / (depth + eta)
-            decay = np.cosh(data["wavenumber"] * up) / np.cosh(data["wavenumber"] * depth)
-        assert head[k] == pytest.approx((data["amplitude"] * decay) @ np.cos(angle) - z, abs=1e-12)
+    known = Components(omega, amplitude, phase, direction, depth=depth)
+    water = flow(known, 77.7, points, stretching="wheeler")
+    assert level == pytest.approx(water.elevation, abs=1e-12)
+    wet = points[:, 2] < level
+    assert head[wet] == pytest.approx((water.head - points[:, 2])[wet], abs=1e-12)
+    assert head[~wet] == pytest.approx((level - points[:, 2])[~wet], abs=1e-12)

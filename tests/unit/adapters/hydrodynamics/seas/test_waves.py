@@ -29,13 +29,6 @@ def test_dispersion_is_solved_to_rounding(depth: float) -> None:
     np.testing.assert_allclose(back, omega, rtol=1e-13, atol=1e-300)
 
 
-def test_long_waves_travel_at_the_speed_of_shallow_water() -> None:
-    omega = np.array([1e-4])
-    k = wavenumber(omega, depth=10.0, gravity=9.81)
-    # relative deviation (k h)²/6, k h = 1e-4
-    assert (omega / k)[0] == pytest.approx(math.sqrt(9.81 * 10.0), rel=1e-8)
-
-
 def test_pierson_moskowitz_integrates_to_its_closed_form() -> None:
     # ∫ r⁻⁵ exp(−1.25 r⁻⁴) dr = 1/5
     ratio = np.linspace(0.2, 60.0, 400_001)
