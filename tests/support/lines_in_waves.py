@@ -12,6 +12,18 @@ from m4e_adapters.moordyn.water_course import WaterCourse
 from m4e_fmi.files.document import Document
 from m4e_fmi.program.python_form import load_python
 
+ROPE = """\
+water: {density: 0, depth: 1000}
+line_types:
+  rope: {diameter: 1.0e-3, mass_per_length: 1.0e-3, axial_stiffness: 1.0e+9, axial_damping: 0,
+         drag_coefficient: 0, added_mass_coefficient: 0}
+anchors: {top: [0, 0]}
+fairleads: [bob]
+lines:
+  rope: {type: rope, from: top, to: bob, unstretched_length: 100.5, segments: 1}
+"""
+"""One segment that hangs from the origin, 1e9 N stiff."""
+
 
 def course(made: Mooring, *, in_space: bool) -> WaterCourse | None:
     """The motion of the water around these lines; None if it stands still."""

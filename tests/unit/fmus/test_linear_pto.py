@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from support.programs import Evaluated
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
 from m4e_fmi.program import Program
-from m4e_fmi.program.python_form import load_python
 
 
 def program(**changes) -> Program:
@@ -14,10 +14,11 @@ def program(**changes) -> Program:
 
 
 def outputs(pto: Program, motion: tuple, energy: float = 0.0) -> dict[str, float]:
-    form = load_python(pto)
-    p = [v.start for v in pto.parameters]
-    found = form.outputs(0.0, [energy], list(motion), p, form.constants(p))
-    return dict(zip([v.name for v in pto.outputs], found, strict=True))
+    return Evaluated(pto).outputs({"energy": energy, **moved(pto, motion)})
+
+
+def moved(pto: Program, motion: tuple) -> dict[str, float]:
+    return dict(zip(order(pto), motion, strict=True))
 
 
 def order(pto: Program) -> list[str]:
@@ -75,12 +76,9 @@ def test_a_damper_opposes_motion_along_the_line_only_and_absorbs_what_the_body_g
 
 
 def test_energy_is_the_integral_of_power():
-    pto = program(damping=7.0)
-    form = load_python(pto)
-    p = [v.start for v in pto.parameters]
-    motion = [7.0, 2.0, -42.0, 3.0]
-    (rate,) = form.rates(0.0, [123.0], motion, p, form.constants(p))
-    assert rate == pytest.approx(outputs(pto, tuple(motion))["power"])
+    pto, motion = program(damping=7.0), (7.0, 2.0, -42.0, 3.0)
+    rates = Evaluated(pto).rates({"energy": 123.0, **moved(pto, motion)})
+    assert rates["energy"] == pytest.approx(outputs(pto, motion)["power"])
 
 
 def test_the_rest_length_follows_from_where_the_point_is_at_rest():

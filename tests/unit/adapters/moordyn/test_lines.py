@@ -6,22 +6,12 @@ import os
 import sys
 
 import pytest
-from support.lines_in_waves import line_system, mooring_of
+from support.lines_in_waves import ROPE, line_system, mooring_of
 
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.moordyn_system import MooringError
 
 STIFFNESS, LENGTH = 1e9, 100.5
-ROPE = """\
-water: {density: 0, depth: 1000}
-line_types:
-  rope: {diameter: 1.0e-3, mass_per_length: 1.0e-3, axial_stiffness: 1.0e+9, axial_damping: 0,
-         drag_coefficient: 0, added_mass_coefficient: 0}
-anchors: {top: [0, 0]}
-fairleads: [bob]
-lines:
-  rope: {type: rope, from: top, to: bob, unstretched_length: 100.5, segments: 1}
-"""
 HALF_WEIGHT = 1e-3 * LENGTH / 2 * 9.80665
 CHAIN = """\
 water: {density: 1025, depth: 60}

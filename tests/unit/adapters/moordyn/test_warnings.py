@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.lines_in_waves import line_system, mooring_of, started
+from support.lines_in_waves import ROPE, line_system, mooring_of, started
 
 from m4e_adapters.moordyn import MooringConfig, ready_mooring
 from m4e_adapters.moordyn.placement import misplaced
@@ -93,18 +93,6 @@ def test_a_start_that_cannot_be_meant_is_told(
     lines.close()
     assert len(lines.warnings) == bool(told), lines.warnings
     assert all(told in text for text in lines.warnings)
-
-
-ROPE = """\
-water: {density: 0, depth: 1000}
-line_types:
-  rope: {diameter: 1.0e-3, mass_per_length: 1.0e-3, axial_stiffness: 1.0e+9, axial_damping: 0,
-         drag_coefficient: 0, added_mass_coefficient: 0}
-anchors: {top: [0, 0]}
-fairleads: [bob]
-lines:
-  rope: {type: rope, from: top, to: bob, unstretched_length: 100.5, segments: 1}
-"""
 
 
 @pytest.mark.parametrize(

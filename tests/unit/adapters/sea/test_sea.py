@@ -125,12 +125,10 @@ def test_still_water_is_at_rest() -> None:
 
 def test_the_ramp_multiplies_all() -> None:
     text = (
-        "waves: {spectrum: regular, height: 1, period: 6, ramp_time: RAMP}\npoints: {p: [3, 0]}\n"
+        "waves: {{spectrum: regular, height: 1, period: 6, ramp_time: {}}}\npoints: {{p: [3, 0]}}\n"
     )
-    full = outputs(program(text.replace("RAMP", "0")), 2.0)
-    half = outputs(program(text.replace("RAMP", "4")), 2.0)
-    assert half["p.elevation"] == pytest.approx(0.5 * full["p.elevation"], rel=1e-12)
-    assert half["p.elevation"] != 0.0
+    full, half = (outputs(program(text.format(ramp)), 2.0)["p.elevation"] for ramp in (0, 4))
+    assert half == pytest.approx(0.5 * full, rel=1e-12) != 0.0
 
 
 @pytest.mark.parametrize("depth", [30.0, math.inf])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -154,18 +153,6 @@ def test_a_file_about_another_centre_of_gravity(folder: Path) -> None:
     change = lower.hydrostatic_stiffness[3, 3] - own.hydrostatic_stiffness[3, 3]
     assert change == pytest.approx(0.5 * volume, rel=1e-6)
     assert any("the file's centre of gravity, and moved" in line for line in told)
-
-
-def test_no_stiffness_in_heave(folder: Path) -> None:
-    heave = (["3", "3"], ["9", "9"])
-    changed(
-        folder / "rm3.hst",
-        lambda rows: [
-            " ".join([*r.split()[:2], "0.0"]) if r.split()[:2] in heave else r for r in rows
-        ],
-    )
-    _, told = of(RM3, folder)
-    assert any(re.search(r"warning: .*float: the heave .* as of a body in the", t) for t in told)
 
 
 def test_bodies_by_name_in_another_order_and_without_each_other(folder: Path) -> None:

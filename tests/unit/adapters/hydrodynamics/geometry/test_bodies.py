@@ -14,13 +14,12 @@ from support import mesh_writers
 from support.hulls import checked_program, configured, doubts, hull, hulls, silent
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.config import Box, Cylinder, Sphere, Water
+from m4e_adapters.hydrodynamics.config import Box, Cylinder, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.clearance import narrowest_gap, overlap
-from m4e_adapters.hydrodynamics.geometry.contact import SlidingError, common_walls
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels, sphere_panels
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
 from m4e_fmi.errors import InputError
 
 BOX = {"length": 6.0, "width": 4.0, "draft": 2.0}
@@ -181,12 +180,6 @@ def test_bodies_that_overlap_beside_their_wall_are_refused(tmp_path: Path) -> No
     bodies["box"]["shape"]["box"] = {**BOX, "center_x": -0.01}  # the wall is still in common
     (tmp_path / "two.gdf").write_text(mesh_writers.gdf(beside))
     assert all(made.dry is not None for made in hulls({"bodies": bodies}, tmp_path))
-
-
-def test_a_wall_that_faces_all_ways_holds_the_bodies() -> None:
-    ball = sphere_panels(Sphere(radius=2.0, center_z=-5.0), 100)
-    with pytest.raises(SlidingError, match="faces all ways"):
-        common_walls(ball, ball.reversed, whole=(ball, ball.reversed))
 
 
 DEPTH = 8.0

@@ -56,16 +56,7 @@ def test_the_deck_edge_of_a_box() -> None:
     assert len(found.angles) == 41
 
 
-def test_a_box_on_its_side() -> None:
-    """At 90 deg the same box has its length and height in the water plane: B is on its axis."""
-    found = box((0.0, 1.0, -0.5)).arms([math.pi / 2])
-    # of 160 m3 a plate 20 m x 5 m is 4.8 m deep; B is in the middle of the height, z = -0.5
-    assert found.arms[0] == pytest.approx(-(-0.5 - -0.5), abs=ROUNDING)
-    up = box((0.0, 0.0, 0.2)).arms([math.pi / 2])
-    assert up.arms[0] == pytest.approx(-0.7, abs=ROUNDING)  # G is 0.7 m above it, beyond B
-
-
-@pytest.mark.parametrize("center_z", [0.0, -1.5, 2.0])
+@pytest.mark.parametrize("center_z", [-1.5, 2.0])
 def test_a_ball_turns_about_its_middle(center_z: float) -> None:
     """GZ = GM sin φ at any angle and draft; the error is of second order in the panels' size."""
     errors = []
@@ -91,7 +82,7 @@ def test_arms_are_the_slope_of_the_potential_energy() -> None:
     nodes, weights = np.polynomial.legendre.leggauss(3)
     for free in (False, True):
         start, end = 0.1, 1.1
-        edges = np.linspace(start, end, 26)
+        edges = np.linspace(start, end, 16)
         middles, halves = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
         angles = (middles[:, None] + halves[:, None] * nodes).ravel()
         found = hull.arms(angles.tolist(), free_trim=free)

@@ -12,7 +12,6 @@ import pytest
 from support import mesh_writers
 from support.hulls import configured, hull, silent
 
-from m4e_adapters.hydrodynamics.build import check_config
 from m4e_adapters.hydrodynamics.config import Body, Box, Water
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.checks import checked
@@ -139,27 +138,8 @@ def test_righting_arms_and_pressure_take_the_whole_union() -> None:
     assert volume == pytest.approx(math.pi * (16 * 21 + 81 * 3), rel=2e-4)
 
 
-def refused(folder: Path) -> list[str]:
-    config = configured(
-        {"bodies": {"a": {"shape": {"union": SPAR}, "center_of_gravity": [0, -1], "panels": 300}}}
-    )
-    with pytest.raises(InputError) as caught:
-        check_config(config, folder=folder)
-    return [f"{'.'.join(map(str, p.keys))}: {p.message}" for p in caught.value.problems]
-
-
-def test_where_no_even_panels_are_found_the_body_and_its_panels_are_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(remeshing, "TRIALS", 0)
-    told = "body 'a': no even panels were found on the union of shapes with about 300 panels"
-    assert refused(tmp_path) == [f"bodies.a.shape.union: {told}"]
-
-
 @pytest.mark.parametrize("library", ["manifold3d", "mmgpy"])
-def test_a_missing_library_is_named(
-    library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_missing_library_is_named(library: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    said = f"bodies.a.shape.union: a union of shapes needs the library {library}"
-    assert refused(tmp_path) == [said]
+    with pytest.raises(InputError, match=f"a union of shapes needs the library {library}"):
+        made(SPAR, 300)
