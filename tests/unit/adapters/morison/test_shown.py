@@ -30,18 +30,15 @@ def test_a_member_is_a_cylinder(ends: list[list[float]], tmp_path: Path) -> None
     assert np.sort(np.unique(along.round(9))) == pytest.approx([0.0, length])
 
 
-def test_members_are_on_their_body(tmp_path: Path) -> None:
-    scene = scene_without_build(load_system(floating_frame(tmp_path)))
+def test_members_are_on_their_body_beside_hulls(tmp_path: Path) -> None:
+    path = floating_frame(tmp_path)
+    scene = scene_without_build(load_system(path))
     assert scene is not None
     (body,) = [b for b in scene.bodies if b.name == "frame.frame"]
     (surface,) = body.surfaces
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     assert (low[2], high[2]) == pytest.approx((-4.0, 12.0))  # from the centre of gravity
     assert scene.water is not None
-
-
-def test_hull_and_members_are_shown_together(tmp_path: Path) -> None:
-    path = floating_frame(tmp_path)
     hull = (
         "  hull: {kind: hydrodynamics, dimensions: 3, bodies: {deck: "
         "{shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0, -6]}}}"
