@@ -61,20 +61,3 @@ def test_a_run_that_is_killed_and_goes_on_has_the_same_file(
     assert main(command(system, file, "--resume")[3:]) == 0
     assert re.search(r"the run goes on at t = [\d.]+ s", "".join(capsys.readouterr()))
     assert differences(plain, file) == []
-
-
-def test_mistakes_of_the_command_line(
-    system: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def refused(*more: str) -> str:
-        assert main(command(system, tmp_path / "results.nc", *more)[3:]) == 2
-        text = capsys.readouterr().err
-        assert "Traceback" not in text
-        return text
-
-    assert "results.nc.checkpoint: the checkpoint cannot be read: no such file" in refused(
-        "--resume"
-    )
-    assert "system.yaml: is not named as a checkpoint" in refused("--resume", str(system))
-    text = refused("--checkpoint-interval", "0")
-    assert "checkpoint_interval 0 s: expected a time above 0" in text

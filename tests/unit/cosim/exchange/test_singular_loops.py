@@ -1,4 +1,4 @@
-"""Algebraic loops without a single solution, which zeros solve, too."""
+"""Algebraic loops: through scaled connections, and without a single solution, which zeros solve."""
 
 from __future__ import annotations
 
@@ -7,17 +7,26 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.cosim import load_system, run
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
+from m4e_fmi.cosim.exchange.newton import TOLERANCE
 from m4e_fmi.errors import RunError
 
-TWO = """\
-name: two
-components:
-  a: {{fmu: {fmu}, start: {{gain: {a}}}}}
-  b: {{fmu: {fmu}, start: {{gain: {b}}}}}
-connections: [a.y -> b.u, b.y -> a.u]
-simulation: {{stop_time: 0.3, step_size: 0.1}}
-"""
+
+@pytest.mark.parametrize("options", ["+state", "+state+jacobian"])
+def test_an_algebraic_loop_through_scaled_connections_is_solved(
+    c_fmu: Callable[[str], Path], options: str
+) -> None:
+    """a.y = a.u + t, b.y = b.u + t with a.u = b.y/2 + 1 and b.u = a.y/2: a.y = 4/3 + 2 t."""
+    parts = tuple(Component(name, FmuFile(c_fmu(f"stage{options}"))) for name in "ab")
+    loop = ("b.y * 0.5 + 1 -> a.u", "a.y * 0.5 -> b.u")
+    seen: list[tuple[float, float, float]] = []
+    run(
+        System("loop", parts, loop, Simulation(0.4, 0.1, "implicit")),
+        observers=[lambda t, network: seen.append((t, network.read("a.y"), network.read("a.u")))],
+    )
+    for time, output, given in seen:
+        assert output == pytest.approx(4 / 3 + 2 * time, abs=10 * TOLERANCE)
+        assert given == pytest.approx(output - time, abs=1e-12)
 
 
 @pytest.mark.parametrize("model", ["stage", "stage+jacobian"])
@@ -27,13 +36,15 @@ simulation: {{stop_time: 0.3, step_size: 0.1}}
      (1.001, 1.0, False), (1e6, -1e-6, False)],
 )  # fmt: skip
 def test_a_loop_with_the_gain_1_is_refused(
-    c_fmu: Callable[[str], Path], tmp_path: Path, model: str, a: float, b: float, singular: bool
+    c_fmu: Callable[[str], Path], model: str, a: float, b: float, singular: bool
 ) -> None:
-    path = tmp_path / "system.yaml"
-    path.write_text(TWO.format(fmu=c_fmu(model), a=a, b=b), encoding="utf-8")
-    given, results = load_system(path), tmp_path / "r.nc"
-    if not singular:
-        run(given, results=results, build_directory=tmp_path)
-        return
-    with pytest.raises(RunError, match=r"the algebraic loop of .* is singular at t = 0 s"):
-        run(given, results=results, build_directory=tmp_path)
+    parts = tuple(
+        Component(name, FmuFile(c_fmu(model)), {"gain": gain})
+        for name, gain in (("a", a), ("b", b))
+    )
+    loop = System("two", parts, ("a.y -> b.u", "b.y -> a.u"), Simulation(0.3, 0.1))
+    if singular:
+        with pytest.raises(RunError, match=r"the algebraic loop of [ab]\.u.* is singular at t = 0"):
+            run(loop)
+    else:
+        run(loop)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import re
 import signal
 from pathlib import Path
 from typing import Any
@@ -25,54 +24,8 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.error_estimate.report import Trace
 from m4e_fmi.cosim.master.master import Observer
-from m4e_fmi.errors import RunError
 from m4e_fmi.report.text.summaries import run_summary
 from m4e_fmi.signals import Terminated
-
-ALGORITHM_NAMES = ("jacobi", "gauss_seidel", "corrector", "implicit")
-
-
-@pytest.mark.parametrize("algorithm", ALGORITHM_NAMES)
-@pytest.mark.parametrize(
-    ("what", "told"), [(2, "Discard"), (3, "Error"), (4, "Fatal"), (8, "inf"), (9, "nan")]
-)
-def test_a_failing_component_is_named_and_results_kept(
-    c_fmu: Fmus, tmp_path: Path, what: int, told: str, algorithm: str
-) -> None:
-    path = tmp_path / "r.nc"
-    start = {"pump": {"what": float(what), "when": 0.5}}
-    names = {"body": "mass+state", "pump": "rogue+state", "next": "stage+state"}
-    # one bond for the corrector to correct
-    names["spring"] = "spring+state"
-    links = ("pump.y -> next.u", "body.m <-> spring.end")
-    settings = Simulation(1, 0.1, algorithm)
-    with pytest.raises(RunError) as caught:
-        run(system(c_fmu, names, *links, start=start, simulation=settings), results=path)
-    message = caught.value.message
-    assert "pump" in message
-    assert told in message
-    assert re.search(r"t = 0\.(4|425|45|475|5) s", message)
-    if what < 5:
-        assert "the pump ran dry" in message
-    assert ("step_size" in caught.value.remedy) == (what not in (3, 4))
-    assert caught.value.remedy.startswith("fix the problem stated by the FMU first") == (what < 5)
-    results = load(path)
-    assert f"results until t = {results.time[-1]:.9g} s are in {path}" in caught.value.remedy
-    # where all can go back, a discarded step is made again up to where the FMU can go
-    goes_on = what == 2 and algorithm in ("corrector", "implicit")
-    assert ("; pump has discarded every step from there, of 0.1 s down to" in message) is goes_on
-    assert ("no step_size helps: check what pump" in caught.value.remedy) is goes_on
-    begin, end = re.findall(r"t = (\S+) s(?: to (\S+) s)?", message)[0]
-    assert begin != end
-    assert results.time[-1] == pytest.approx(0.5 if goes_on else 0.4, abs=1e-6)
-    np.testing.assert_allclose(results.time[:5], [0, 0.1, 0.2, 0.3, 0.4], atol=1e-15)
-    assert all(np.isfinite(s.values).all() for g in results.components.values() for s in g.values())
-    assert results.attributes["ended"] == f"failed: {message}"
-
-
-def test_a_run_that_ends_well_says_so(c_fmu: Fmus, tmp_path: Path) -> None:
-    outcome = run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.nc")
-    assert outcome.results().attributes["ended"] == "at the stop time"
 
 
 def test_an_end_in_the_first_step_replaces_the_results_of_before(

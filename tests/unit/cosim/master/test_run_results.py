@@ -58,14 +58,6 @@ def test_results_hold_every_output_with_unit_and_name(c_fmu: Fmus, tmp_path: Pat
     assert outcome.steps == 200
 
 
-def test_more_rows_than_a_block_arrive_in_order(c_fmu: Fmus, tmp_path: Path) -> None:
-    outcome = run(oscillator(c_fmu, Simulation(7, 0.01)), results=tmp_path / "r.nc")
-    results = outcome.results()
-    assert len(results.time) == 701
-    assert np.all(np.diff(results.time) > 0)
-    np.testing.assert_allclose(results["body.body.m.x"].values, np.cos(results.time), atol=1e-4)
-
-
 def test_results_that_fill_their_blocks_are_complete(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -180,14 +172,6 @@ def test_parquet_without_its_package(
         run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / "r.parquet")
 
 
-@pytest.mark.parametrize("name", ["r.png", "r.xlsx", "r"])
-def test_results_in_an_unknown_form(c_fmu, tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match=r"use \.nc, \.csv or \.parquet"):
-        run(oscillator(c_fmu, Simulation(1, 0.1)), results=tmp_path / name)
-    assert not (tmp_path / name).exists()
-    assert not list(tmp_path.glob("r.*"))
-
-
 def test_what_was_made_of_old_results_goes_with_them(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -265,13 +249,6 @@ def test_a_run_without_an_estimate_has_the_same_values_and_says_so(
     with start(given, certify=False) as stepped:
         stepped.step()
     assert stepped.outcome.certificate == reason
-
-
-def test_a_checkpoint_of_a_run_with_an_estimate_needs_one(c_fmu: Fmus, tmp_path: Path) -> None:
-    given = oscillator(c_fmu, Simulation(2, 0.01, checkpoint_interval=1.0))
-    run(given, results=tmp_path / "r.nc")
-    with pytest.raises(InputError, match="the error estimate was on, and is off"):
-        run(given, results=tmp_path / "r.nc", resume=True, certify=False)
 
 
 @pytest.mark.parametrize("seconds", [0.0, 1e9])

@@ -137,7 +137,6 @@ def test_the_components_are_named_once() -> None:
             "hull.added_mass[1,1] -> buoy.body.float.mass",
             "legs.added_mass[1,1] -> buoy.body.float.mass",
         ),
-        ("hull.height -> buoy.bare", "legs.height -> buoy.bare"),
     ],
 )
 def test_other_signals_have_one_source(connections: tuple[str, str]) -> None:
@@ -152,13 +151,3 @@ def test_one_source_by_two_connections_counts_once() -> None:
         wired("buoy.float <-> hull.float", "hull.float.force_x -> buoy.body.float.force_x").sums
         == ()
     )
-
-
-def test_one_source_with_two_factors_is_refused() -> None:
-    """Neither one of them nor their sum is meant for certain."""
-    explicit = "hull.float.force_x * 2 -> buoy.body.float.force_x"
-    with pytest.raises(InputError, match="is connected twice, by factors 1 and 2") as caught:
-        wired("buoy.float <-> hull.float", explicit)
-    assert len(caught.value.problems) == 1
-    with pytest.raises(InputError, match="is connected twice"):
-        wired("hull.torque -> buoy.joint.arm.effort", "hull.torque * 2 -> buoy.joint.arm.effort")
