@@ -57,32 +57,37 @@ def told(
     return differing(system, {"buoy": BUOY}, WIRING)
 
 
-def test_one_water_is_silent(tmp_path: Path) -> None:
-    """Its defaults of gravity, 9.81 and 9.80665, are the same."""
-    assert told(tmp_path) == []
-
-
-def test_waters_that_differ_are_told(tmp_path: Path) -> None:
-    """Each of the three values; a default has the line of its section."""
-    depth, gravity = told(tmp_path, mooring="depth: 80, gravity: 1.62")
-    assert depth == (
-        "hydro.water.depth is 40 (line 6), mooring.water.depth is 80 (line 10) m: components in "
-        "one water need the same"
-    )
-    assert "gravity is 9.81 (line 6), mooring.water.gravity is 1.62 (line 10) m/s2" in gravity
-    (density,) = told(tmp_path, mooring="depth: 40, density: 1.025")
-    assert "density is 1025 (line 6), mooring.water.density is 1.025 (line 10) kg/m3" in density
-    (deep,) = told(tmp_path, hydro="depth: deep")
-    assert "hydro.water.depth is deep" in deep
-
-
-def test_the_gravity_of_a_model_is_compared_with_that_of_its_water(tmp_path: Path) -> None:
-    """Also one that a start value sets."""
-    (line,) = told(tmp_path, gravity="9.7")
-    assert "gravity of buoy's model is 9.7, hydro.water.gravity is 9.81 (line 6) m/s2" in line
-    assert told(tmp_path, gravity="g") == []
-    (line,) = told(tmp_path, gravity="g", start="g: 9.6")
-    assert "gravity of buoy's model is 9.6" in line
+@pytest.mark.parametrize(
+    ("given", "found"),
+    [
+        ({}, []),  # defaults of gravity, 9.81 and 9.80665, are the same
+        (
+            {"mooring": "depth: 80, gravity: 1.62"},
+            [
+                "hydro.water.depth is 40 (line 6), mooring.water.depth is 80 (line 10) m: "
+                "components in one water need the same",
+                "hydro.water.gravity is 9.81 (line 6), mooring.water.gravity is 1.62 (line 10) m/s",
+            ],
+        ),
+        (
+            {"mooring": "depth: 40, density: 1.025"},
+            ["hydro.water.density is 1025 (line 6), mooring.water.density is 1.025 (line 10) kg/"],
+        ),
+        ({"hydro": "depth: deep"}, ["hydro.water.depth is deep"]),
+        (
+            {"gravity": "9.7"},
+            ["gravity of buoy's model is 9.7, hydro.water.gravity is 9.81 (line 6) m/s2"],
+        ),
+        ({"gravity": "g"}, []),
+        ({"gravity": "g", "start": "g: 9.6"}, ["gravity of buoy's model is 9.6"]),
+    ],
+)
+def test_water_and_gravity(given: dict[str, str], found: list[str], tmp_path: Path) -> None:
+    """A default has the line of its section."""
+    lines = told(tmp_path, **given)
+    assert len(lines) == len(found)
+    for line, text in zip(lines, found, strict=True):
+        assert text in line
 
 
 SEAS = """\
@@ -90,101 +95,64 @@ name: seas
 components:
   hydro:
     kind: hydrodynamics
-    water: &water {{depth: 40}}
-    waves: &sea {{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3}}
-    bodies: {{float: {{shape: {{sphere: {{radius: 3}}}}, center_of_gravity: [0, -1]}}}}
-    start: {{{start}}}
+    water: &water {depth: 40}
+    waves: &sea {spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3}
+    CURRENT
+    bodies: {float: {shape: {sphere: {radius: 3}}, center_of_gravity: [0, -1], drag: DRAG}}
+    start: {START}
   gauge:
     kind: sea
     water: *water
-    waves: {waves}
-    points: {{p: [20, 0]}}
-connections: []
-simulation: {{stop_time: 1, step_size: 0.1}}
-"""
-
-
-def seas_told(folder: Path, waves: str, start: str = "") -> list[str]:
-    (folder / "seas.yaml").write_text(SEAS.format(waves=waves, start=start))
-    return differing(load_system(folder / "seas.yaml"), {}, Wiring((), (), (), ()))
-
-
-def test_one_sea_written_once_is_silent(tmp_path: Path) -> None:
-    """By an anchor, or the same words."""
-    assert seas_told(tmp_path, "*sea") == []
-    same = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3, direction: 0}"
-    assert seas_told(tmp_path, same) == []
-
-
-def test_seas_that_differ_are_told(tmp_path: Path) -> None:
-    """Another seed, one more system, none; one that a start value changes."""
-    seed = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 4}"
-    for other in (seed, "[*sea, {spectrum: regular, height: 1, period: 12}]", "{spectrum: still}"):
-        (line,) = seas_told(tmp_path, other)
-        assert line.startswith(
-            "the waves of hydro (line 6) and of gauge (line 12) differ: components in one sea need"
-        )
-    (line,) = seas_told(tmp_path, "*sea", start="wave.significant_height: 3")
-    assert line == (
-        "the start values of waves of hydro (line 6) and of gauge (line 12) differ: components in "
-        "one sea need the same: set them in all of them"
-    )
-
-
-LINES = """\
+    waves: WAVES
+    OTHER
+    points: {p: [20, 0]}
   mooring:
     kind: mooring
     water: *water
-    waves: {waves}
-    line_types: {{c: {{diameter: 0.1, mass_per_length: 50, axial_stiffness: 1e8,
-      axial_damping_ratio: 1, drag_coefficient: 1, added_mass_coefficient: 1}}}}
-    anchors: {{a: [-50, -40]}}
+    waves: LINES
+    line_types: {c: {diameter: 0.1, mass_per_length: 50, axial_stiffness: 1e8,
+      axial_damping_ratio: 1, drag_coefficient: 1, added_mass_coefficient: 1}}
+    anchors: {a: [-50, -40]}
     fairleads: [f]
-    lines: {{l: {{type: c, from: a, to: f, unstretched_length: 70, segments: 4}}}}
+    lines: {l: {type: c, from: a, to: f, unstretched_length: 70, segments: 4}}
 connections: []
+simulation: {stop_time: 1, step_size: 0.1}
 """
-
-
-@pytest.mark.parametrize(("waves", "count"), [("*sea", 0), ("none", 0), ("{spectrum: still}", 2)])
-def test_lines_belong_to_the_sea_or_say_that_they_do_not(
-    tmp_path: Path, waves: str, count: int
-) -> None:
-    text = SEAS.format(waves="*sea", start="").replace(
-        "connections: []\n", LINES.format(waves=waves)
-    )
-    (tmp_path / "seas.yaml").write_text(text)
-    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
-    assert len(found) == count
-    assert all("of mooring (line 17) differ: components in one sea need" in line for line in found)
-
-
-@pytest.mark.parametrize(("speed", "count"), [("2", 0), ("1", 1), ("", 1)])
-def test_currents_that_differ_are_told(tmp_path: Path, speed: str, count: int) -> None:
-    """Another speed, or none."""
-    text = SEAS.format(waves="*sea", start="")
-    text = text.replace("    bodies:", "    current: {speed: 2}\n    bodies:")
-    if speed:
-        text = text.replace("    points:", f"    current: {{speed: {speed}}}\n    points:")
-    (tmp_path / "seas.yaml").write_text(text)
-    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
-    assert [line[:33] for line in found] == ["the current of hydro (line 7) and"] * count
+ALIKE = {"WAVES": "*sea", "START": "", "LINES": "none", "CURRENT": "", "OTHER": "", "DRAG": "{}"}
+SAME = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3, direction: 0}"
+WAVES = "the waves of hydro (line 6) and of gauge (line 13) differ: components in one sea need"
+CURRENT = "the current of hydro (line"
 
 
 @pytest.mark.parametrize(
-    ("drag", "count"),
+    ("given", "found"),
     [
-        ("{}", 0),
-        ("{heave: 1e4}", 0),
-        ("{surge: 1e4, water: still}", 0),
-        ("{surge: 1e4}", 1),
-        ("{linear: {surge: 1e4}}", 1),
+        ({}, []),  # one sea, by an anchor
+        ({"WAVES": SAME}, []),
+        ({"WAVES": SAME.replace("seed: 3", "seed: 4")}, [WAVES]),
+        ({"WAVES": "[*sea, {spectrum: regular, height: 1, period: 12}]"}, [WAVES]),
+        ({"WAVES": "{spectrum: still}"}, [WAVES]),
+        ({"START": "wave.significant_height: 3"}, ["the start values of waves of hydro (line 6)"]),
+        # lines belong to the sea or say that they do not
+        ({"LINES": "*sea"}, []),
+        ({"LINES": "{spectrum: still}"}, ["of mooring (line 19) differ: components in one"] * 2),
+        ({"CURRENT": "current: {speed: 2}", "OTHER": "current: {speed: 2}"}, []),
+        ({"CURRENT": "current: {speed: 2}", "OTHER": "current: {speed: 1}"}, [CURRENT]),
+        ({"CURRENT": "current: {speed: 2}"}, [CURRENT]),
+        # a hull that feels no current needs none
+        ({"OTHER": "current: {speed: 1}"}, []),
+        ({"OTHER": "current: {speed: 1}", "DRAG": "{heave: 1e4}"}, []),
+        ({"OTHER": "current: {speed: 1}", "DRAG": "{surge: 1e4, water: still}"}, []),
+        ({"OTHER": "current: {speed: 1}", "DRAG": "{surge: 1e4}"}, [CURRENT]),
+        ({"OTHER": "current: {speed: 1}", "DRAG": "{linear: {surge: 1e4}}"}, [CURRENT]),
     ],
 )
-def test_a_hull_that_feels_no_current_needs_none(tmp_path: Path, drag: str, count: int) -> None:
-    """Beside another component in a current; with horizontal drag it would feel it."""
-    text = SEAS.format(waves="*sea", start="")
-    text = text.replace("    points:", "    current: {speed: 1}\n    points:")
-    text = text.replace("[0, -1]}", f"[0, -1], drag: {drag}}}")
+def test_seas_and_currents(given: dict[str, str], found: list[str], tmp_path: Path) -> None:
+    text = SEAS
+    for name, value in {**ALIKE, **given}.items():
+        text = text.replace(name, value)
     (tmp_path / "seas.yaml").write_text(text)
-    found = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
-    assert [line[:21] for line in found] == ["the current of hydro "] * count
+    lines = differing(load_system(tmp_path / "seas.yaml"), {}, Wiring((), (), (), ()))
+    assert len(lines) == len(found)
+    for line, expected in zip(lines, found, strict=True):
+        assert expected in line

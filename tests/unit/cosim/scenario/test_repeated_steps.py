@@ -145,18 +145,6 @@ def test_steps_end_where_random_numbers_are_drawn_anew(
     assert np.abs(ends[0] - ends[2]).max() > 1e-4
 
 
-def test_drawings_that_steps_cannot_meet_are_noted(c_fmu: Fmus) -> None:
-    """Components without variable steps take the numbers at the next communication point."""
-    found: list[str] = []
-    for every in (0.04, 0.03):
-        rough = Action(at=0.2, noise={"spring.end.vx": 0.1}, seed=7, every=every)
-        given = system(c_fmu, "jacobi", options="+state+inputs+constant")
-        outcome = run(replace(given, scenario={"rough": rough}))
-        found.append("\n".join(outcome.notes))
-    assert "scenario.rough at t = 0.24 s" in found[1]
-    assert "scenario.rough" not in found[0]
-
-
 @pytest.mark.parametrize("options", ["+state+inputs", ""])
 @pytest.mark.parametrize("kind", ["ramp", "delay"])
 def test_the_stated_error_covers_values_that_are_held_in_steps(

@@ -142,19 +142,13 @@ def test_signal_dictionaries_connect_what_shares_an_entry(tmp_path: Path, stages
     assert "unknown signal dictionary 'bus'" in told
 
 
-def test_connections_may_be_written_the_other_way(tmp_path: Path, stages: Files) -> None:
-    pair = elements(component("a", "s.fmu", *STAGE), component("b", "s.fmu", *STAGE))
-    ssd = description(pair + connections(connection("b/u", "a/y")))
-    assert read(tmp_path, ssd, stages).connections == ("a.y -> b.u",)
-
-
 def test_what_others_leave_empty_is_not_given(tmp_path: Path, stages: Files) -> None:
     """OMSimulator writes units of no name, and the system itself as an element of no name."""
     pair = elements(component("a", "s.fmu", *STAGE), component("b", "s.fmu", *STAGE))
     own = '<ssd:Connector name="in" kind="input"><ssc:Real unit=""/></ssd:Connector>'
     own = f"<ssd:Connectors>{own}</ssd:Connectors>"
     empty = connection("in", "a/u", attributes='startElement=""')
-    joined = connections(empty, connection("a/y", "b/u"))
+    joined = connections(empty, connection("b/u", "a/y"))  # the other way is allowed, too
     system = read(tmp_path, description(own + pair + joined), stages)
     assert system.connections == ("a.y -> b.u",)
 
@@ -349,12 +343,6 @@ def test_what_cannot_be_read_is_refused(
     assert "s.ssp/SystemStructure.ssd:" in told
 
 
-def test_all_problems_are_told_at_once(tmp_path: Path, stages: Files) -> None:
-    content = elements(component("a", "none.fmu"), component("b", "s.fmu", "output u Real"))
-    ssd = description(content + connections(connection("b/u", "c/u")))
-    assert len(problems(tmp_path, ssd, stages)) == 3
-
-
 @pytest.mark.parametrize(
     ("ssd", "message"),
     [
@@ -370,19 +358,19 @@ def test_files_that_are_no_ssd_are_refused(tmp_path: Path, ssd: str, message: st
 
 
 def test_archives_that_should_not_be_read_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such file"):
-        load_system(tmp_path / "none.ssp")
     path = tmp_path / "s.ssp"
+
+    def refused(match: str) -> None:
+        with pytest.raises(InputError, match=match):
+            load_system(path)
+
+    refused("no such file")
     path.write_bytes(b"PK")
-    with pytest.raises(InputError, match="not a readable ZIP archive"):
-        load_system(path)
+    refused("not a readable ZIP archive")
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("inside/SystemStructure.ssd", "")
-    with pytest.raises(InputError, match=r"there is no SystemStructure\.ssd at the top"):
-        load_system(path)
+    refused(r"there is no SystemStructure\.ssd at the top")
     package(path, description(PAIR), {"../s.fmu": "x"})
-    with pytest.raises(InputError, match="leads out of its folder"):
-        load_system(path)
+    refused("leads out of its folder")
     package(path, description(PAIR), {"big": "0" * 50_000_000})
-    with pytest.raises(InputError, match="would unpack to 50 MB"):
-        load_system(path)
+    refused("would unpack to 50 MB")
