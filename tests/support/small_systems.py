@@ -1,21 +1,15 @@
-"""Systems of a few C models: an oscillator, and any others."""
+"""Systems of a few C models: an oscillator, and any others; their values at all points of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from m4e_fmi.cosim import (
-    Component,
-    FmuFile,
-    Simulation,
-    System,
-)
+from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
 
 Fmus = Callable[[str], Path]
-
-
-Starts = Mapping[str, Mapping[str, float]]
+Starts = Mapping[str, Mapping[str, float | str]]
 
 
 def system(
@@ -37,3 +31,18 @@ def oscillator(fmus: Fmus, simulation: Simulation, options: str = "") -> System:
     names = {"body": f"mass{options}", "spring": f"spring{options}"}
     start = {"body": {"body.m.x": 1.0}}
     return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)
+
+
+def observed(given: System, *names: str) -> tuple[list[list[Any]], Outcome]:
+    """The time and the values of variables at all points of a run, and its outcome."""
+    found: list[list[Any]] = []
+
+    def observe(time: float, network: Network) -> None:
+        found.append([time, *(network.read(name) for name in names)])
+
+    return found, run(given, observers=[observe])
+
+
+def watched(given: System, *names: str) -> list[list[Any]]:
+    """The values of variables at all points of a run."""
+    return [row[1:] for row in observed(given, *names)[0]]

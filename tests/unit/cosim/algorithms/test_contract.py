@@ -15,14 +15,12 @@ from typing import Any
 import numpy as np
 import pytest
 from support.interrupted import copied_at, differences
-from support.small_systems import Fmus, oscillator, system
+from support.small_systems import Fmus, observed, oscillator, system, watched
 
 from m4e_fmi.cosim import (
     Action,
     Component,
     FmuFile,
-    Network,
-    Outcome,
     Simulation,
     System,
     load,
@@ -38,21 +36,6 @@ pytestmark = [
 ]
 ROUNDING = 1e-12
 """Of numbers of size 1 after 50 steps, each of which adds some 1e-16."""
-
-
-def watched(given: System, *names: str) -> list[list[Any]]:
-    """The time and the values of variables at all points of a run."""
-    return observed(given, *names)[0]
-
-
-def observed(given: System, *names: str) -> tuple[list[list[Any]], Outcome]:
-    """The same, and the run's outcome."""
-    found: list[list[Any]] = []
-
-    def observe(time: float, network: Network) -> None:
-        found.append([time, *(network.read(name) for name in names)])
-
-    return found, run(given, observers=[observe])
 
 
 def accuracy(algorithm: str) -> float:
@@ -100,8 +83,7 @@ def test_values_that_follow_inputs_at_once_are_of_the_same_point(
     links = ("first.y -> second.u", "second.y -> third.u", "first.y -> late.u, delayed")
     start = {"first": {"gain": 2.0, "u": 5.0}, "second": {"gain": 3.0}, "third": {"gain": 4.0}}
     given = system(c_fmu, names, *links, start=start, simulation=Simulation(0.5, 0.1, algorithm))
-    found = watched(given, "third.y", "late.u")
-    for t, third, late in found:
+    for t, third, late in observed(given, "third.y", "late.u")[0]:
         assert third == pytest.approx(((10 + t) * 3 + t) * 4 + t, abs=1e-12)
         assert late == pytest.approx(10 + max(0.0, t - 0.1), abs=1e-12)
 
@@ -239,7 +221,7 @@ def test_values_of_all_types_and_versions(
     )
     names = [f"{name}.y_{kind}" for name in of for kind in KINDS]
     found = watched(System("ring", parts, links, Simulation(1.2, 0.1, algorithm)), *names)
-    assert [row[1:] for row in found] == ring(12, of)
+    assert found == ring(12, of)
 
 
 @pytest.mark.parametrize("tolerance", [None, 1e-3])
@@ -312,5 +294,5 @@ def test_an_output_in_place_of_another_follows_the_actions_at_its_point(
         "drift": Action(at=0.31, duration=0.4, offset={"a.u": 0.5}),
     }
     given = System("s", parts, links, Simulation(1.0, 0.1, algorithm), scenario=chained)
-    for time, first, second, third in watched(given, "a.y", "b.y", "c.y"):
+    for time, first, second, third in observed(given, "a.y", "b.y", "c.y")[0]:
         assert (second - first, third - second) == pytest.approx((time, time), abs=1e-15)

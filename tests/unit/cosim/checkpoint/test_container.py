@@ -13,9 +13,7 @@ import pytest
 from m4e_fmi.cosim.checkpoint.container import (
     MAGIC,
     VERSION,
-    checkpoint_of,
     read_checkpoint,
-    results_of,
     write_checkpoint,
 )
 from m4e_fmi.errors import InputError, RunError
@@ -126,10 +124,3 @@ def test_one_that_cannot_be_written_leaves_the_one_before(
         write_checkpoint(file, {"one": PARTS["two"]})
     assert file.read_bytes() == before
     assert [one.name for one in file.parent.iterdir()] == [file.name]
-
-
-def test_a_checkpoint_is_named_after_its_results() -> None:
-    results = Path("folder") / "buoy.nc"
-    assert results_of(checkpoint_of(results)) == results
-    with pytest.raises(InputError, match="not named as a checkpoint"):
-        results_of(Path("state.bin"))

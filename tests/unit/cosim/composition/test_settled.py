@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
+from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import (
     System,
     at_equilibrium,
     load_system,
-    program_start_warnings,
     run,
     system_program,
 )
-from m4e_fmi.cosim.composition.at_rest import AtRest
-from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu import read_description
 from m4e_fmi.program import Program
 
 Fmus = Callable[[str], Path]
@@ -122,38 +117,6 @@ def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
     assert any("settled in 25.6 s with its inputs held" in line for line in told)
 
 
-def test_a_variable_without_unit_fits_any(c_fmu: Fmus, tmp_path: Path) -> None:
-    """Also in what is told of the start of a simulation."""
-    given = load_system(system(tmp_path, c_fmu("bare_spring"), MOTION, "stiffness: 30"))
-    program = system_program(given, settled=["line"], build_directory=tmp_path)
-    assert equilibrium(program)["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
-    assert program_start_warnings(given, program) == ()
-
-
-@pytest.mark.parametrize(("away", "settles"), [(1e-3, True), (0.1, False)])
-def test_a_small_swing_settles_to_its_mean(
-    c_fmu: Fmus, tmp_path: Path, away: float, settles: bool
-) -> None:
-    """1 kg on 10 N/m, without damping, pulled by 2 N: it swings about 0.2 m for ever."""
-    text = f"components: {{mass: {{fmu: {c_fmu('mass')}, start: {{stiffness: 10, "
-    text += f"body.m.x: {0.2 + away}}}}}}}\nconnections: []\n"
-    path = tmp_path / "system.yaml"
-    path.write_text(f"name: one\n{text}simulation: {{stop_time: 1, step_size: 0.01}}\n")
-    given = load_system(path)
-    description = read_description(c_fmu("mass"))
-    new = Instances(
-        given.components[0], description, replace(given.simulation, stop_time=1e6), None
-    )
-    at_rest = AtRest(new, [description.variables["body.m.x"]])
-    if settles:
-        rest = at_rest.at({"body.m.force_x": 2.0})
-        assert rest.values == pytest.approx([0.2], abs=1e-5)
-        assert rest.swing == pytest.approx(2e-3, rel=0.01)
-    else:
-        with pytest.raises(RunError, match="does not settle"):
-            at_rest.at({"body.m.force_x": 2.0})
-
-
 def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
     with pytest.raises(RunError) as caught:
         settled(tmp_path, c_fmu("van_der_pol"), SIGNAL.format(y="x"), "x: 1")
@@ -220,28 +183,6 @@ def test_a_mass_on_a_mooring_line(hanging: Program) -> None:
     ]
     found = sorted(abs(modes(linearize(hanging, at=point)).eigenvalues))[-2:]
     assert found == pytest.approx([math.sqrt(k / 10.0) for k in stiffness], rel=1e-3)
-
-
-def test_lines_at_rest_are_in_still_water(tmp_path: Path) -> None:
-    """A line whose water moves never comes to rest; start values of its waves are left out."""
-    hanging_system(tmp_path)
-    text = HANGING.replace("density: 0, depth", "density: 1, depth").replace(
-        "    line_types:",
-        "    waves: {spectrum: regular, height: 2, period: 5, ramp_time: 0}\n"
-        "    start: {wave.height: 3}\n    line_types:",
-    )
-    (tmp_path / "system.yaml").write_text(
-        text.replace("drag_coefficient: 0", "drag_coefficient: 1")
-    )
-    given = load_system(tmp_path / "system.yaml")
-    point = equilibrium(system_program(given, settled=["line"], build_directory=tmp_path))
-    assert point["mass.body.mass.x"] == pytest.approx(0.0, abs=1e-7)
-
-
-def test_a_tension_that_is_asked_for(hanging: Program) -> None:
-    wanted = {"line.l.fairlead_tension": "0.2 kN"}
-    point = trimmed(hanging, such_that=wanted, vary=["mass.m"])
-    assert point["mass.m"] == pytest.approx(200 / G, rel=1e-6)
 
 
 @pytest.mark.parametrize(("at_rest", "least", "most"), [(False, 0.05, 1.0), (True, 0.0, 1e-6)])

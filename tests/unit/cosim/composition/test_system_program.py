@@ -101,16 +101,6 @@ def test_an_own_input_has_one_unit_and_start_value(
     assert e.value.problems[0].line is not None
 
 
-def test_start_values_of_the_system(tmp_path: Path) -> None:
-    text = "connections: []\n"
-    path = system(tmp_path, text, a=2)
-    start = {"a.k": "0.1 kN/m", "a.joint.rail.q": "5 cm"}
-    program = system_program(load_system(path).changed(start=start))
-    values = {v.name: v.start for v in (*program.parameters, *program.states)}
-    assert values["a.k"] == 100.0
-    assert values["a.joint.rail.q"] == 0.05
-
-
 def test_native_fmus_of_ours_are_the_programs_that_they_carry(tmp_path: Path) -> None:
     """Packed, and with a start value of the package; of others nothing is known."""
     text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
@@ -138,16 +128,6 @@ def test_an_fmu_of_python_is_named_or_left_open(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
         system_program(load_system(path))
     assert [part.name for part in system_program(load_system(path), keep_open=["a"]).parts] == ["b"]
-
-
-def test_what_is_left_open_is_told(tmp_path: Path) -> None:
-    text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
-    told: list[str] = []
-    path = system(tmp_path, text, a=2, b=4)
-    program = system_program(load_system(path), keep_open=["a"], tell=told.append)
-    assert "left open: a; inputs instead of it: b.body.cart.force_x" in told
-    assert [part.name for part in program.parts] == ["b"]
-    assert "b.body.cart.force_x" in [v.name for v in program.inputs]
 
 
 def test_a_failure_names_the_component(tmp_path: Path) -> None:

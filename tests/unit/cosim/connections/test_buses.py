@@ -12,16 +12,7 @@ import numpy as np
 import pytest
 from support.described import described
 
-from m4e_fmi.cosim import (
-    Component,
-    FmuFile,
-    Simulation,
-    System,
-    load_system,
-    prepare,
-    run,
-    save_system,
-)
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, run, save_system
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Wiring
 
@@ -30,16 +21,11 @@ Fmus = Callable[[str], Path]
 SEA = {"sea": {"height": "cm", "wind.speed": "m/s", "depth": "m"}}
 PARTS = {
     "waves": described(
-        "waves",
-        ("elevation", "output", "m"),
-        ("rate", "output", "m/s"),
-        ("water_depth", "calculatedParameter", "m"),
+        "waves", ("elevation", "output", "m"), ("water_depth", "calculatedParameter", "m")
     ),
+    "gusts": described("gusts", ("air.speed", "output", "m/s")),
     "control": described(
-        "control",
-        ("wave", "input", "mm"),
-        ("depth", "parameter", "cm"),
-        ("gust", "input", "m/s"),
+        "control", ("wave", "input", "mm"), ("depth", "parameter", "cm"), ("gust", "input", "m/s")
     ),
     "log": described("log", ("sea.height", "input", "m")),
 }
@@ -47,8 +33,7 @@ PARTS = {
 
 def wired(*connections: str) -> Wiring:
     components = tuple(Component(name, FmuFile(Path(f"{name}.fmu"))) for name in PARTS)
-    settings = Simulation(1.0, 0.1)
-    return connect(System("s", components, connections, settings, buses=SEA), PARTS)
+    return connect(System("s", components, connections, Simulation(1.0, 0.1), buses=SEA), PARTS)
 
 
 def test_a_signal_goes_from_its_source_to_all_that_take_it() -> None:
@@ -56,33 +41,23 @@ def test_a_signal_goes_from_its_source_to_all_that_take_it() -> None:
         "sea.height * 2 + 5 -> control.wave",  # 5 mm
         "waves.elevation * 10 + 1 -> sea.height",  # 1 cm
         "sea.height -> log.sea.height",
+        "waves.water_depth -> sea.depth",
+        "sea.depth -> control.depth",
     )
-    to_control, to_log = wiring.links
-    assert [str(link) for link in wiring.links] == [
-        "waves.elevation -> control.wave",
-        "waves.elevation -> log.sea.height",
-    ]
     # 1 m is 1001 cm in the bus: 20020 mm + 5 mm, and 10.01 m
-    assert (to_control.factor, to_control.offset) == pytest.approx((20000.0, 25.0), rel=1e-14)
-    assert (to_log.factor, to_log.offset) == pytest.approx((10.0, 0.01), rel=1e-14)
-    assert [link.connection for link in wiring.links] == [0, 2]
+    assert {str(k): (k.factor, k.offset, k.connection) for k in wiring.links} == {
+        "waves.elevation -> control.wave": (pytest.approx(2e4), pytest.approx(25.0), 0),
+        "waves.elevation -> log.sea.height": (pytest.approx(10.0), pytest.approx(0.01), 2),
+    }
+    (constant,) = wiring.initial_links
+    assert (str(constant), constant.factor) == ("waves.water_depth -> control.depth", 100.0)
 
 
 def test_a_whole_bus_is_a_connector() -> None:
     wiring = wired("waves.elevation -> sea.height", "sea <-> log.sea")
     assert [str(link) for link in wiring.links] == ["waves.elevation -> log.sea.height"]
-    gusts = described("gusts", ("air.speed", "output", "m/s"))
-    parts = {**PARTS, "gusts": gusts}
-    components = tuple(Component(name, FmuFile(Path(f"{name}.fmu"))) for name in parts)
-    texts = ("gusts.air <-> sea.wind", "sea.wind.speed -> control.gust")
-    system = System("s", components, texts, Simulation(1.0, 0.1), buses=SEA)
-    assert [str(k) for k in connect(system, parts).links] == ["gusts.air.speed -> control.gust"]
-
-
-def test_constants_reach_parameters_over_a_bus() -> None:
-    wiring = wired("waves.water_depth -> sea.depth", "sea.depth -> control.depth")
-    (link,) = wiring.initial_links
-    assert (str(link), link.factor) == ("waves.water_depth -> control.depth", 100.0)
+    wiring = wired("gusts.air <-> sea.wind", "sea.wind.speed -> control.gust")
+    assert [str(link) for link in wiring.links] == ["gusts.air.speed -> control.gust"]
 
 
 @pytest.fixture
@@ -93,49 +68,15 @@ def pair(c_fmu: Fmus) -> System:
         Component("b", FmuFile(c_fmu("mm_spring+state")), {"stiffness": 2e-3}),
         Component("c", FmuFile(c_fmu("integrator+state"))),
     )
-    texts = (
-        "a.body.m <-> deck",
-        "deck <-> b.end",
-        "deck.x * -2.5 + 1.25 -> c.u, units ignored",
-    )
+    texts = ("a.body.m <-> deck", "deck <-> b.end", "deck.x * -2.5 + 1.25 -> c.u, units ignored")
     buses = {"deck": {"x": "cm", "vx": "m/s", "force_x": "kN", "ax": "m/s2"}}
     settings = Simulation(2.0, 0.1, coupling_tolerance=1e-4, output_interval=0.2)
     return System("pair", parts, texts, settings, buses=buses)
 
 
 def values(system: System, folder: Path) -> np.ndarray:
-    outcome = run(system, results=folder / "r.nc", build_directory=folder)
-    found = outcome.results()
+    found = run(system, results=folder / "r.nc", build_directory=folder).results()
     return np.array([found[name].values for name in ("a.body.m.x", "b.end.force_x", "c.y")])
-
-
-def test_a_run_over_a_bus_is_a_run_without(pair: System, tmp_path: Path) -> None:
-    # deck.x is in cm: a bare -2.5 · 100 x + 1.25
-    direct = ("a.body.m <-> b.end", "a.body.m.x * -250 + 1.25 -> c.u, units ignored")
-    plain = values(replace(pair, connections=direct, buses={}), tmp_path)
-    # m → cm → mm is rounded once more than m → mm
-    np.testing.assert_allclose(values(pair, tmp_path), plain, rtol=1e-12, atol=1e-13)
-
-
-def test_the_overview_has_them(pair: System, tmp_path: Path) -> None:
-    text = str(prepare(pair, build_directory=tmp_path))
-    assert "deck.x [cm]: a.body.m.x -> b.end.x, c.u" in text
-    assert "deck.ax [m/s2]: a.body.m.ax -> nobody takes it" in text
-
-
-def unlike(system: System) -> System:
-    """The system without what must differ: where its FMUs are."""
-    parts = tuple(replace(c, source=FmuFile(Path(c.name))) for c in system.components)
-    return replace(system, components=parts, folder=Path())
-
-
-def test_a_package_brings_them_back(pair: System, tmp_path: Path) -> None:
-    path = save_system(pair, tmp_path / "pair.ssp", build_directory=tmp_path)
-    back = load_system(path)
-    assert unlike(back) == unlike(pair)
-    np.testing.assert_array_equal(values(back, tmp_path), values(pair, tmp_path))
-    again = save_system(back, tmp_path / "again.ssp", build_directory=tmp_path)
-    assert content(again)["SystemStructure.ssd"] == content(path)["SystemStructure.ssd"]
 
 
 def content(path: Path) -> dict[str, bytes]:
@@ -143,8 +84,8 @@ def content(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def changed(path: Path, old: bytes, new: bytes) -> Path:
-    """The package with another structure, as another tool might leave it."""
+def changed(path: Path, old: bytes, new: bytes) -> System:
+    """The system of the package with another structure, as another tool might leave it."""
     files = content(path)
     structure = files["SystemStructure.ssd"]
     assert structure.count(old) == 1
@@ -153,13 +94,26 @@ def changed(path: Path, old: bytes, new: bytes) -> Path:
     with zipfile.ZipFile(other, "w") as archive:
         for name, data in files.items():
             archive.writestr(name, data)
-    return other
+    return load_system(other)
 
 
-def test_other_tools_see_plain_connections(pair: System, tmp_path: Path) -> None:
+def test_a_bus_is_what_its_connections_are(pair: System, tmp_path: Path) -> None:
+    """In a run, in a package, and in a package that other tools have changed."""
+    over_bus = values(pair, tmp_path)
+    # deck.x is in cm: a bare -2.5 · 100 x + 1.25
+    direct = ("a.body.m <-> b.end", "a.body.m.x * -250 + 1.25 -> c.u, units ignored")
+    plain = values(replace(pair, connections=direct, buses={}), tmp_path)
+    # m → cm → mm is rounded once more than m → mm
+    np.testing.assert_allclose(over_bus, plain, rtol=1e-12, atol=1e-13)
     path = save_system(pair, tmp_path / "pair.ssp", build_directory=tmp_path)
+    back = load_system(path)
+    assert (back.connections, back.buses) == (pair.connections, pair.buses)
+    np.testing.assert_array_equal(values(back, tmp_path), over_bus)
+    again = save_system(back, tmp_path / "again.ssp", build_directory=tmp_path)
+    assert content(again)["SystemStructure.ssd"] == content(path)["SystemStructure.ssd"]
+    # to other tools they are plain connections
     told = json.dumps({"deck": dict(pair.buses["deck"])})[1:-1].encode()
-    back = load_system(changed(path, told, b""))
+    back = changed(path, told, b"")
     assert back.buses == {}
     assert set(back.connections) == {
         "b.end.force_x -> a.body.m.force_x",
@@ -167,14 +121,8 @@ def test_other_tools_see_plain_connections(pair: System, tmp_path: Path) -> None
         "a.body.m.vx -> b.end.vx",
         "a.body.m.x * -250.0 + 1.25 -> c.u, units ignored",
     }
-    np.testing.assert_allclose(
-        values(back, tmp_path), values(pair, tmp_path), rtol=1e-12, atol=1e-13
-    )
-
-
-def test_a_package_that_was_changed_has_no_bus(pair: System, tmp_path: Path) -> None:
-    path = save_system(pair, tmp_path / "pair.ssp", build_directory=tmp_path)
-    back = load_system(changed(path, b'factor="-250.0"', b'factor="-200.0"'))
+    np.testing.assert_allclose(values(back, tmp_path), over_bus, rtol=1e-12, atol=1e-13)
+    back = changed(path, b'factor="-250.0"', b'factor="-200.0"')
     assert back.buses == {}
     assert "a.body.m.x * -200.0 + 1.25 -> c.u, units ignored" in back.connections
     assert any("its buses differ from the package's connections" in note for note in back.notes)

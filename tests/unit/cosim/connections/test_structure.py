@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, Timing, prepare
-from m4e_fmi.cosim.connections.structure import Transfer
 
 Fmus = Callable[[str], Path]
 
@@ -16,20 +15,6 @@ Fmus = Callable[[str], Path]
 def prepared(fmus: Fmus, components: dict[str, str], *connections: str) -> Prepared:
     parts = tuple(Component(name, FmuFile(fmus(model))) for name, model in components.items())
     return prepare(System("s", parts, connections, Simulation(1, 0.1, "gauss_seidel")))
-
-
-def test_outputs_are_fetched_when_what_they_depend_on_is_set(c_fmu: Fmus) -> None:
-    found = prepared(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
-    transfers = [t for t in found.structure.exchange if isinstance(t, Transfer)]
-    assert len(transfers) == len(found.structure.exchange)
-    calls = [(t.action, t.component, set(t.variables)) for t in transfers]
-    assert calls == [
-        ("get", "body", {"body.m.x", "body.m.vx"}),
-        ("set", "spring", {"end.x", "end.vx"}),
-        ("get", "spring", {"end.force_x"}),
-        ("set", "body", {"body.m.force_x"}),
-        ("get", "body", {"body.m.ax"}),
-    ]
 
 
 def test_sources_of_unpredictable_values_step_first(c_fmu: Fmus) -> None:

@@ -45,13 +45,6 @@ def test_what_is_zero_by_symmetry_stays_zero() -> None:
     assert found[:3] == pytest.approx(np.linalg.solve(np.eye(3) - matrix[:3, :3], [1e6, 2.0, -3.0]))
 
 
-def test_noise_below_the_scale_does_not_count() -> None:
-    """The second value is noise of 1e-14, of a variable whose least size is 0.01."""
-    rng = np.random.default_rng(4)
-    found = solved(lambda x: np.array([0.5 * x[0] + 1.0, 1e-14 * rng.normal()]), [1.0, 0.01])
-    assert found[0] == pytest.approx(2.0, abs=1e-8)
-
-
 def test_rough_functions_are_solved_as_far_as_they_are_smooth() -> None:
     newton = QuasiNewton()
     rng = np.random.default_rng(5)

@@ -51,13 +51,6 @@ def test_a_kink_is_found_in_its_step_or_the_next(derivative: int) -> None:
     assert steps[-1] < 218 + 8
 
 
-def test_differences_below_the_gate_are_passed_over() -> None:
-    course = waves(300)
-    course[150:, 0] += 1e-3
-    assert found(course)[:300].any()
-    assert not found(course, gate=0.1)[:300].any()
-
-
 def test_a_course_that_stays_rough_is_nothing_new() -> None:
     course = waves(600)
     course[300:, 0] += 0.1 * np.random.default_rng(1).normal(size=300)

@@ -13,7 +13,6 @@ from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, prepa
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.preparation.state_trials import _different
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
 
@@ -48,12 +47,6 @@ def test_one_that_forgets_runs_as_one_that_cannot_go_back(
     assert warning.startswith("meter: integrator_state_forgets")
     assert "steps repeated after rollback give another y" in warning
     assert "m4e-fmi validate integrator_state_forgets" in warning
-
-
-def test_one_that_keeps_its_whole_state_is_left_as_it_is(c_fmu: Fmus) -> None:
-    found = prepare(metered(c_fmu, "integrator+state"))
-    assert not any("rollback" in text for text in found.warnings)
-    assert all(description.saves_state for description in found.descriptions.values())
 
 
 def test_outputs_of_type_binary_are_passed_over(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -99,12 +92,6 @@ def test_states_that_no_other_instance_can_take_are_not_saved(c_fmu: Fmus, tmp_p
         name.partition("@")[2] for name in differences(tmp_path / "r.nc", tmp_path / "whole.nc")
     }
     assert found <= {"notes"}
-
-
-def test_what_needs_a_return_is_refused(c_fmu: Fmus) -> None:
-    system = metered(c_fmu, "integrator+state+forgets")
-    with pytest.raises(RunError, match="which meter cannot"):
-        run(system.changed(coupling_tolerance=1e-3))
 
 
 def test_what_solvers_that_begin_anew_and_clocks_do_is_no_fault() -> None:

@@ -15,7 +15,6 @@ from m4e_fmi.cosim import (
     FmuFile,
     Simulation,
     System,
-    load_system,
     run,
     save_system,
     start,
@@ -107,17 +106,6 @@ def test_csv_and_parquet(system: System, tmp_path: Path) -> None:
     assert str(table["b.y_int8"].type) == "int8"
 
 
-def test_the_c_loop_and_python_record_the_same(
-    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = run(system, results=tmp_path / "c.nc").results().series
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-    other = run(system, results=tmp_path / "p.nc").results().series
-    assert first.keys() == other.keys()
-    for name, one in first.items():
-        assert np.array_equal(one.values, other[name].values), name
-
-
 def test_arrays_that_are_connected_are_recorded(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,13 +132,6 @@ def test_pictures_show_them_as_steps(system: System, tmp_path: Path) -> None:
     assert {line.get_drawstyle() for line in axis.get_lines()} == {"steps-post"}
     with pytest.raises(InputError, match=r"a\.y_text is text"):
         plot_run(tmp_path / "r.nc", tmp_path / "r.png", variables=["a.y_text"])
-
-
-def test_packages_keep_them(system: System, tmp_path: Path) -> None:
-    package = save_system(system, tmp_path / "s.ssp")
-    again = load_system(package)
-    assert again.connections == system.connections
-    check(run(again, results=tmp_path / "r.nc").results())
 
 
 def test_run_and_info_tell_of_them(

@@ -91,14 +91,6 @@ def test_the_error_estimate_changes_no_bit(c_fmu: Fmus, kind: str) -> None:
     assert uncertified[: len(seen)] == seen
 
 
-def test_a_second_set_of_instances_has_the_same_scenario(c_fmu: Fmus) -> None:
-    """Without rollback the estimate has instances of its own."""
-    there = run(system(c_fmu, "gauss_seidel", options=""))
-    assert isinstance(there.certificate, CouplingErrorReport)
-    assert 0.0 < there.certificate.errors[0].error < 0.1
-    assert len(there.scenario) == len(EVERYTHING)
-
-
 def test_the_energy_balance_closes_over_a_jump_on_a_condition(c_fmu: Fmus) -> None:
     """Force and velocity before the jump belong to the step before it, those after it do not."""
     jumps = {

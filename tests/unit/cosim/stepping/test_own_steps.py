@@ -23,10 +23,8 @@ from m4e_fmi.cosim import (
     System,
     Timing,
     load,
-    load_system,
     prepare,
     run,
-    save_system,
     start,
 )
 from m4e_fmi.cosim.stepping.input_interpolation import PARABOLA, InputInterpolation
@@ -104,14 +102,6 @@ def test_the_step_that_meets_all_points(
     assert " ".join(problems) == wrong
 
 
-def test_an_fmu_of_constant_step_keeps_the_one_that_was_given(c_fmu: Fmus) -> None:
-    system = pair(c_fmu, "75 ms")
-    part = Component("c", FmuFile(c_fmu("partner+state+constant")))
-    prepared = prepare(replace(system, components=(*system.components, part)))
-    assert prepared.system.simulation.step_size == 0.025
-    assert prepared.rates["c"] == ComponentStep(0.05, every=2, constant=True)
-
-
 def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
     prepared = prepare(pair(c_fmu, "10 ms"))
     assert prepared.rates == {"b": ComponentStep(0.01, pieces=5)}
@@ -126,15 +116,6 @@ def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
     assert found == {"a": Timing.TAKEN, "b": Timing.HELD}
     (note, *_) = run(pair(c_fmu, options="+constant")).notes
     assert note == "b steps by 0.05 s (the only size of step that its FMU makes)"
-
-
-def test_ssp_keeps_own_steps(c_fmu: Fmus, tmp_path: Path) -> None:
-    for own in (0.01, "1/60 s", None):
-        back = load_system(
-            save_system(pair(c_fmu, own), tmp_path / "s.ssp", build_directory=tmp_path)
-        )
-        assert back.notes == ()
-        assert [part.step_size for part in back.components] == [None, own]
 
 
 @pytest.mark.parametrize(
@@ -184,22 +165,6 @@ def test_outputs_that_follow_inputs_at_once_do_not_wait_for_a_step_inside(
         return found
 
     np.testing.assert_array_equal(values("3:stage+tenth"), values("3:stage"))
-
-
-@pytest.mark.parametrize(
-    ("fmu", "rates"),
-    [
-        ("3:stage+tenth", {}),  # its output follows the input
-        ("3:stage+tenth+rigid", {"b": ComponentStep(0.1, every=10, constant=True)}),
-        ("3:lag+tenth", {"b": ComponentStep(0.1, every=10)}),
-    ],
-)
-def test_which_steps_inside_are_own_steps(
-    c_fmu: Fmus, fmu: str, rates: dict[str, ComponentStep]
-) -> None:
-    parts = (Component("a", FmuFile(c_fmu("integrator"))), Component("b", FmuFile(c_fmu(fmu))))
-    settings = Simulation(1.0, 0.01)
-    assert prepare(System("s", parts, ("a.y -> b.u, units ignored",), settings)).rates == rates
 
 
 def test_a_step_inside_an_fmu(c_fmu: Fmus, inside: Callable[[str, float], None]) -> None:
@@ -336,17 +301,6 @@ def test_a_run_that_goes_back_does_not_know_its_longer_steps(c_fmu: Fmus) -> Non
     )
 
 
-def test_where_no_other_steps_fit_the_run_says_so(c_fmu: Fmus) -> None:
-    system = pair(c_fmu, "0.15 s")
-    rigid = Component("c", FmuFile(c_fmu("partner+state+constant")))
-    outcome = run(replace(system, components=(*system.components, rigid)))
-    assert outcome.certificate == (
-        "steps of twice the length miss points of a component (b steps by 0.15 s, once in 3 "
-        "steps), and there are no steps of half the length: c steps by 0.05 s (the only size "
-        "of step that its FMU makes)"
-    )
-
-
 def test_rows_between_the_points_of_a_sampled_component_hold(c_fmu: Fmus, tmp_path: Path) -> None:
     run(pair(c_fmu, "0.2 s"), results=tmp_path / "r.nc")
     force = load(tmp_path / "r.nc")["b.end.force_x"].values
@@ -372,9 +326,3 @@ def test_held_values_have_the_moments_of_the_course(pieces: int) -> None:
                 for k, c in enumerate(PARABOLA)
             )
             np.testing.assert_allclose(found, exact, atol=1e-14)  # rounding
-
-
-@pytest.mark.parametrize("pieces", range(1, 8))
-def test_held_values_have_the_means_of_straight_lines(pieces: int) -> None:
-    means = [InputInterpolation.LINES.held(k, pieces) for k in range(pieces)]
-    np.testing.assert_allclose(np.mean(means, axis=0), InputInterpolation.LINES.mean, atol=1e-15)
