@@ -26,9 +26,12 @@ def system(
     return System("test", parts, connections, simulation or Simulation(1, 0.1))
 
 
-def oscillator(fmus: Fmus, simulation: Simulation, options: str = "") -> System:
-    """A mass of 1 kg on a spring of 1 N/m, released at rest at x = 1 m: x = cos t."""
-    names = {"body": f"mass{options}", "spring": f"spring{options}"}
+def oscillator(fmus: Fmus, simulation: Simulation, options: str = "", of: str = "") -> System:
+    """A mass of 1 kg on a spring of 1 N/m, released at rest at x = 1 m: x = cos t.
+
+    FMUs have these `options`, and are `of` a version of FMI, as ``3:``.
+    """
+    names = {"body": f"{of}mass{options}", "spring": f"{of}spring{options}"}
     start = {"body": {"body.m.x": 1.0}}
     return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)
 

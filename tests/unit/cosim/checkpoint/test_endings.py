@@ -8,18 +8,14 @@ from pathlib import Path
 
 import pytest
 from support.interrupted import differences
-from support.small_systems import Fmus, system
+from support.small_systems import Fmus, oscillator, system
 
-from m4e_fmi.cosim import Network, Simulation, System, run, start
+from m4e_fmi.cosim import Network, Simulation, run, start
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 from m4e_fmi.errors import RunError
 from m4e_fmi.signals import Terminated
 
-
-def oscillator(fmus: Fmus, simulation: Simulation) -> System:
-    names = {"body": "mass+state+bytes", "spring": "spring+state+bytes"}
-    start = {"body": {"body.m.x": 1.0}}
-    return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)
+SAVING = "+state+bytes"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -27,7 +23,7 @@ def test_a_signal_leaves_a_checkpoint_at_the_last_point(
     c_fmu: Fmus, tmp_path: Path, number: signal.Signals
 ) -> None:
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
-    whole = oscillator(c_fmu, Simulation(3, 0.01))
+    whole = oscillator(c_fmu, Simulation(3, 0.01), SAVING)
     saving = whole.changed(checkpoint_interval=1e3)
     run(whole, results=plain)
 
@@ -47,7 +43,7 @@ def test_a_signal_leaves_a_checkpoint_at_the_last_point(
 
 def test_a_signal_in_a_repeated_window_leaves_one_before_it(c_fmu: Fmus, tmp_path: Path) -> None:
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
-    whole = oscillator(c_fmu, Simulation(22, 0.01, "gauss_seidel"))
+    whole = oscillator(c_fmu, Simulation(22, 0.01, "gauss_seidel"), SAVING)
     saving = whole.changed(checkpoint_interval=1e3)
     run(whole, results=plain)
     found: list[Network] = []
@@ -87,7 +83,7 @@ def test_an_error_names_the_last_checkpoint(c_fmu: Fmus, tmp_path: Path) -> None
 
 
 def test_checkpoints_that_are_asked_for_and_not_taken_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
-    saving = oscillator(c_fmu, Simulation(1, 0.1, "jacobi", checkpoint_interval=0.5))
+    saving = oscillator(c_fmu, Simulation(1, 0.1, "jacobi", checkpoint_interval=0.5), SAVING)
     told: list[str] = []
     run(saving, warn=told.append)
     with start(saving, results=tmp_path / "r.nc", warn=told.append) as stepped:

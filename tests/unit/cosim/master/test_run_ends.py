@@ -60,14 +60,15 @@ def test_signals_stop_at_a_communication_point(
     for at, results, notes in (
         (0.5, path, ["at t = 0.5 s of 1 s", f"results until t = 0.5 s are in {path} (6 rows)"]),
         (0.5, None, ["at t = 0.5 s of 1 s"]),
-        (1, path, ["at the stop time, t = 1 s", f"the results are complete in {path} (11 rows)"]),
+        (1, path, ["at the stop time, t = 1 s", f"results until t = 1 s are in {path} (11 rows)"]),
     ):
         with pytest.raises((KeyboardInterrupt, Terminated)) as caught:
             run(short, results=results, observers=[send(number, at)])
         assert caught.value.__notes__ == notes
         assert number is signal.SIGINT or caught.value.code == 128 + number  # type: ignore
         found = load(path)
-        ended = f"ended by {number.name}" if found.time[-1] == 0.5 else "at the stop time"
+        early = "interrupted" if number is signal.SIGINT else "ended by SIGTERM"
+        ended = early if found.time[-1] == 0.5 else "at the stop time"
         assert found.attributes["ended"] == ended
     assert signal.getsignal(number) is before
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from support.small_systems import Fmus, observed, system
 
 from m4e_fmi.cosim import (
     Component,
@@ -32,56 +33,61 @@ from m4e_fmi.cosim import (
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
 RING = ("a.y -> b.u", "b.y -> a.u")
 
 
-def ring(fmus: Fmus, model: str, algorithm: str = "gauss_seidel", gain: float = -1.0) -> System:
-    a = Component("a", FmuFile(fmus(model)))
-    b = Component("b", FmuFile(fmus(model)), {"gain": gain})
-    return System("ring", (a, b), RING, Simulation(5.0, 0.05, algorithm))
-
-
-def oscillating(fmus: Fmus, model: str, algorithm: str) -> System:
-    return ring(fmus, model, algorithm).changed(start={"a.y": 1.0})
+def ring(
+    fmus: Fmus, model: str, algorithm: str = "gauss_seidel", *, gain: float = -1.0, y: float = 0.0
+) -> System:
+    start = {"a": {"y": y} if y else {}, "b": {"gain": gain}}
+    settings = Simulation(5.0, 0.05, algorithm)
+    return system(fmus, {"a": model, "b": model}, *RING, start=start, simulation=settings)
 
 
 def added_mass(fmus: Fmus, algorithm: str, options: str = "", ratio: float = 2.0) -> System:
     version, _, options = options.rpartition(":")
     version += ":" * bool(version)
-    a = Component("a", FmuFile(fmus(f"{version}blind_mass{options}")), {"body.m.x": 1.0})
-    b = Component("b", FmuFile(fmus(f"{version}blind_added_mass{options}")), {"added": ratio})
-    return System("s", (a, b), ("a.m <-> b.end",), Simulation(3.0, 0.05, algorithm))
+    names = {"a": f"{version}blind_mass{options}", "b": f"{version}blind_added_mass{options}"}
+    start = {"a": {"body.m.x": 1.0}, "b": {"added": ratio}}
+    settings = Simulation(3.0, 0.05, algorithm)
+    return system(fmus, names, "a.m <-> b.end", start=start, simulation=settings)
 
 
-def compared(system: System, name: str, true: Callable) -> tuple[float, float, Outcome]:
+def stated(given: System, **dependencies: Sequence[str]) -> System:
+    """The system with dependencies stated of all components."""
+    parts = tuple(replace(part, dependencies=dependencies) for part in given.components)
+    return replace(given, components=parts)
+
+
+def compared(given: System, name: str, true: Callable) -> tuple[float, float, Outcome]:
     """The largest error of an output over its range, the largest stated one, and the outcome."""
-    seen: dict[float, float] = {}
-    outcome = run(system, observers=[lambda t, network: seen.update({t: network.read(name)})])
-    times, values = np.array(list(seen)), np.array(list(seen.values()))
+    rows, outcome = observed(given, name)
+    times, values = np.array(rows).T
     assert isinstance(outcome.certificate, CouplingErrorReport)
-    stated = outcome.certificate.errors[0].error
-    return float(np.abs(values - true(times)).max() / np.ptp(true(times))), stated, outcome
+    found = outcome.certificate.errors[0].error
+    return float(np.abs(values - true(times)).max() / np.ptp(true(times))), found, outcome
 
 
 @pytest.mark.parametrize(
-    ("version", "algorithm"), [("", "corrector"), ("1:", "gauss_seidel"), ("3:", "jacobi")]
+    ("version", "algorithm", "options"),
+    [
+        ("", "corrector", "+state"),
+        ("1:", "gauss_seidel", ""),
+        ("3:", "jacobi", ""),
+        ("3:", "implicit", "+state"),
+    ],
 )
-def test_a_ring_that_declares_nothing_runs(c_fmu: Fmus, version: str, algorithm: str) -> None:
-    system = oscillating(c_fmu, f"{version}blind_integrator", algorithm)
-    error, stated, outcome = compared(system, "a.y", np.cos)
-    assert error / 3 < stated < 3 * error
+def test_a_ring_that_declares_nothing_is_coupled_as_one_that_does(
+    c_fmu: Fmus, version: str, algorithm: str, options: str
+) -> None:
+    blind = ring(c_fmu, f"{version}blind_integrator{options}", algorithm, y=1.0)
+    error, told, outcome = compared(blind, "a.y", np.cos)
+    assert error / 3 < told < 3 * error
     assert error < (5e-2 if algorithm == "jacobi" else 2e-3)
     assert "a, b: no dependencies are declared; probed, y follows no input" in outcome.notes
-    assert not prepare(system).structure.loops
-
-
-@pytest.mark.parametrize(("version", "algorithm"), [("", "corrector"), ("3:", "implicit")])
-def test_and_is_coupled_as_declared_ones_are(c_fmu: Fmus, version: str, algorithm: str) -> None:
-    blind = oscillating(c_fmu, f"{version}blind_integrator+state", algorithm)
-    known = oscillating(c_fmu, f"{version}integrator+state", algorithm)
-    one, other = (compared(system, "a.y", np.cos)[:2] for system in (blind, known))
-    assert one == other
+    assert not prepare(blind).structure.loops
+    known = ring(c_fmu, f"{version}integrator{options}", algorithm, y=1.0)
+    assert compared(known, "a.y", np.cos)[:2] == (error, told)
 
 
 @pytest.mark.parametrize("options", ["", "3:+state", "1:+lazy"])
@@ -109,11 +115,11 @@ def test_each_component_is_probed_alone(c_fmu: Fmus, options: str) -> None:
     ],
 )
 def test_a_true_loop_is_solved(c_fmu: Fmus, algorithm: str, options: str, ratio: float) -> None:
-    system = added_mass(c_fmu, algorithm, options, ratio)
-    error, stated, _ = compared(system, "a.body.m.x", lambda t: np.cos(t / np.sqrt(1 + ratio)))
-    assert error / 3 < stated < 3 * error
+    given = added_mass(c_fmu, algorithm, options, ratio)
+    error, told, _ = compared(given, "a.body.m.x", lambda t: np.cos(t / np.sqrt(1 + ratio)))
+    assert error / 3 < told < 3 * error
     assert error < (3e-2 if algorithm == "jacobi" else 2e-3)
-    finer = system.changed(step_size=0.025)
+    finer = given.changed(step_size=0.025)
     half, _, _ = compared(finer, "a.body.m.x", lambda t: np.cos(t / np.sqrt(1 + ratio)))
     order = 1 if algorithm == "jacobi" else 2
     assert np.log2(error / half) == pytest.approx(order, abs=0.2)
@@ -122,57 +128,51 @@ def test_a_true_loop_is_solved(c_fmu: Fmus, algorithm: str, options: str, ratio:
 @pytest.mark.parametrize("algorithm", ["corrector", "jacobi"])
 def test_what_shows_in_the_next_step_only_is_of_first_order(c_fmu: Fmus, algorithm: str) -> None:
     """A mass and an added mass that are computed in steps; loops of less than 1 do not grow."""
-    system = added_mass(c_fmu, algorithm, "+lazy", 0.3)
+    given = added_mass(c_fmu, algorithm, "+lazy", 0.3)
     rate = 1 / np.sqrt(1.3)
-    error, stated, outcome = compared(system, "a.body.m.ax", lambda t: -np.cos(rate * t) * rate**2)
+    error, told, outcome = compared(given, "a.body.m.ax", lambda t: -np.cos(rate * t) * rate**2)
     assert outcome.order == 1
     assert "(and 1 more) shows its FMU's inputs only after the next step" in str(outcome.notes)
-    assert error / 3 < stated < 3 * error
-    cases = (system.changed(step_size=step) for step in (0.05, 0.025))
+    assert error / 3 < told < 3 * error
+    cases = (given.changed(step_size=step) for step in (0.05, 0.025))
     one, half = (compared(case, "a.body.m.x", lambda t: np.cos(rate * t))[0] for case in cases)
     assert one / half == pytest.approx(2.0, rel=0.1)
 
 
 def test_an_fmu_that_refuses_a_value_is_assumed_to_depend(c_fmu: Fmus) -> None:
-    system = oscillating(c_fmu, "blind_integrator+picky", "gauss_seidel")
-    system = system.changed(start={"a.y": 0.1})
-    error, stated, outcome = compared(system, "a.y", lambda t: 0.1 * np.cos(t))
-    assert error / 3 < stated < 3 * error
-    told = next(note for note in outcome.notes if note.startswith("a, b: ") or note[:3] == "a: ")
-    assert "y may depend on every input (probing it failed: a (blind_integrator_picky.fmu)" in told
-    assert "fmi2SetReal answered Error" in told
-    assert prepare(system).structure.loops
+    given = ring(c_fmu, "blind_integrator+picky", y=0.1)
+    error, told, outcome = compared(given, "a.y", lambda t: 0.1 * np.cos(t))
+    assert error / 3 < told < 3 * error
+    notes = "\n".join(outcome.notes)
+    assert "y may depend on every input (probing it failed: a (blind_integrator_picky.fmu)" in notes
+    assert "fmi2SetReal answered Error" in notes
+    assert prepare(given).structure.loops
 
 
 def test_an_fmu_of_one_instance_is_not_probed(c_fmu: Fmus) -> None:
-    system = oscillating(c_fmu, "blind_integrator+once", "gauss_seidel")
-    error, stated, outcome = compared(system, "a.y", np.cos)
-    assert error / 3 < stated < 3 * error
+    given = ring(c_fmu, "blind_integrator+once", y=1.0)
+    error, told, outcome = compared(given, "a.y", np.cos)
+    assert error / 3 < told < 3 * error
     assert "its FMU allows one instance only" in str(outcome.notes)
     assert "under `dependencies`" in str(outcome.notes)
-    parts = tuple(replace(part, dependencies={"y": ()}) for part in system.components)
-    again = replace(system, components=parts)
+    again = stated(given, y=())
     assert not prepare(again).structure.loops
     assert compared(again, "a.y", np.cos)[0] == pytest.approx(error, rel=1e-6)
 
 
 def test_a_dependence_that_comes_later_is_seen(c_fmu: Fmus) -> None:
     """y = u from 0.5 s on, 0 before: all three points of the probe are earlier."""
-    a = Component("a", FmuFile(c_fmu("latch")))
-    b = Component("b", FmuFile(c_fmu("blind_integrator")), {"y": 1.0, "gain": -1.0})
-    system = System("s", (a, b), RING, Simulation(1.0, 0.05, "gauss_seidel"))
-    (warning,) = run(system).warnings
+    names = {"a": "latch", "b": "blind_integrator"}
+    start, settings = {"b": {"y": 1.0, "gain": -1.0}}, Simulation(1.0, 0.05, "gauss_seidel")
+    given = system(c_fmu, names, *RING, start=start, simulation=settings)
+    (warning,) = run(given).warnings
     when = re.search(r"a\.y has changed at t = (\S+) s when u was set", warning)
     assert when
     assert 0.5 <= float(when[1]) <= 1.0
     assert "under `dependencies` of a" in warning
-    stated = Component("a", a.source, dependencies={"y": ["u"]})
-    settled = run(System("s", (stated, b), RING, system.simulation))
-    assert not settled.warnings
-    late = run(system.changed(stop_time=0.55))  # the end is looked at, always
-    assert late.warnings
-    early = run(system.changed(stop_time=0.4))
-    assert not early.warnings
+    assert not run(stated(given, y=["u"])).warnings
+    assert run(given.changed(stop_time=0.55)).warnings  # the end is looked at, always
+    assert not run(given.changed(stop_time=0.4)).warnings
 
 
 @pytest.mark.parametrize(
@@ -204,60 +204,51 @@ def test_a_dependence_that_is_not_declared_is_seen(
     assert not run(System("s", (a, mended), system.connections, system.simulation)).warnings
 
 
-def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus) -> None:
+@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "jacobi"])
+def test_a_delay_is_of_first_order_and_certified(c_fmu: Fmus, algorithm: str) -> None:
     """y₁ = t + 0.5 y₂(t − H), y₂ = t − 0.5 y₁: against the solution without delay, 1.2 t."""
-    parts = (
-        Component("a", FmuFile(c_fmu("blind_stage")), {"gain": 0.5}),
-        Component("b", FmuFile(c_fmu("blind_stage")), {"gain": -0.5}),
+    given = system(
+        c_fmu,
+        {"a": "blind_stage", "b": "blind_stage"},
+        RING[0],
+        f"{RING[1]}, delayed",
+        start={"a": {"gain": 0.5}, "b": {"gain": -0.5}},
+        simulation=Simulation(2.0, 0.05, algorithm),
     )
-    links = ("a.y -> b.u", "b.y -> a.u, delayed")
-    for algorithm in ("corrector", "gauss_seidel", "jacobi"):
-        system = System("s", parts, links, Simulation(2.0, 0.05, algorithm))
-        found = prepare(system)
-        assert not found.structure.loops
-        (late,) = (k for k, timing in found.timings.items() if timing is Timing.DELAYED)
-        assert str(late) == "b.y -> a.u"
-        errors = []
-        for step in (0.05, 0.025):
-            case = compared(system.changed(step_size=step), "a.y", lambda t: 1.2 * t)
-            errors.append(case[:2])
-            assert case[2].order == 1
-            assert "b.y -> a.u has the value of the previous step" in str(case[2].notes)
-        (error, stated), (half, _) = errors
-        assert error / 3 < stated < 3 * error
-        assert error / half == pytest.approx(2.0, rel=0.05)
+    found = prepare(given)
+    assert not found.structure.loops
+    late = [str(k) for k, timing in found.timings.items() if timing is Timing.DELAYED]
+    assert late == ["b.y -> a.u"]
+    (error, told, outcome), (half, *_) = (
+        compared(given.changed(step_size=step), "a.y", lambda t: 1.2 * t) for step in (0.05, 0.025)
+    )
+    assert outcome.order == 1
+    assert "b.y -> a.u has the value of the previous step" in str(outcome.notes)
+    assert error / 3 < told < 3 * error
+    assert error / half == pytest.approx(2.0, rel=0.05)
 
 
 def test_every_remedy_for_a_loop_without_solution_leads_to_a_run(c_fmu: Fmus) -> None:
     """y₁ = y₂ + t, y₂ = y₁ + t."""
-    system = ring(c_fmu, "1:blind_stage", gain=1.0).changed(stop_time=1.0)
-    with pytest.raises(RunError) as caught:
-        run(system)
-    text = str(caught.value)
-    assert "algebraic loop of a.u, b.u is singular at t = 0 s" in text
-    assert "signs of the connections" in text
+    given = ring(c_fmu, "1:blind_stage", gain=1.0).changed(stop_time=1.0)
+    with pytest.raises(RunError, match=r"loop of a\.u, b\.u is singular at t = 0 s") as caught:
+        run(given)
+    remedies = ("signs of the connections", "', delayed'", "`dependencies`")
+    assert all(text in str(caught.value) for text in remedies)
     run(ring(c_fmu, "1:blind_stage", gain=-1.0))
-    assert "', delayed'" in text
-    delayed = System("s", system.components, (RING[0], f"{RING[1]}, delayed"), system.simulation)
-    assert run(delayed).order == 1
-    assert "`dependencies`" in text
-    parts = tuple(replace(part, dependencies={"y": []}) for part in system.components)
-    run(replace(system, components=parts))
+    assert run(replace(given, connections=(RING[0], f"{RING[1]}, delayed"))).order == 1
+    run(stated(given, y=[]))
 
 
 def test_a_loop_through_a_sampled_component_is_delayed_there(c_fmu: Fmus) -> None:
-    parts = (
-        Component("a", FmuFile(c_fmu("blind_stage")), {"gain": 0.2}),
-        Component("b", FmuFile(c_fmu("blind_stage")), {"gain": 0.3}, step_size=0.2),
-    )
+    a, b = ring(c_fmu, "blind_stage", gain=0.3).components
+    parts = (a, replace(b, step_size=0.2))
     found = prepare(System("s", parts, RING, Simulation(1, 0.1)))
     assert not found.structure.loops
-    assert any(
-        "leads through b" in note and "a.y -> b.u has the value of the previous step" in note
-        for note in found.notes
-    )
-    outcome = run(found)
-    assert outcome.order == 1
+    notes = "\n".join(found.notes)
+    assert "leads through b" in notes
+    assert "a.y -> b.u has the value of the previous step" in notes
+    assert run(found).order == 1
 
 
 def silenced(fmu: Path, folder: Path) -> Path:
@@ -295,13 +286,11 @@ def test_values_of_all_types_are_probed(
 
 
 def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path: Path) -> None:
-    first = ring(c_fmu, "blind_stage", gain=-0.5)
-    a = Component("a", first.components[0].source, dependencies={"y": ["u"]})
     links = (RING[0], f"{RING[1]}, delayed")
-    system = System("s", (a, first.components[1]), links, first.simulation)
-    again = load_system(save_system(system, tmp_path / "s.ssp", build_directory=tmp_path))
+    given = replace(stated(ring(c_fmu, "blind_stage", gain=-0.5), y=["u"]), connections=links)
+    again = load_system(save_system(given, tmp_path / "s.ssp", build_directory=tmp_path))
     assert again.connections == links
-    found = {c.name: {k: list(v) for k, v in c.dependencies.items()} for c in again.components}
-    assert found == {"a": {"y": ["u"]}, "b": {}}
-    assert not prepare(System("s", again.components, links, first.simulation)).structure.loops
+    assert [{k: [*v] for k, v in c.dependencies.items()} for c in again.components] == [
+        {"y": ["u"]}
+    ] * 2
     assert [k.delayed for k in prepare(again).wiring.links] == [False, True]
