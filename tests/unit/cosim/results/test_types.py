@@ -31,7 +31,7 @@ def system(c_fmu: Fmus) -> System:
         "a.y_int -> b.u_list[3]",
     )
     names = {"a": "kinds+state", "b": "3:kinds+state+through"}
-    return coupled(c_fmu, names, *links, start=dict.fromkeys("ab", {"period": 0.3}))
+    return coupled(c_fmu, names, *links, start={name: {"period": 0.3} for name in "ab"})
 
 
 def test_netcdf_has_them_in_their_own_types(system: System, tmp_path: Path) -> None:
