@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import re
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_study import written_study
 from support.small_systems import Fmus, oscillator, system
 
 from m4e_fmi.cosim import (
@@ -130,3 +134,32 @@ def test_a_system_may_be_given_by_its_path(c_fmu: Fmus, tmp_path: Path) -> None:
         for verb in (run, prepare):
             with pytest.raises(InputError, match="expected a System, or the path of a system"):
                 verb(wrong)  # pyright: ignore[reportArgumentType]
+
+
+SCRIPT = """
+import json
+from concurrent.futures import ThreadPoolExecutor
+from m4e_fmi.cosim import load, load_system, prepare, run
+
+system = load_system("system.yaml").changed(stop_time=0.5)
+prepared = prepare(system)
+
+def last(k):
+    outcome = run(prepared, results=f"{k}.nc")
+    return [float(outcome.results()["cart.body.cart.x"].values[-1]) for _ in range(3)]
+
+with ThreadPoolExecutor(4) as pool:
+    print(json.dumps(list(pool.map(last, range(12)))))
+"""
+
+
+def test_runs_with_results_may_be_asked_for_by_threads(tmp_path: Path) -> None:
+    """netCDF's library ends the process if two threads call it at once."""
+    written_study(tmp_path, "")
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found == [found[0]] * 12
+    assert found[0] == [found[0][0]] * 3

@@ -7,7 +7,6 @@ import shutil
 import sys
 import zipfile
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -191,15 +190,6 @@ def test_versions_of_libraries_count(monkeypatch: pytest.MonkeyPatch) -> None:
     code_hash.cache_clear()
 
 
-@pytest.mark.usefixtures("brought")
-def test_two_names_that_differ_in_capitals_are_two_files(tmp_path: Path) -> None:
-    part = Component("a", Kind("one", component_module.kind_module("one").Config()))
-    parts = (part, replace(part, name="A"))
-    system = System("s", parts, (), Simulation(1.0, 0.5), folder=tmp_path)
-    files = components.fmu_files(system, tmp_path / "build")
-    assert len({path.name.casefold() for path in files.values()}) == 2
-
-
 def test_an_fmu_that_is_replaced_after_it_was_read_is_not_used(c_fmu, tmp_path: Path) -> None:
     fmu = tmp_path / "a.fmu"
     shutil.copy(c_fmu("mass"), fmu)
@@ -210,20 +200,3 @@ def test_an_fmu_that_is_replaced_after_it_was_read_is_not_used(c_fmu, tmp_path: 
         with pytest.raises(RunError, match="was replaced by another FMU meanwhile"):
             use()
     run(system)
-
-
-def test_members_of_one_name_in_packages_are_two_files(c_fmu, tmp_path: Path) -> None:
-    for package, model in (("one", "mass"), ("two", "spring")):
-        with zipfile.ZipFile(tmp_path / f"{package}.ssp", "w") as archive:
-            archive.writestr("SystemStructure.ssd", "")
-            archive.write(c_fmu(model), "resources/a.fmu")
-            archive.write(c_fmu("mm_spring"), "resources/b/a.fmu")
-            archive.write(c_fmu("stage"), "resources/b_a.fmu")
-    members = [("one", "a.fmu"), ("two", "a.fmu"), ("two", "b/a.fmu"), ("two", "b_a.fmu")]
-    parts = tuple(
-        Component(f"c{k}", FmuFile(tmp_path / f"{package}.ssp", f"resources/{member}"))
-        for k, (package, member) in enumerate(members)
-    )
-    files = components.fmu_files(System("s", parts, (), Simulation(1.0, 0.5)), tmp_path / "build")
-    wanted = [c_fmu(name).read_bytes() for name in ("mass", "spring", "mm_spring", "stage")]
-    assert [path.read_bytes() for path in files.values()] == wanted

@@ -12,6 +12,8 @@ import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +33,7 @@ from m4e_fmi.cosim import (
     save_system,
 )
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
+from m4e_fmi.cosim.monitoring.late_dependence import _Part
 from m4e_fmi.errors import RunError
 
 RING = ("a.y -> b.u", "b.y -> a.u")
@@ -294,3 +297,13 @@ def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path
         {"y": ["u"]}
     ] * 2
     assert [k.delayed for k in prepare(again).wiring.links] == [False, True]
+
+
+def test_what_is_zero_but_for_rounding_has_not_changed() -> None:
+    """Nodes of a line in the X-Z plane of space: y is 1e-13 m beside x = 260 m."""
+    units = np.array([0, 0, 1, 0])  # m, m, N, m
+    anything: Any = SimpleNamespace()
+    part = _Part(anything, ("x", "y", "f", "z"), np.arange(4), np.zeros(4), anything, units)
+    one = np.array([260.0, 1.0e-13, 1.0e-13, 1.0e-6])
+    other = np.array([260.0 + 1e-8, 1.7e-13, 1.7e-13, 1.001e-6])
+    assert part.changed(one, other).tolist() == [False, False, True, True]

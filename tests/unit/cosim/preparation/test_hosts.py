@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +11,7 @@ import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, prepare, run
 from m4e_fmi.cosim.system.processes import Limits, Processes
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.worker import Host
 
 Fmus = Callable[[str], Path]
@@ -89,20 +87,6 @@ def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(
     ]
     assert f"{file}:3:" in str(failure.value)
     assert f"{file}:5:" in str(failure.value)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="has no such limit")
-def test_the_limit_of_file_sizes_is_told(c_fmu: Fmus) -> None:
-    import resource
-
-    fmu, limits = c_fmu("mass+state"), resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
-    try:
-        with pytest.raises(RunError, match="cannot be unpacked") as caught:
-            Unpacked(fmu)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert caught.value.remedy == "free disk space, or raise the limit of file sizes (ulimit -f)"
 
 
 def test_a_damaged_library_is_told(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -106,19 +106,22 @@ components:
     waves: WAVES
     OTHER
     points: {p: [20, 0]}
-  mooring:
-    kind: mooring
-    water: *water
-    waves: LINES
-    line_types: {c: {diameter: 0.1, mass_per_length: 50, axial_stiffness: 1e8,
-      axial_damping_ratio: 1, drag_coefficient: 1, added_mass_coefficient: 1}}
-    anchors: {a: [-50, -40]}
-    fairleads: [f]
-    lines: {l: {type: c, from: a, to: f, unstretched_length: 70, segments: 4}}
+LINES
 connections: []
 simulation: {stop_time: 1, step_size: 0.1}
 """
-ALIKE = {"WAVES": "*sea", "START": "", "LINES": "none", "CURRENT": "", "OTHER": "", "DRAG": "{}"}
+MOORING = """\
+  mooring:
+    kind: mooring
+    water: *water
+    waves: {}
+    line_types: {{c: {{diameter: 0.1, mass_per_length: 50, axial_stiffness: 1e8,
+      axial_damping_ratio: 1, drag_coefficient: 1, added_mass_coefficient: 1}}}}
+    anchors: {{a: [-50, -40]}}
+    fairleads: [f]
+    lines: {{l: {{type: c, from: a, to: f, unstretched_length: 70, segments: 4}}}}
+"""
+ALIKE = {"WAVES": "*sea", "START": "", "LINES": "", "CURRENT": "", "OTHER": "", "DRAG": "{}"}
 SAME = "{spectrum: jonswap, significant_height: 2, peak_period: 7, seed: 3, direction: 0}"
 WAVES = "the waves of hydro (line 6) and of gauge (line 13) differ: components in one sea need"
 CURRENT = "the current of hydro (line"
@@ -134,8 +137,11 @@ CURRENT = "the current of hydro (line"
         ({"WAVES": "{spectrum: still}"}, [WAVES]),
         ({"START": "wave.significant_height: 3"}, ["the start values of waves of hydro (line 6)"]),
         # lines belong to the sea or say that they do not
-        ({"LINES": "*sea"}, []),
-        ({"LINES": "{spectrum: still}"}, ["of mooring (line 19) differ: components in one"] * 2),
+        *(({"LINES": MOORING.format(waves)}, []) for waves in ("*sea", "none")),
+        (
+            {"LINES": MOORING.format("{spectrum: still}")},
+            ["of mooring (line 19) differ: components in one"] * 2,
+        ),
         ({"CURRENT": "current: {speed: 2}", "OTHER": "current: {speed: 2}"}, []),
         ({"CURRENT": "current: {speed: 2}", "OTHER": "current: {speed: 1}"}, [CURRENT]),
         ({"CURRENT": "current: {speed: 2}"}, [CURRENT]),
