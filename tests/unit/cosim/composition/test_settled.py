@@ -17,7 +17,7 @@ from m4e_fmi.cosim import (
     run,
     system_program,
 )
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 
 Fmus = Callable[[str], Path]
@@ -146,23 +146,6 @@ def test_what_cannot_be_brought_to_rest(
         settled(tmp_path, c_fmu(model), text, start)
     assert all(one in caught.value.message for one in told)
     assert caught.value.remedy.endswith(remedy)
-
-
-@pytest.mark.parametrize(
-    ("settled", "keep_open", "told"),
-    [
-        (["line", "cart"], [], "cart is equations"),
-        (["lime"], [], "no component 'lime'"),
-        (["line"], ["line"], "both open and settled"),
-        ([], [], "--settled line"),
-    ],
-)
-def test_names_that_cannot_be_settled(
-    c_fmu: Fmus, tmp_path: Path, settled: list[str], keep_open: list[str], told: str
-) -> None:
-    path = system(tmp_path, c_fmu("spring"), MOTION)
-    with pytest.raises(InputError, match=told):
-        system_program(load_system(path), settled=settled, keep_open=keep_open)
 
 
 def hanging_system(folder: Path) -> System:

@@ -45,18 +45,6 @@ def test_what_is_zero_by_symmetry_stays_zero() -> None:
     assert found[:3] == pytest.approx(np.linalg.solve(np.eye(3) - matrix[:3, :3], [1e6, 2.0, -3.0]))
 
 
-def test_rough_functions_are_solved_as_far_as_they_are_smooth() -> None:
-    newton = QuasiNewton()
-    rng = np.random.default_rng(5)
-
-    def rough(x: np.ndarray) -> np.ndarray:
-        return 0.5 * x + 1.0 + 3e-8 * rng.uniform(-1.0, 1.0, 1)
-
-    found = newton.solve(*parts(rough, [1.0]), np.zeros(1), np.ones(1))
-    assert found[0] == pytest.approx(2.0, abs=1e-6)
-    assert 1e-9 < newton.roughness < 1e-7
-
-
 @pytest.mark.parametrize("scale", [1.0, 1e-9])
 def test_no_solution_is_never_taken_for_one(scale: float) -> None:
     """x + 0.1 = x: the iterates go far, and what they miss does not become small by that."""

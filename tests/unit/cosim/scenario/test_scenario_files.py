@@ -19,8 +19,8 @@ from m4e_fmi.report.text.summaries import run_summary
 FILE = """\
 name: small
 components:
-  body: {{fmu: mass.fmu, start: {{body.m.x: 1.0}}}}
-  spring: {{fmu: spring.fmu}}
+  body: {{fmu: mass.fmu, process: here, start: {{body.m.x: 1.0}}}}
+  spring: {{fmu: spring.fmu, process: here}}
 connections:
   - body.m <-> spring.end
 simulation: {{stop_time: 3, step_size: 0.02}}

@@ -6,7 +6,6 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,6 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.stepping.input_interpolation import PARABOLA, InputInterpolation
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
 from m4e_fmi.cosim.system.simulation import TICK
 from m4e_fmi.errors import InputError
@@ -288,23 +286,3 @@ def test_rows_between_the_points_of_a_sampled_component_hold(c_fmu: Fmus, tmp_pa
     force = load(tmp_path / "r.nc")["b.end.force_x"].values
     np.testing.assert_array_equal(force[:20].reshape(5, 4), force[:20:4, None].repeat(4, axis=1))
     assert len(np.unique(force)) == 6
-
-
-@pytest.mark.parametrize("pieces", range(1, 12))
-def test_held_values_have_the_moments_of_the_course(pieces: int) -> None:
-    """∫u ds of one, ∫s u ds of two and ∫s² u ds of three values that are held one after another."""
-    bounds = InputInterpolation.PARABOLA.known(pieces, held=True)
-    assert (bounds[0], bounds[-1]) == (0, pieces)
-    held = np.array([InputInterpolation.PARABOLA.held(k, pieces) for k in range(pieces)])
-    edges = np.arange(pieces + 1) / pieces
-    for first, last in pairwise(bounds):
-        assert last - first == min(pieces, 3 if last == pieces and pieces % 2 else 2)
-        for power in range(last - first):
-            per_piece = np.diff(edges ** (power + 1)) / (power + 1)
-            found = per_piece[first:last] @ held[first:last]
-            ends = (edges[last], edges[first])
-            exact = sum(
-                (ends[0] ** (n := power + k + 1) - ends[1] ** n) / n * c
-                for k, c in enumerate(PARABOLA)
-            )
-            np.testing.assert_allclose(found, exact, atol=1e-14)  # rounding
