@@ -22,6 +22,15 @@ def wired(descriptions: dict[str, Description], *connections: str) -> Wiring:
     return connect(System("s", components, connections, SIMULATION), descriptions)
 
 
+def with_variability(description: Description, variability: str) -> Description:
+    """The description with this variability of all parameters."""
+    variables = {
+        name: replace(v, variability=variability) if v.causality == "parameter" else v
+        for name, v in description.variables.items()
+    }
+    return replace(description, variables=variables)
+
+
 BUOY = described(
     "buoy",
     ("body.float.x", "output", "m"),
@@ -33,8 +42,10 @@ BUOY = described(
     ("point.fairlead.force_x", "input", "N"),
     ("added_mass[1,1]", "parameter", "kg"),
     ("added_mass[1,2]", "parameter", "kg"),
-    ("mass", "parameter", "kg"),
+    ("level", "parameter", "kg"),
 )
+LEVEL = replace(BUOY.variables["level"], variability="tunable")
+BUOY = replace(BUOY, variables={**BUOY.variables, "level": LEVEL})
 HYDRO = described(
     "hydro",
     ("float.x", "input", "m"),
@@ -59,26 +70,41 @@ def test_a_connector_connects_equal_names_both_ways() -> None:
         "hydro.float.force_x -> buoy.body.float.force_x",
     }
     assert wiring.unconnected == (Port("buoy", "point.fairlead.force_x"),)
-    assert [bond.name for bond in wiring.bonds] == ["buoy.body.float <-> hydro.float"]
-    axis = wiring.bonds[0].axes[0]
+    (bond,) = wiring.bonds
+    axis = bond.axes[0]
+    assert bond.name == "buoy.body.float <-> hydro.float"
     assert str(axis.force.source) == "hydro.float.force_x"
     assert str(axis.velocity.source) == "buoy.body.float.vx"
     assert axis.position is not None
 
 
-def test_a_connector_is_found_by_its_last_part_if_that_is_unique() -> None:
-    other = {"buoy": BUOY, "line": described("line", ("end.force_x", "output", "N"))}
-    wiring = wired(other, "line.end <-> buoy.fairlead")
-    assert [str(link.target) for link in wiring.links] == ["buoy.point.fairlead.force_x"]
-
-
-def test_an_array_is_carried_into_parameters_once() -> None:
-    wiring = wired(BOTH, "hydro.added_mass -> buoy.added_mass")
-    assert wiring.links == ()
-    assert {str(link.target) for link in wiring.initial_links} == {
-        "buoy.added_mass[1,1]",
-        "buoy.added_mass[1,2]",
-    }
+@pytest.mark.parametrize(
+    ("connection", "links", "once"),
+    [
+        # by its last part, if that is unique
+        ("line.end <-> buoy.fairlead", ["line.end.force_x -> buoy.point.fairlead.force_x"], []),
+        (
+            "hydro.added_mass -> buoy.added_mass",
+            [],
+            [f"hydro.added_mass[1,{k}] -> buoy.added_mass[1,{k}]" for k in (1, 2)],
+        ),
+        # a variable without unit fits any
+        (
+            "hydro.plain -> buoy.body.float.force_x",
+            ["hydro.plain -> buoy.body.float.force_x"],
+            [],
+        ),
+        # at every point, as the parameter is tunable
+        ("hydro.plain -> buoy.level, delayed", ["hydro.plain -> buoy.level"], []),
+        ("hydro.added_mass[1,1] -> buoy.level", [], ["hydro.added_mass[1,1] -> buoy.level"]),
+    ],
+)
+def test_what_is_connected(connection: str, links: list[str], once: list[str]) -> None:
+    line = described("line", ("end.force_x", "output", "N"))
+    wiring = wired({**BOTH, "line": line}, connection)
+    assert [str(link) for link in wiring.links] == links
+    assert [str(link) for link in wiring.initial_links] == once
+    assert [link.delayed for link in wiring.links] == ["delayed" in connection] * len(links)
 
 
 MATRIX = "hydro.added_mass -> buoy.added_mass"
@@ -118,10 +144,6 @@ def test_an_added_mass_that_is_not_carried_over_is_told(
         assert found(MATRIX) == []
 
 
-def test_a_variable_without_unit_fits_any() -> None:
-    assert wired(BOTH, "hydro.plain -> buoy.body.float.force_x").links
-
-
 @pytest.mark.parametrize(
     ("connection", "factor", "offset"),
     [
@@ -140,25 +162,6 @@ def test_units_are_converted_before_factor_and_offset(
     wiring = wired(BOTH, connection)
     (link,) = (*wiring.links, *wiring.initial_links)
     assert (link.factor, link.offset) == pytest.approx((factor, offset), rel=1e-15)
-
-
-def test_an_output_is_carried_into_a_tunable_parameter_at_every_point() -> None:
-    parts = {**BOTH, "buoy": with_variability(BUOY, "tunable")}
-    wiring = wired(
-        parts, "hydro.plain -> buoy.mass, delayed", "hydro.added_mass -> buoy.added_mass"
-    )
-    (link,) = wiring.links
-    assert (str(link), link.delayed) == ("hydro.plain -> buoy.mass", True)
-    assert len(wiring.initial_links) == 2
-
-
-def with_variability(description: Description, variability: str) -> Description:
-    """The description with this variability of all parameters."""
-    variables = {
-        name: replace(v, variability=variability) if v.causality == "parameter" else v
-        for name, v in description.variables.items()
-    }
-    return replace(description, variables=variables)
 
 
 def test_forces_and_velocities_may_be_connected_one_by_one() -> None:
@@ -201,9 +204,3 @@ def test_a_connector_carries_what_is_calculated_into_a_parameter() -> None:
     wiring = wired(both, "buoy.float <-> hydro.float", "hydro.other + 5 -> buoy.body.float.mass")
     (link,) = wiring.initial_links
     assert (str(link.source), link.offset) == ("hydro.other", 5.0)
-
-
-def test_parameters_of_other_types_are_no_masses() -> None:
-    text = replace(BUOY.variables["mass"], name="note", type="String", start="calm")
-    noted = replace(BUOY, variables={**BUOY.variables, "note": text})
-    assert wired({**BOTH, "buoy": noted}, "buoy.body.float <-> hydro.float").links

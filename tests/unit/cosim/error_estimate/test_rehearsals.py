@@ -13,13 +13,11 @@ from m4e_fmi.cosim import (
     FmuFile,
     Simulation,
     System,
-    prepare,
     run,
     start,
 )
 from m4e_fmi.cosim.error_estimate import step_doubling
 from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, RepeatedRun
-from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
@@ -62,26 +60,6 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
     assert calls
     assert found == straight
     assert str(execution.outcome.certificate) == str(run(pair(c_fmu)).certificate)
-
-
-def test_delayed_switches_are_the_same_with_and_without_rehearsals(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(step_doubling, "FIRST", 3)
-    parts = tuple(
-        Component(name, FmuFile(c_fmu("kinds+state")), {"period": 0.3} if name == "a" else {})
-        for name in "ab"
-    )
-    links = ("a.y_bool -> b.u_bool, delayed", "a.y_real -> b.u_real")
-    ready = prepare(System("s", parts, links, Simulation(1.5, 0.1, "jacobi")))
-    courses: list[list[float]] = []
-    for certify in (True, False):
-        with Master(ready, certify=certify) as master:
-            last: list[float] = []
-            master.run(observers=[lambda _, network, last=last: last.append(network.last)])
-        courses.append(last)
-    assert courses[0] == courses[1]
-    assert courses[0].count(0.0) >= 6  # at a switch, and a step later
 
 
 def test_a_spinning_body_is_no_coupling_error(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +10,8 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.loading.binary import binaries
 from m4e_fmi.cosim.exchange.step_loop import PythonExecutor, Schedule
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu import read_description
 
 Fmus = Callable[[str], Path]
 Models = Mapping[str, tuple[str, Mapping[str, float]]]
@@ -176,24 +172,3 @@ def test_failures_are_the_same(c_fmu: Fmus, tmp_path: Path, both: Both, what: in
     assert one == other
     assert "pump" in one[0]
     assert "0.77 s" in one[0]
-
-
-def test_components_of_one_file_share_its_folder(c_fmu: Fmus) -> None:
-    keeper, once = (read_description(c_fmu(name)) for name in ("keeper", "mass+once"))
-    with ExitStack() as stack:
-        found = binaries({"a": keeper, "b": keeper, "c": once, "d": once}, stack)
-        folders = [binary.functions.unzipDirectory for binary in found.values()]
-        assert folders[0] == folders[1]
-        assert len({*folders}) == 3  # what can be there only once is loaded twice, from two folders
-        assert all(Path(folder).is_dir() for folder in folders)
-        assert len({binary.functions.dll._name for binary in found.values()}) == 4
-    assert not any(Path(folder).exists() for folder in folders)
-
-
-def test_components_of_one_file_are_apart(c_fmu: Fmus, tmp_path: Path) -> None:
-    system = made(c_fmu, "alone", Simulation(1.0, 0.1))
-    more = tuple(Component(f"m{k}", FmuFile(c_fmu("mass")), {"body.m.vx": k}) for k in range(5))
-    results = run(replace(system, components=more), results=tmp_path / "r.nc").results()
-    for k in range(5):
-        # x = v t by rational arithmetic but for rounding in twenty inner steps of ten steps
-        np.testing.assert_allclose(results[f"m{k}.body.m.x"].values, k * results.time, rtol=1e-13)

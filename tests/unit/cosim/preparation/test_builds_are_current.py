@@ -7,11 +7,11 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from ruamel.yaml import YAML
 
 from m4e_fmi import code_hash as code_module
 from m4e_fmi.code_hash import package_hash
@@ -20,148 +20,20 @@ from m4e_fmi.cosim.preparation import components
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.export.build_record import read_record
 
-PULLED = """\
-name: pulled
-bodies: {mass: {mass: 2.0, inertia: 1.0}}
-joints: {slide: {type: prismatic, child: mass, direction: [1, 0]}}
-tables: {pull: {file: pull.csv, unit: N}}
-loads: {pull: {type: joint_effort, joint: slide, effort: pull}}
-"""
-LISTS: dict[str, Any] = {
-    "joints": [[0, 1]],
-    "types": ["R"],
-    "parent_cg_to_joint": [[0, 0]],
-    "joint_to_child_cg": [[0, -1]],
-    "m0": [2],
-    "J0": [1],
-    "ic": [0.5, 0],
-    "g": 9.81,
-}
-CHRONO = json.dumps({
-    "chrono-version": "10.0",
-    "model": {
-        "name": "rod",
-        "bodies": [
-            {"name": "ground", "location": [0, 0, 0], "fixed": True},
-            {"name": "rod", "location": [1, 0, 0], "mass": 2, "inertia": {"moments": [7, 3, 7]}},
-        ],
-        "joints": [
-            {"name": "hinge", "type": "REVOLUTE", "body1": "ground", "body2": "rod",
-             "location": [0, 0, 0], "axis": [0, 1, 0]},
-        ],
-    },
-})  # fmt: skip
+CASES: dict[str, Any] = YAML(typ="safe").load(Path(__file__).with_name("builds.yaml"))
 LINES = (Path(__file__).parents[3] / "data/moordyn/moorpy_case1.dat").read_text()
 LINES = LINES.replace("900.00    40 ", "900.00    2  ").replace("50.0     TmaxIC", "1.0     TmaxIC")
-TABLE = "time,level\n0,1\n10,2\n"
-
-
-def gravity(value: float) -> str:
-    return json.dumps({"chrono-version": "10.0", "simulation": {"gravity": [0, 0, -value]}})
-
-
-def box(length: float) -> str:
-    """Four walls and a floor, one panel each, in WAMIT's form."""
-    x, y, z = length / 2, 2.0, -2.0
-    panels = [
-        [(-x, -y, z), (-x, y, z), (x, y, z), (x, -y, z)],
-        [(-x, -y, 0), (-x, -y, z), (x, -y, z), (x, -y, 0)],
-        [(x, y, 0), (x, y, z), (-x, y, z), (-x, y, 0)],
-        [(x, -y, 0), (x, -y, z), (x, y, z), (x, y, 0)],
-        [(-x, y, 0), (-x, y, z), (-x, -y, z), (-x, -y, 0)],
-    ]
-    rows = [" ".join(map(str, corner)) for panel in panels for corner in panel]
-    return "\n".join(["box", "1.0 9.81", "0 0", str(len(panels)), *rows]) + "\n"
-
-
-@dataclass(frozen=True)
-class Case:
-    """A component `a` made from `files`; `changed` is the one that then gets `content`."""
-
-    component: dict[str, Any]
-    files: dict[str, str]
-    changed: str
-    content: str
-    output: str
-    settings: dict[str, float] = field(default_factory=lambda: {"stop_time": 1, "step_size": 0.5})
-
-
-SHORT = {"stop_time": 0.01, "step_size": 0.005}
-ROD = {"model": "rod.model.yaml"}
-CASES = {
-    "table of a model": Case(
-        {"model": "pulled.model.yaml"},
-        {"pulled.model.yaml": PULLED, "pull.csv": "time,force\n0,1\n10,1\n"},
-        "pull.csv",
-        "time,force\n0,9\n10,9\n",
-        "a.body.mass.x",
-    ),
-    "file of a table": Case(
-        {"kind": "table", "file": "tables/level.csv", "signals": {"level": "m"}},
-        {"tables/level.csv": TABLE},
-        "tables/level.csv",
-        TABLE.replace("10,2", "10,9"),
-        "a.level",
-    ),
-    "lists in JSON": Case(
-        {"model": "lists.model.json"},
-        {"lists.model.json": json.dumps(LISTS)},
-        "lists.model.json",
-        json.dumps(LISTS | {"g": 1.62}),
-        "a.body.body_1.x",
-    ),
-    "model of a Chrono simulation": Case(
-        {"model": "run.yaml"},
-        {
-            "run.yaml": json.dumps({**json.loads(gravity(9.81)), "model": "rod.yaml"}),
-            "rod.yaml": CHRONO,
-        },
-        "rod.yaml",
-        CHRONO.replace("[7, 3, 7]", "[7, 5, 7]"),
-        "a.body.rod.z",
-    ),
-    "simulation beside a Chrono model": Case(
-        ROD,
-        {"rod.model.yaml": CHRONO, "rod.simulation.yaml": gravity(9.81)},
-        "rod.simulation.yaml",
-        gravity(1.62),
-        "a.body.rod.z",
-    ),
-    "simulation that comes beside a Chrono model": Case(
-        ROD, {"rod.model.yaml": CHRONO}, "rod.simulation.yaml", gravity(1.62), "a.body.rod.z"
-    ),
-    "MoorDyn file": Case(
-        {"kind": "mooring", "file": "lines.txt", "fairleads": ["bow"]},
-        {"lines.txt": LINES},
-        "lines.txt",
-        LINES.replace("900.00    2", "880.00    2"),
-        "a.bow.force_x",
-        SHORT,
-    ),
-    "mesh": Case(
-        {
-            "kind": "hydrodynamics",
-            "bodies": {"hull": {"shape": {"mesh": "hull.gdf"}, "center_of_gravity": [0, -1]}},
-            "frequencies": {"count": 12, "maximum": 2.0},
-            "radiation": {"order": 4},
-        },
-        {"hull.gdf": box(4.0)},
-        "hull.gdf",
-        box(4.5),
-        "a.hull.force_z",
-        SHORT,
-    ),
-}
 
 
 class Project:
-    """A system of one component in `folder`."""
+    """A system of one component in `folder`, made from the files of a case of `builds.yaml`."""
 
-    def __init__(self, folder: Path, case: Case) -> None:
+    def __init__(self, folder: Path, case: dict[str, Any]) -> None:
         self.folder, self.case = folder, case
-        for name, text in case.files.items():
-            self.write(name, text)
-        system = {"name": "s", "components": {"a": case.component}, "simulation": case.settings}
+        for name, text in case["files"].items():
+            self.write(name, text.replace("MOORDYN", LINES))
+        times = case.get("simulation", {"stop_time": 1, "step_size": 0.5})
+        system = {"name": "s", "components": {"a": case["component"]}, "simulation": times}
         self.write("system.yaml", json.dumps(system))
 
     def write(self, name: str, text: str) -> Path:
@@ -169,6 +41,13 @@ class Project:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
         return path
+
+    def change(self) -> None:
+        """What the case changes, or brings."""
+        path, new = self.folder / self.case["changed"], self.case["new"]
+        if "old" in self.case:
+            new = path.read_text().replace(self.case["old"], new)
+        path.write_text(new)
 
     def run(self) -> tuple[bool, float]:
         """True if the FMU was built, and the last value of the output."""
@@ -179,7 +58,7 @@ class Project:
             build_directory=self.folder / "build",
             tell=told.append,
         )
-        value = outcome.results()[self.case.output].values[-1]
+        value = outcome.results()[self.case["output"]].values[-1]
         return any("building" in line for line in told), float(value)
 
 
@@ -212,21 +91,21 @@ def test_a_change_of_a_file_builds_again_and_changes_the_result(
     assert record is not None
     told = {p: content for p, content in record.files.items() if Path(p).is_relative_to(tmp_path)}
     read = {path for path, content in told.items() if content is not None}
-    own = {str(project.folder / name) for name in (*case.files, case.changed)}
+    own = {str(project.folder / name) for name in (*case["files"], case["changed"])}
     assert read <= opened & own <= set(told)  # a reader that forgets to tell is found
     (tmp_path / "far").mkdir()
     shutil.move(tmp_path / "here", tmp_path / "far/there")
     moved = Project(tmp_path / "far/there", case)
     assert moved.run() == (False, first)
-    path = moved.folder / case.changed
+    path = moved.folder / case["changed"]
     before = path.stat() if path.exists() else None
-    moved.write(case.changed, case.content)
+    moved.change()
     if before:
         os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     built, second = moved.run()
     assert built
     assert second != first
-    if case.changed not in case.files:
+    if not before:
         path.unlink()
         assert moved.run() == (True, first)
 
@@ -240,7 +119,7 @@ def test_a_link_to_another_file_is_a_change(table: Project) -> None:
     """Of a file, and of the folder it is in."""
     folder, link = table.folder, table.folder / "tables/level.csv"
     shutil.move(link, folder / "one.csv")
-    table.write("two.csv", TABLE.replace("10,2", "10,9"))
+    table.write("two.csv", (folder / "one.csv").read_text().replace("10,2", "10,9"))
     link.symlink_to(folder / "one.csv")
     _, first = table.run()
     link.unlink()
@@ -248,7 +127,8 @@ def test_a_link_to_another_file_is_a_change(table: Project) -> None:
     built, second = table.run()
     assert (built, second) == (True, pytest.approx(1.8))
     shutil.move(folder / "tables", folder / "old")
-    table.write("new/level.csv", TABLE)
+    shutil.copytree(folder / "old", folder / "new", symlinks=False)
+    shutil.copy(folder / "one.csv", folder / "new/level.csv")
     (folder / "tables").symlink_to(folder / "new")
     assert table.run() == (True, first)
 
@@ -257,21 +137,23 @@ def test_a_copy_of_a_project_has_files_of_its_own(table: Project, tmp_path: Path
     table.run()
     shutil.copytree(tmp_path, tmp_path / "copy", ignore=shutil.ignore_patterns("copy"))
     copy = Project(tmp_path / "copy", table.case)
-    copy.write(table.case.changed, table.case.content)
+    copy.change()
     assert copy.run()[1] != table.run()[1]
 
 
-def test_a_parameter_set_is_read_each_time(table: Project) -> None:
+def test_a_parameter_set_is_read_each_time(tmp_path: Path) -> None:
     case = CASES["table of a model"]
-    text = PULLED.replace("mass: 2.0", "mass: m") + "parameters: {m: {value: 2, unit: kg}}\n"
-    project = Project(table.folder, replace(case, files=case.files | {"pulled.model.yaml": text}))
-    system = load_system(project.folder / "system.yaml")
+    project = Project(tmp_path, case)
+    model = tmp_path / "pulled.model.yaml"
+    text = model.read_text().replace("mass: 2.0", "mass: m")
+    model.write_text(text + "parameters: {m: {value: 2, unit: kg}}\n")
+    system = load_system(tmp_path / "system.yaml")
 
     def result(mass: float) -> float:
         file = project.write("set.yaml", f"values: {{a.m: {mass}}}")
         changed = system.changed(start=read_parameters(file))
-        outcome = run(changed, results=table.folder / "r.nc", build_directory=table.folder)
-        return float(outcome.results()[case.output].values[-1])
+        outcome = run(changed, results=tmp_path / "r.nc", build_directory=tmp_path)
+        return float(outcome.results()[case["output"]].values[-1])
 
     assert result(2.0) == pytest.approx(2 * result(4.0))
 
@@ -295,7 +177,8 @@ def test_what_a_python_file_imports_counts(tmp_path: Path, monkeypatch: pytest.M
     site.mkdir()
     monkeypatch.syspath_prepend(str(site))
     (site / "gauge_tools.py").write_text("from gauge_basis import GAIN\n")
-    case = Case({"kind": "python", "file": "force.py"}, {"force.py": FORCE}, "", "", "a.force")
+    component = {"kind": "python", "file": "force.py"}
+    case = {"component": component, "files": {"force.py": FORCE}, "output": "a.force"}
     project = Project(tmp_path / "project", case)
 
     def result(gain: float) -> tuple[bool, float]:

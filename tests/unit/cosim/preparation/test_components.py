@@ -150,15 +150,6 @@ def test_native_where_it_can_be(
         brought("one", native=True)
 
 
-def test_a_warning_of_several_components_is_told_once_unless_it_names_a_part() -> None:
-    told: list[str] = []
-    tell = components._once(told.append)
-    general, own = "warning: the sea is too steep", "warning: body 'a' is heavy"
-    for line in (f"{name}: {text}" for name in ("sea", "buoy") for text in (general, own)):
-        tell(line)
-    assert told == [f"sea: {general}", f"sea: {own}", f"buoy: {own}"]
-
-
 def test_code_that_changed_after_the_process_began_is_not_trusted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -68,6 +68,7 @@ def test_a_run_that_goes_on_can_be_read(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.SHARE", 1e9)
     with start(system, results=tmp_path / "r.nc") as stepped:
         for _ in range(8):
             stepped.step()

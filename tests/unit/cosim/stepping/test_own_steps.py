@@ -115,19 +115,6 @@ def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
     assert note == "b steps by 0.05 s (the only size of step that its FMU makes)"
 
 
-@pytest.mark.parametrize(
-    ("own", "told"),
-    [
-        (0.05, "b is stepped with the system, whose steps are of 0.05 s at most"),
-        (0.025, "b makes 2 steps in each of the system's, of 0.025 s at most"),
-    ],
-)
-def test_adaptive_steps_do_not_sample_a_component(c_fmu: Fmus, own: float, told: str) -> None:
-    system = pair(c_fmu, own, coupling_tolerance=1e-4)
-    assert told in str(prepare(system)).replace("b  ", "b ")
-    assert told in " ".join(run(system).notes)
-
-
 def test_steps_are_whole_nanoseconds_and_that_is_told(c_fmu: Fmus) -> None:
     parts = (Component("b", FmuFile(c_fmu("mass"))),)
     system = System("s", parts, (), Simulation(1.0, 0.0333333333333))
