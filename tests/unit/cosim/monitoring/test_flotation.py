@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 from support.calm_water import calm
 
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
@@ -32,54 +33,16 @@ from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 
-MODEL = """\
-name: buoy
-gravity: 9.81
-parameters: {m: {value: 100, unit: t}}
-bodies: {float: {mass: m, inertia: 1e6, added_mass: true}}
-joints: {sea: {type: floating, child: float, initial: {z: -1.0}}}
-"""
+GIVEN: dict[str, Any] = YAML(typ="safe").load(Path(__file__).with_name("floating.yaml"))["plane"]
+MODEL, NEUTRAL = GIVEN["buoys"]["buoy"], GIVEN["buoys"]["neutral"]
+MASS = "body.float.neutral_mass"
+INCLUDED = f"hydro.float.neutral_mass - 10000 -> buoy.{MASS}"
 Fmus = Callable[[str], Path]
 CONNECTIONS = ("buoy.float <-> hydro.float", "hydro.added_mass -> buoy.added_mass")
-
-
-NEUTRAL = MODEL.replace("mass: m,", "mass: neutral,").replace("parameters:", "# parameters:")
-MASS = "body.float.neutral_mass"
-SEA = "sea: {type: floating, child: float, initial: {z: -1.0}}"
-HELD = MODEL.replace("bodies: {", "bodies: {mast: {mass: 10e3, inertia: 1e5}, ").replace(
-    SEA,
-    "rail: {type: prismatic, child: mast, direction: [0, 1], initial: {q: -1.0}}, "
-    "hinge: {type: revolute, parent: mast, child: float, parent_to_joint: [0, 0]}",
-)
-FLAP = MODEL.replace(
-    SEA,
-    "hinge: {type: revolute, child: float, parent_to_joint: [0, -5], joint_to_child: [0, 4], "
-    "initial: {q: 0.01}}",
-)
-
-
-def pulled(model: str, force: float) -> str:
-    """The model with a vertical force [N]."""
-    return f"{model}loads: {{lines: {{type: body_force, body: float, force: [0, {force}]}}}}\n"
-
-
-WATERS = {
-    "hydro": {},
-    "deep": {"area": 0.0},
-    "aside": {"lever": 0.2},
-    "little aside": {"lever": 0.03},  # 0.86 deg
-    "top-heavy": {"pitch": -30.0},
-}
-BUOYS = {
-    "buoy": MODEL,
-    "neutral": NEUTRAL,
-    "pulled": pulled(MODEL, -98.1e3),
-    "neutral, pulled": pulled(NEUTRAL, -98.1e3),
-    "drowned": pulled(MODEL, -1.1e6),
-    "neutral, drowned": pulled(NEUTRAL, -1.1e6),
-    "held": HELD,
-    "flap": FLAP,
-}
+BUOYS = dict(GIVEN["buoys"])
+for name, (model, force) in GIVEN["pulled"].items():
+    load = f"loads: {{lines: {{type: body_force, body: float, force: [0, {force}]}}}}\n"
+    BUOYS[name] = BUOYS[model] + load
 
 
 def built(folder: Path, name: str, text: str, *, native: bool = True) -> Path:
@@ -96,13 +59,13 @@ def water(path: Path, coefficients: Coefficients) -> Path:
 
 @pytest.fixture(scope="module")
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
-    """`fmus(name)` is the FMU of one of WATERS or BUOYS."""
+    """`fmus(name)` is the FMU of a water or a buoy."""
     folder = tmp_path_factory.mktemp("fmus")
 
     @cache
     def made(name: str) -> Path:
-        if name in WATERS:
-            return water(folder / f"{name}.fmu", calm(("float",), **WATERS[name]))
+        if name in GIVEN["waters"]:
+            return water(folder / f"{name}.fmu", calm(("float",), **GIVEN["waters"][name]))
         return built(folder, name, BUOYS[name])
 
     return made
@@ -116,7 +79,7 @@ def floated(
     water: str = "hydro",
     **start: float | str,
 ) -> Outcome:
-    """A run of one of BUOYS in one of WATERS."""
+    """A run of a buoy in a water."""
     parts = {"buoy": buoy, "hydro": water}
     system = System(
         name="float",
@@ -129,93 +92,19 @@ def floated(
     return run(changed, results=folder / "r.nc")
 
 
-LIGHT = [
-    "buoy.body.float: weight and connected forces are 882.9 kN at the start, the still water "
-    "carries 981 kN",
-    "it rises by 0.2 m from there",  # 10 t over 1 t/m3 over 50 m2
-    "say 'mass: neutral' in its model: hydro.float.neutral_mass (100000 kg)",
-]
-INCLUDED = f"'hydro.float.neutral_mass - 10000 -> buoy.{MASS}'"
-NONE_BALANCES = ["no mass balances that, because the other forces alone exceed the"]
-
-
-@pytest.mark.parametrize(
-    ("given", "texts"),
-    [
-        ({"m": "100.9 t"}, []),
-        # added mass moves with the body, and is no weight; the start may be anywhere
-        ({"m": "90 t", "z": -1.0}, LIGHT),
-        ({"m": "90 t", "z": -0.99}, LIGHT),
-        # the centre of gravity 0.2 m right of the centre of buoyancy: 200 kN.m, against
-        # 1962 kN.m/rad; added mass couples heave and pitch: the moment accelerates heave
-        (
-            {"water": "aside"},
-            [
-                "buoy.body.float: a moment of 196.2 kN.m about its centre of gravity",
-                "the trim is 5.73 deg; put center_of_gravity above the centre of buoyancy",
-            ],
-        ),
-        ({"water": "little aside"}, []),
-        # -30 m4 of waterplane and weight, over 100 m3
-        (
-            {"water": "top-heavy"},
-            [
-                "buoy.body.float: it is unstable in pitch, with a stiffness of -2.943e+",
-                "(GM = -0.3 m)",
-                "lower center_of_gravity",
-            ],
-        ),
-        # a load of 98.1 kN on a buoy of 100 t: 90 t are right, whatever is there now
-        ({"buoy": "pulled", "m": "100 t"}, ["its mass is 90000 kg (now 1", INCLUDED]),
-        ({"buoy": "pulled", "m": "110 t"}, ["its mass is 90000 kg (now 1", INCLUDED]),
-        ({"buoy": "pulled", "m": "90 t"}, []),
-        # loads of 1100 kN on a body that displaces 981 kN
-        ({"buoy": "drowned"}, NONE_BALANCES),
-        ({"buoy": "neutral, drowned"}, NONE_BALANCES),
-        # a mast that slides along a rail on the ground, hinged to the buoy, cannot turn with it
-        ({"buoy": "held"}, ["are 1079.1 kN at the start, the still water carries 981 kN"]),
-        (
-            {"z": -0.5},
-            [
-                "hydro.float.z starts at -0.5 m, coefficients are for -1 m: right for a release, "
-                "else make start and center_of_gravity agree"
-            ],
-        ),
-        ({"x": 0.4}, []),
-        # of a side of the cube of 4.64 m
-        ({"x": 0.5}, ["hydro.float.x starts at 0.5 m, coefficients are for 0 m: make start"]),
-        ({"theta": "5 deg"}, ["hydro.float.theta starts at 0.08727 rad"]),
-        # no draft: a hundredth of its size, the side of a cube of 100 m3
-        ({"water": "deep", "z": -1.04}, []),
-        (
-            {"water": "deep", "z": -1.06},
-            ["hydro.float.z starts at -1.06 m, coefficients are for -1 m"],
-        ),
-        # lines pull down with 98.1 kN, the weight of 10 t
-        (
-            {"buoy": "neutral, pulled"},
-            [
-                "are 1079.1 kN at the start, the still water carries 981 kN",
-                f"{INCLUDED} includes them",
-            ],
-        ),
-    ],
-)
-def test_the_first_warning_of_a_start(
-    fmus: Fmus, tmp_path: Path, given: dict[str, Any], texts: list[str]
-) -> None:
-    lines = floated(fmus, tmp_path, **given).warnings
+@pytest.mark.parametrize("case", GIVEN["starts"], ids=lambda case: str(case["given"]))
+def test_the_warning_of_a_start(fmus: Fmus, tmp_path: Path, case: dict[str, Any]) -> None:
+    lines, texts = floated(fmus, tmp_path, **case["given"]).warnings, case.get("told", ())
     assert bool(lines) == bool(texts)
     assert all(text in lines[0] for text in texts)
-    if texts is NONE_BALANCES:
+    assert len(lines) == bool(texts) or case.get("more")
+    if "no mass balances that" in str(texts):
         assert "->" not in lines[0]
-    else:
-        assert len(lines) == bool(texts)
 
 
 def test_a_hinge_carries_the_weight(fmus: Fmus, tmp_path: Path) -> None:
     """A body that stands on a hinge need not be in balance by itself."""
-    told = floated(fmus, tmp_path, buoy="flap", m="300 t").warnings
+    told = floated(fmus, tmp_path, buoy="flap").warnings
     assert not any("still water carries" in text for text in told)
 
 
@@ -255,8 +144,7 @@ def test_a_neutral_mass_comes_with_the_connection_of_the_bodies(fmus: Fmus, tmp_
     again = run(load_system(package), results=tmp_path / "again.nc", build_directory=tmp_path)
     assert np.array_equal(heave(again), wanted)
     # the connection that is told where lines pull is right
-    offset = INCLUDED.strip("'")
-    assert floated(fmus, tmp_path, offset, buoy="neutral, pulled").warnings == ()
+    assert floated(fmus, tmp_path, INCLUDED, buoy="neutral, pulled").warnings == ()
 
 
 def test_a_python_fmu_has_its_neutral_mass_before_it_tells_anything(
@@ -274,7 +162,7 @@ def test_a_given_mass_wins_over_the_neutral_one(fmus: Fmus, tmp_path: Path) -> N
     """As a start value, and by a connection with an offset: moorings carry 10 t."""
     system = floated(fmus, tmp_path, buoy="neutral").prepared.system
     lighter = system.changed(start={f"buoy.{MASS}": "90 t"})
-    moored = replace(system, connections=(*CONNECTIONS, INCLUDED.strip("'")))
+    moored = replace(system, connections=(*CONNECTIONS, INCLUDED))
     for changed in (lighter, moored):
         (told,) = run(changed, results=tmp_path / "r.nc").warnings
         assert "are 882.9 kN at the start, the still water carries 981 kN" in told

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
 from m4e_adapters.hydrodynamics.heading import Heading
@@ -102,48 +103,16 @@ def barge(
     )
 
 
-ROLLED = "[392.4e3, 0, 0]"
-"""A roll moment [N.m] of 11.5 degrees."""
+CASES: list[dict[str, Any]] = YAML(typ="safe").load(Path(__file__).with_name("floating.yaml"))[
+    "space"
+]
 
 
-@pytest.mark.parametrize(
-    ("given", "water", "texts"),
-    [
-        *(({"heading": angle}, {}, []) for angle in (37.0, 120.0, 217.0, -200.0)),
-        # 98.1 kN.m in the body's axes: 0.05 rad of heel, 0.025 rad of trim
-        *(
-            ({"heading": angle, "moment": moment}, {}, ["a moment of 98.1 kN.m about", tilt])
-            for angle in (0.0, 37.0, -140.0)
-            for moment, tilt in (
-                ("[98.1e3, 0, 0]", "the heel is 2.86 deg"),
-                ("[0, 98.1e3, 0]", "the trim is 1.43 deg"),
-            )
-        ),
-        (
-            {"heading": 37.0},
-            {"roll": -30.0},
-            ["barge.body.hull: it is unstable in roll, with a stiffness of -2.943e+"],
-        ),
-        ({"lift": 9.81e4}, {}, ["weight and connected forces are 882.9 kN"]),
-        ({"more": "y: 3"}, {}, ["hydro.hull.y starts at 3 m, coefficients are for 0 m"]),
-        ({"more": "phi: 0.1"}, {}, ["hydro.hull.phi starts at 0.1 rad"]),
-        # a roll moment accelerates the hull in pitch, too, and balances in roll alone
-        (
-            {"inertia": "[1.2e6, 2e6, 3e6, 6e5, 0, 0]", "moment": ROLLED},
-            {},
-            ["a moment of 392.4 kN.m about its centre of gravity", "the heel is 11.5 deg"],
-        ),
-        # the heading may be a start value, with which the pose is turned
-        ({"heading": 20.0}, {"heading": 0.0, "start": {"heading": math.radians(20.0)}}, []),
-        ({"heading": 20.0}, {"heading": 0.0}, ["hydro.hull.psi starts at 0.3491 rad"]),
-        # water of others may have no heading
-        ({"moment": ROLLED}, {"rename": {"heading": "course"}}, ["the heel is 11.5 deg"]),
-    ],
-)
-def test_the_first_warning_of_a_start(
-    tmp_path: Path, given: dict[str, Any], water: dict[str, Any], texts: list[str]
-) -> None:
-    lines = told(tmp_path, barge(**given), **{"heading": given.get("heading", 0.0), **water})
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_the_first_warning_of_a_start(tmp_path: Path, case: dict[str, Any]) -> None:
+    given, texts = case["given"], case.get("told", ())
+    water = {"heading": given.get("heading", 0.0), **case.get("water", {})}
+    lines = told(tmp_path, barge(**given), **water)
     assert bool(lines) == bool(texts)
     assert all(text in lines[0] for text in texts)
 
