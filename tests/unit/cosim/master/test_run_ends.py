@@ -101,6 +101,7 @@ def test_a_signal_after_the_last_step_loses_no_row(
     where: str, says: str, c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 1e9)  # not before the end
     ready = prepare(oscillator(c_fmu, Simulation(1, 0.1)))
     module, _, path = where.partition(":")
     owner: Any = importlib.import_module(f"m4e_fmi.{module}")
