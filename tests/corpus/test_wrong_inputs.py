@@ -4,7 +4,7 @@ A group is a file `GROUP.yaml` of this folder: good files, a command that accept
 that each change something; `GROUP.txt` beside it has the exit code and text to which each leads.
 
 - `files`: contents by name: a text, `{copy: PATH}` of a file of this project, `{hex: BYTES}`, or
-  `{c_fmu: NAME}`, an FMU of tests/support/c_fmus
+  `{c_fmu: NAME}`, an FMU of tests/support/c_fmus; a folder `NAME.ssp` becomes an archive
 - `before`: commands that are run once, in the folder of the good files
 - `command`: what is typed after `m4e-fmi`
 - `cases`, by name: `change`: old texts, each there once, and new ones; `files` and `command` add to
@@ -18,6 +18,7 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
+import zipfile
 from collections.abc import Callable
 from contextlib import chdir
 from dataclasses import dataclass, field
@@ -107,6 +108,16 @@ def change_file(folder: Path, old: str, new: str) -> None:
     path.write_bytes(path.read_bytes().replace(old.encode(), new.encode()))
 
 
+def pack(folder: Path) -> None:
+    """Make archives of the folders `NAME.ssp`."""
+    for path in folder.glob("*.ssp/"):
+        content = path.rename(path.with_suffix(".folder"))
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for file in sorted(content.rglob("*")):
+                archive.write(file, file.relative_to(content))
+        shutil.rmtree(content)
+
+
 def expected(group: str) -> dict[str, str]:
     """The texts of a group, by the names of its cases."""
     path = FOLDER / f"{group}.txt"
@@ -129,6 +140,7 @@ def test_what_is_said(
     write_files(case.files, folder, c_fmu)
     for old, new in case.change.items():
         change_file(folder, old, new)
+    pack(folder)
     monkeypatch.chdir(folder)
     capsys.readouterr()
     code = main(shlex.split(case.command))
@@ -151,7 +163,12 @@ def test_every_text_has_its_case(group: str) -> None:
 
 @pytest.mark.parametrize("group", [group for group in GROUPS if read_group(group).get("files")])
 def test_the_good_files_are_good(
-    group: str, monkeypatch: pytest.MonkeyPatch, good_files: Callable[[str], Path]
+    group: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    good_files: Callable[[str], Path],
 ) -> None:
-    monkeypatch.chdir(good_files(group))
+    shutil.copytree(good_files(group), tmp_path / "f")
+    pack(tmp_path / "f")
+    monkeypatch.chdir(tmp_path / "f")
     assert main(shlex.split(read_group(group)["command"])) == 0
