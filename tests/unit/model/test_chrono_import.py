@@ -1,4 +1,4 @@
-"""Chrono's YAML files: the same motion as the paper's lists, signs one by one, and what is refused.
+"""Chrono's YAML files: the same motion as the paper's lists, and signs one by one.
 
 Signs and defaults are those of Project Chrono's sources; see m4e_fmi/model/chrono.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from support import paper_listings
 from support.chrono_files import FRAMES, chrono_model
 from support.programs import Evaluated
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model, model_from_lists
 from m4e_fmi.multibody import model_program
 from m4e_fmi.simulate import simulate
@@ -347,87 +345,6 @@ MOTOR = {
     "actuation_function": {"type": "CONSTANT", "value": 1},
 }
 TSDA = {**ENDS, "point1": [1, 0, 0], "point2": [0, 0, -1]}
-REFUSED = {
-    "contact": (put(*ROD, "contact", value={"materials": []}),
-                "contact between bodies cannot be represented", "stops"),
-    "joint without a counterpart": (
-        put("joints", 0, "type", value="POINT_LINE"),
-        "a joint of type POINT_LINE cannot be represented", "use REVOLUTE"),
-    "unknown joint": (put("joints", 0, "type", value="REVOLT"), "unknown type 'REVOLT'", ""),
-    "no axis": (put("joints", 0, "axis", value=None), "'hinge' has no axis", r"axis: \[0, 1, 0\]"),
-    "bushing": (put("joints", 0, "bushing_data", value={"stiffness_linear": 1}),
-                "bushings cannot be represented", "tsdas, rsdas"),
-    "constraint": (put("constraints", value=[{"name": "d", "type": "DISTANCE"}]),
-                   "constraints close loops", "cut the loop"),
-    "controller's load": (put("load_controllers", value=[{"name": "c"}]),
-                          "loads of a controller come from outside", "body.<name>.force_x"),
-    "loop": (added("joints", **ENDS, type="REVOLUTE", location=[0, 0, -2], axis=[0, 1, 0]),
-             "'new' closes a loop", "cut the loop"),
-    "motor of a speed": (added("motors", **{**MOTOR, "actuation_type": "SPEED"}),
-                         "a motor that prescribes the speed", "actuation_type: FORCE"),
-    "guide that lets turn": (
-        added("motors", **{**MOTOR, "guide": "spherical"}),
-        "a guide that lets its body turn", "PRISMATIC"),
-    "motor between moving bodies": (
-        lambda data: (
-            data["model"]["bodies"].append(
-                {"name": "other", "location": [5, 0, 0], "mass": 1,
-                 "inertia": {"moments": [1, 1, 1]}}),
-            added("motors", **{**MOTOR, "body1": "other", "guide": "FREE"})(data)),
-        "a force without a guide between two moving bodies", "let body2 be fixed"),
-    "controller without a joint": (
-        added("motors", **{**MOTOR, "guide": "FREE", "actuation_function": {"type": "CONTROLLER"}}),
-        "a controller's motor without a guide", "let it guide"),
-    "function without its number": (
-        added("motors", **{**MOTOR, "guide": "FREE", "body1": "rod", "body2": "ground",
-                           "actuation_function": {"type": "RAMP"}}),
-        "a function of type RAMP needs 'slope'", "add 'slope"),
-    "repeated function": (
-        added("motors", **{**MOTOR, "guide": "FREE", "body1": "rod", "body2": "ground",
-                           "actuation_function": {"type": "CONSTANT", "value": 1, "repeat": {}}}),
-        "repeated functions are not read", "as a table"),
-    "curve": (added("tsdas", **TSDA, spring_curve_data=[[0, 0], [1, 2]]),
-              "nonlinear curves are not read", "with a 'law'"),
-    "bump stop": (added("tsdas", **TSDA, spring_coefficient=1, free_length=1, minimum_length=0.5),
-                  "bump stops have a curve of their own", "tension_stop"),
-    "spring without a length": (added("tsdas", **TSDA, spring_coefficient=1),
-                                "the spring 'new' has no free_length", "add 'free_length"),
-    "spring without an angle": (added("rsdas", **ENDS, axis=[0, 1, 0], spring_coefficient=1),
-                                "the spring 'new' has no free_angle", "add 'free_angle"),
-    "neither spring nor damper": (added("tsdas", **TSDA), "neither spring nor damper", "add"),
-    "preload of a damper": (added("tsdas", **TSDA, damping_coefficient=1, preload=3),
-                            "a preload needs a spring", "body load"),
-    "force at a place in space": (
-        added("body_loads", type="FORCE", body="rod", load=[1, 0, 0], local_point=False),
-        "a force at a point that is fixed in space", "body axes"),
-    "velocity that the joint does not allow": (
-        put(*ROD, "initial_linear_velocity", value=[1, 0, 0]),
-        r"the joint makes its velocity \[0, 0, 0\]", "leave it out"),
-    "no mass": (put(*ROD, "mass", value=None), "body 'rod' moves, but has no mass", "add 'mass"),
-    "mass of nothing": (put(*ROD, "mass", value=0), "bodies.rod.mass: must be positive", ""),
-    "no orientation": (put(*ROD, "orientation", value=[0, 0, 0, 0]),
-                       "a quaternion of length zero", r"\[1, 0, 0, 0\]"),
-    "no orientation of a parent": (
-        lambda data: (
-            put(*ROD, "orientation", value=[0, 0, 0, 0])(data),
-            data["model"]["bodies"].append(
-                {"name": "tip", "location": [0, 0, -2], "mass": 1,
-                 "inertia": {"moments": [1, 1, 1]}}),
-            added("joints", type="LOCK", body1="rod", body2="tip", location=[0, 0, -2])(data)),
-        "a quaternion of length zero", r"\[1, 0, 0, 0\]"),
-    "two numbers": (put(*ROD, "location", value=[0, 1]), "too few entries", ""),
-    "unknown body": (put("joints", 0, "body2", value="rd"), "unknown body 'rd'", "'rod'"),
-    "misspelled key": (put(*ROD, "locaton", value=[0, 0, 0]), "unknown key 'locaton'", "location"),
-    "two of a name": (put("bodies", 0, "name", value="rod"), "'rod' is given twice", "rename"),
-    "names that would be one": (
-        lambda data: data["model"]["bodies"].append({**data["model"]["bodies"][1], "name": "rod!"}),
-        "'rod!' and 'rod' would get the same name", "rename"),
-    "a body with the world's name": (
-        lambda data: data["model"]["bodies"][0].update(
-            fixed=False, mass=1, inertia={"moments": [1, 1, 1]}),
-        "'ground' is the name of the world", "or 'fixed: true'"),
-    "no bodies": (lambda data: data["model"].pop("bodies"), "missing key 'bodies'", "add"),
-}  # fmt: skip
 
 
 IN_SPACE = {
@@ -459,38 +376,3 @@ def test_what_leaves_the_plane_is_in_space(tmp_path: Path, case: str) -> None:
     assert loaded(tmp_path, data).dimensions == 2
     IN_SPACE[case](data)
     assert loaded(tmp_path, data).dimensions == 3
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_represented(tmp_path: Path, case: str) -> None:
-    change, message, remedy = REFUSED[case]
-    data = pendulum()
-    change(data)
-    with pytest.raises(InputError) as caught:
-        loaded(tmp_path, data)
-    text = str(caught.value)
-    found = re.search(message, text)
-    assert found, text
-    assert re.search(remedy, text[found.start() :]), text
-    assert all(p.line == 1 for p in caught.value.problems), "every problem has its place"
-
-
-def test_all_problems_at_once(tmp_path: Path) -> None:
-    data = pendulum()
-    for case in ("contact", "misspelled key", "unknown body", "curve", "constraint"):
-        REFUSED[case][0](data)
-    with pytest.raises(InputError) as caught:
-        loaded(tmp_path, data)
-    assert len(caught.value.problems) == 5
-
-
-def test_places_are_those_of_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "rod.yaml"
-    path.write_text(
-        "model:\n  bodies:\n    - {name: ground, location: [0, 0, 0], fixed: true}\n"
-        "    - name: rod\n      location: [0, 0, -1]\n      mass: 1\n"
-        "      inertia: {moments: [1, 1, 1]}\n      contact: {materials: []}\n"
-    )
-    with pytest.raises(InputError) as caught:
-        load_model(path)
-    assert [(p.line, p.column) for p in caught.value.problems] == [(8, 7)]
