@@ -33,6 +33,8 @@ from m4e_fmi.cli import main
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[1]
 HEAD = re.compile(r"^== (.*)\n", re.MULTILINE)
+USAGE = re.compile(r"^usage: .*?\n(?=m4e-fmi)", re.DOTALL)
+"""The list of options before the mistakes in them."""
 
 
 @dataclass
@@ -107,6 +109,14 @@ def change_file(folder: Path, old: str, new: str) -> None:
     path.write_bytes(path.read_bytes().replace(old.encode(), new.encode()))
 
 
+def exit_code(command: str) -> object:
+    """That of a command, also of one whose options are wrong."""
+    try:
+        return main(shlex.split(command))
+    except SystemExit as ended:
+        return ended.code
+
+
 def expected(group: str) -> dict[str, str]:
     """The texts of a group, by the names of its cases."""
     path = FOLDER / f"{group}.txt"
@@ -131,8 +141,8 @@ def test_what_is_said(
         change_file(folder, old, new)
     monkeypatch.chdir(folder)
     capsys.readouterr()
-    code = main(shlex.split(case.command))
-    said = "".join(capsys.readouterr())
+    code = exit_code(case.command)
+    said = USAGE.sub("", "".join(capsys.readouterr()))
     assert "Traceback" not in said
     said = f"exit {code}\n{said.replace(f'{folder}/', '').rstrip()}"
     texts = expected(case.group)
