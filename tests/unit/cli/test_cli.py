@@ -375,15 +375,3 @@ class TestLinearize:
         assert np.shape(printed["mechanical"]["F"]) == (2, 2)
         assert len(printed["modes"]) == 3
         assert printed["stable"] is True
-
-    def test_no_equilibrium(self, here, capsys) -> None:
-        path = copied(here, FLEXIBLE / "mass.model.yaml")
-        assert main(["linearize", str(path)]) == 1
-        text = capsys.readouterr().err
-        assert "no equilibrium was found: nothing holds it there" in text
-        assert "the rate of body.mass.vz is -9.80665 m/s2" in text
-        assert "loads of other FMUs (water, moorings) are not in the model" in text
-
-    def test_unknown_output(self, capsys) -> None:
-        text = refused(capsys, "linearize", PENDULUM, "--outputs", "point.tip.alpha")
-        assert "no output or state point.tip.alpha" in text

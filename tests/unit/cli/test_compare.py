@@ -103,24 +103,3 @@ def test_signs_and_times_of_another_tool(files: Path, capsys: pytest.CaptureFixt
         options = ["--time-shift", "-50", "--tolerance", "1e-6", "--no-plot", *given]
         assert main(["compare", "ours.csv", "tool.csv", *options]) == 0
         assert "all 1 variables are within" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["gone.csv"], "no such file"),
-        (["far.csv", "--map", "z"], "expected COLUMN=VARIABLE"),
-        (["far.csv", "--map", "buoy.z=buoy.y"], "did you mean 'buoy.z'?"),
-        (["far.csv", "--map", "buoy.z=buoy.z", "--map", "buoy.z=buoy.pitch"], "mapped 2 times"),
-        (["far.csv", "--variables", "buoy.x"], "has no variable 'buoy.x'"),
-        (["far.csv", "--start-time", "40"], "no time in common"),
-        (["far.csv", "--map-file", "m.yaml"], "m.yaml:1"),
-        (["far.csv", "--output-file", "p.doc"], "p.doc"),
-    ],
-)
-def test_wrong_input_ends_with_2(
-    arguments: list[str], message: str, files: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (files / "m.yaml").write_text("buoy.z: 3\n")
-    assert main(["compare", "ours.csv", *arguments]) == 2
-    assert message in capsys.readouterr().err

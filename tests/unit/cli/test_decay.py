@@ -113,43 +113,8 @@ def test_results_and_the_line_for_a_model(
     assert drag == pytest.approx(900.0, rel=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("header", "rows", "given", "said"),
-    [
-        ("time,heave", "40.0,about 2", [], "tank.csv:402:1"),
-        ("time,heave", "3.0,1", [], "tank.csv:402:1: time 3 s follows 39.9 s"),
-        ("time,heave", "", ["--column", "heav"], "did you mean 'heave'?"),
-        ("clock,heave", "", [], "has no column for the time"),
-        ("time,pitch", "", [], "does not say its unit, deg or rad"),
-        ("time,heave [N]", "", [], "is in N, expected a length or an angle"),
-        ("time [m],heave", "", [], "is in m, expected a time"),
-        ("time,heave", "", ["--variable", "a.z"], "name the --column of a table"),
-        ("time,heave", "", ["--mass", "1", "--stiffness", "1"], "leave one out"),
-        ("time,heave", "", ["--mass", "-1"], "--mass must be positive"),
-        ("time,heave", "", ["--to", "3"], "tank.csv: the record ends at 3 s, too early"),
-        ("time,heave", "", ["--output-file", "x.txt"], "a picture cannot be written"),
-    ],
-)
-def test_refusals(
-    header: str,
-    rows: str,
-    given: list[str],
-    said: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert main(["decay", str(table(tmp_path, header, rows=rows)), "--no-plot", *given]) == 2
-    assert said in capsys.readouterr().err
-
-
 def test_a_column_without_a_unit_is_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["decay", str(table(tmp_path, "time,heave")), "--no-plot"]) == 0
     assert "says no unit: taken as m" in capsys.readouterr().out
-
-
-def test_there_is_no_such_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("none.csv", "none.nc"):
-        assert main(["decay", str(tmp_path / name), "--no-plot"]) == 2
-        assert "no such file" in capsys.readouterr().err
