@@ -84,32 +84,19 @@ def with_text(fmu: Path, path: Path, old: str, new: str, **more: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "code"),
-    [
-        ('description="', 'description="a&#10;error: forged ', 0),
-        ('unit="', 'unit="a&#10;error: forged ', 2),
-        ('modelName="', 'modelName="a&#10;error: forged ', 2),
-        ('valueReference="', 'valueReference="a&#10;error: forged ', 2),
-    ],
-)
+@pytest.mark.parametrize(("old", "code", "command"), [
+    ('description="', 0, ["info"]), ('unit="', 2, ["info"]), ('modelName="', 2, ["info"]),
+    ('valueReference="', 2, ["info"]), ('unit="', 1, ["validate", "--only", "description"]),
+])  # fmt: skip
 def test_fmus(
-    old: str, new: str, code: int, lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path
-) -> None:
-    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", old, new)
-    assert not forged(lines(code, "info", path))
-
-
-def test_a_note_of_a_validation(
-    lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path
-) -> None:
-    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", 'unit="', 'unit="a&#10;error: forged ')
-    assert not forged(lines(1, "validate", path, "--only", "description"))
-
-
-def test_names_in_an_archive(lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path) -> None:
+    old: str, code: int, command: list[str], lines: Callable[..., list[str]], c_fmu: Fmus,
+    tmp_path: Path,
+) -> None:  # fmt: skip
+    """In their descriptions, and names of files in them."""
+    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", old, f"{old}a&#10;error: forged ")
+    assert not forged(lines(code, command[0], path, *command[1:]))
     more = {"binaries/x\nforged/a.so": ""}
-    path = with_text(c_fmu("mass"), tmp_path / "x.fmu", "", "", **more)
+    path = with_text(c_fmu("mass"), tmp_path / "y.fmu", "", "", **more)
     assert not forged(lines(2, "info", path))
 
 

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from m4e_fmi.space import (
-    PLANE,
     TURN,
     Component,
     Freedom,
     Inertia,
-    Rotation,
     Twist,
     Vector,
-    add_force,
     cross,
     dot,
-    minus,
     norm,
     outward,
-    plus,
     swung,
-    times,
     unit,
 )
 
@@ -64,23 +56,6 @@ def column(freedom: Freedom) -> np.ndarray:
     return np.array(freedom.column((0, 0, 0), spin=True), float)
 
 
-class TestWhatIsAlwaysZero:
-    """The integer 0 makes nothing but itself; other numbers count as they are."""
-
-    def test_sums_and_products(self) -> None:
-        assert (plus(0, 2.0), plus(2.0, 0), plus(1.0, 2.0)) == (2.0, 2.0, 3.0)
-        assert (minus(0, 2.0), minus(2.0, 0), minus(1.0, 2.0)) == (-2.0, 2.0, -1.0)
-        assert (times(0, 2.0), times(2.0, 0), times(1, 2.0), times(3.0, 2.0)) == (0, 0, 2.0, 6.0)
-        assert isinstance(times(float("nan"), 0), int)
-        assert isinstance(plus(0, 0.0), float)
-
-    def test_a_planar_vector_stays_in_the_plane(self) -> None:
-        a, b = (1.0, 0, 2.0), (3.0, 0, 4.0)
-        assert isinstance(Rotation.about_y(0.3)(a)[1], int)
-        assert all(isinstance(cross(a, b)[c], int) for c in (0, 2))
-        assert all(isinstance(part, int) for part in cross((0, 1.0, 0), a)[1:2])
-
-
 class TestVectors:
     def test_against_numpy(self) -> None:
         a, b, c = vector(), vector(), vector()
@@ -90,13 +65,6 @@ class TestVectors:
         assert outward(a, b) == pytest.approx(-np.cross(a, np.cross(a, b)), abs=ROUNDING)
         assert unit(a) == pytest.approx(np.array(a) / np.linalg.norm(a), abs=ROUNDING)
         assert norm(a) == pytest.approx(np.linalg.norm(a), abs=ROUNDING)
-
-    def test_a_force_at_an_arm(self) -> None:
-        force, arm, torque = vector(), vector(), vector()
-        wrench: list[Any] = [1.0] * 6
-        add_force(wrench, force, arm, torque)
-        moment = 1 + np.array(torque) + np.cross(arm, force)
-        assert wrench == pytest.approx([*(1 + np.array(force)), *moment], abs=ROUNDING)
 
 
 FREEDOMS: dict[str, Freedom] = {
@@ -108,24 +76,6 @@ FREEDOMS: dict[str, Freedom] = {
 
 
 class TestInertia:
-    def test_of_a_rigid_body(self) -> None:
-        """It is felt at the origin as by Newton and Euler at the centre of gravity."""
-        mass, arm, about = 2.5, vector(), definite()[:3, :3]
-        second = about + mass * (np.dot(arm, arm) * np.eye(3) - np.outer(arm, arm))
-        found = np.array(Inertia.rigid(mass, second.tolist(), arm, SPACE).H, float)
-        block = np.zeros((6, 6))
-        block[:3, :3], block[3:, 3:] = mass * np.eye(3), about
-        assert found == pytest.approx(shift(arm).T @ block @ shift(arm), abs=ROUNDING)
-
-    def test_of_a_rigid_body_in_the_plane(self) -> None:
-        second = np.diag([7.0, 3.0, 9.0]).tolist()
-        found = Inertia.rigid(2.0, second, (0.5, 0, 0.25), PLANE).H
-        for a in SPACE:
-            for b in SPACE:
-                assert (a in PLANE and b in PLANE) or found[a][b] == 0
-        inside = [[found[a][b] for b in PLANE] for a in PLANE]
-        assert inside == [[2.0, 0, 0.5], [0, 2.0, -1.0], [0.5, -1.0, 3.0]]
-
     @pytest.mark.parametrize("symmetric", [True, False])
     def test_added_mass_at_an_arm(self, symmetric: bool) -> None:
         own, block, arm = definite(), RANDOM.uniform(-1, 1, (6, 6)), vector()
@@ -173,21 +123,3 @@ class TestInertia:
         found.add_child(inertia(child, symmetric=symmetric), reach, handed_on, rotates=True)
         moved = shift(reach).T @ kept @ shift(reach)
         assert np.array(found.H) == pytest.approx(own + moved, abs=ROUNDING)
-
-
-@pytest.mark.parametrize("name", FREEDOMS)
-def test_the_column_of_a_lever_and_its_rate(name: str) -> None:
-    """The motion of a point of the body at unit rate; its derivative by a small turn."""
-    freedom, lever, growth = FREEDOMS[name], vector(), vector()
-    expected = shift(lever) @ column(freedom)
-    assert freedom.column(lever, spin=True) == pytest.approx(expected, abs=ROUNDING)
-    assert freedom.column(lever, spin=False)[TURN:] == [0, 0, 0]
-    rate = freedom.column_rate(growth)
-    if isinstance(freedom, Component):
-        turned, expected = None, shift(growth) @ column(freedom) - column(freedom)
-        assert (rate is None) == (freedom.index < TURN)
-    else:
-        spin, both = np.array(freedom.omega), column(freedom)
-        turned = np.concatenate([np.cross(spin, both[:3]), np.cross(spin, both[3:])])
-        expected = turned + shift(growth) @ both - both
-    assert np.array(rate or [0] * 6, float) == pytest.approx(expected, abs=ROUNDING)
