@@ -88,14 +88,6 @@ def test_marks_and_spikes_are_told(tmp_path: Path, capsys: pytest.CaptureFixture
     assert "1 row is far from those beside, the first at 19.9 s (900 mm)" in said
 
 
-def test_degrees_are_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = table(tmp_path, "t,angles of pitch [deg]", 10.0)
-    assert main(["decay", str(path), "--json", "--no-plot"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["release"] == pytest.approx(math.radians(10.0), rel=1e-3)
-    assert found["values"]["quadratic"]["unit"] == "1/rad"
-
-
 def test_results_and_the_line_for_a_model(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -118,3 +110,11 @@ def test_a_column_without_a_unit_is_told(
 ) -> None:
     assert main(["decay", str(table(tmp_path, "time,heave")), "--no-plot"]) == 0
     assert "says no unit: taken as m" in capsys.readouterr().out
+
+
+def test_degrees_are_converted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = table(tmp_path, "t,angles of pitch [deg]", 10.0)
+    assert main(["decay", str(path), "--json", "--no-plot"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["release"] == pytest.approx(math.radians(10.0), rel=1e-3)
+    assert found["values"]["quadratic"]["unit"] == "1/rad"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import re
 import subprocess
@@ -151,16 +150,6 @@ def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
     assert all("\x1b" not in e.get("text", "") for e in told)
 
 
-def test_an_error_imports_nothing_heavy():
-    code = (
-        "import sys\nfrom m4e_fmi.cli import main\nmain(['run', 'x.yaml', '--log-file', 'a.csv'])\n"
-        "print([m for m in ('tqdm', 'sympy', 'm4e_fmi.report') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "a log cannot be written as" in done.stderr
-    assert done.stdout.strip() == "[]"
-
-
 @pytest.mark.usefixtures("here")
 def test_a_wrong_log_file_is_an_event_too(capsys):
     assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
@@ -192,26 +181,6 @@ def test_progress_is_told_about_once_a_second(capsys, monkeypatch):
     assert [round(e["time"], 9) for e in found] == [2.0, 4.0, 6.0, 8.0, 10.0]
     assert [round(e["fraction"], 9) for e in found] == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert found[-1]["speed"] == pytest.approx(2.0)
-
-
-@pytest.mark.parametrize(("quiet", "terminal"), [(False, True), (True, True), (False, False)])
-def test_a_bar_is_drawn_on_terminals_only_and_not_when_quiet(monkeypatch, quiet, terminal):
-    error = io.StringIO()
-    error.isatty = lambda: terminal  # type: ignore[method-assign]
-    monkeypatch.setattr("sys.stderr", error)
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(quiet=quiet), [])
-        with progress.progress(2.0) as told:
-            told(1.0)
-            told(2.0)
-    assert ("of 2 s simulated" in error.getvalue()) is (terminal and not quiet)
-
-
-@pytest.mark.usefixtures("here")
-def test_no_handler_is_left_behind():
-    before = list(log.LOG.handlers)
-    assert called(*SIMULATE, "--log-file", "a.log") == 0
-    assert log.LOG.handlers == before
 
 
 def test_the_page_names_every_field():

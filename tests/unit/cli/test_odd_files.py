@@ -18,16 +18,14 @@ import pytest
 from support.fuzz.cases import DEFECT
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import fmu_files, load_system
 from m4e_fmi.cosim.system import component
 from m4e_fmi.errors import InputError
 from m4e_fmi.files import yaml_tree
 from m4e_fmi.files.document import Document
 from m4e_fmi.files.file_names import LONGEST, file_stem, file_stems
-from m4e_fmi.fmu import Options, build_fmu
-from m4e_fmi.model import Body, Joint, Model, load_model
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.report import fmu_documentation
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import cleaned
 from m4e_fmi.units import near_unit, parse_unit
@@ -143,25 +141,6 @@ def test_files_stay_in_the_build_folder(
     assert len(list(work.rglob("*.fmu"))) == 2
     outside = [p for p in tmp_path.rglob("*") if p.is_file() and work not in p.parents]
     assert not outside
-
-
-def test_components_that_differ_in_capitals_have_files_of_their_own(tmp_path: Path):
-    path = model(tmp_path)
-    system = tmp_path / "system.yaml"
-    system.write_text(
-        f"name: s\ncomponents: {{a: {{model: {path.name}}}, A: {{model: {path.name}}}}}\n"
-        "simulation: {stop_time: 1, step_size: 0.1}\n"
-    )
-    files = fmu_files(load_system(system), tmp_path / "build")
-    assert len({str(file).casefold() for file in files.values()}) == 2
-
-
-def test_marks_of_the_page_in_a_description_stay_as_they_are(tmp_path: Path):
-    read = load_model(model(tmp_path, description="'@sections@ @title@'"))
-    files = fmu_documentation(read, model_program(read), Options())
-    (page,) = [text for name, text in files.items() if name.endswith("index.html")]
-    assert b"@sections@ @title@" in page
-    assert page.count(b"<h2>Variables</h2>") == 1
 
 
 def test_texts_do_no_harm_where_they_are_shown(

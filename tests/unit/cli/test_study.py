@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.small_study import SYSTEM, Here, written_study
+from support.small_study import Here, written_study
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system
@@ -18,14 +18,6 @@ model: cart.model.yaml
 simulation: {stop_time: 0.5}
 vary: {k: [30, 40], joint.hinge.u: [0, 1]}
 wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}
-"""
-SEA = """\
-class Sea:
-    parameters = {"ramp_time": (5.0, "s")}
-    outputs = {"force": "N"}
-
-    def calculate(self, t, v):
-        return {"force": t / v.ramp_time}
 """
 EXAMPLE = Path(__file__).parents[3] / "examples/power_matrix/study.yaml"
 
@@ -69,16 +61,6 @@ def test_a_failed_run_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None
 
 
 @pytest.mark.usefixtures("here")
-def test_a_wrong_study_is_exit_code_2(capsys: pytest.CaptureFixture[str]) -> None:
-    written_study(Path(), STUDY.replace("{k:", "{kk:"))
-    assert main(["study", "study.yaml"]) == 2
-    assert "study.yaml:4:8: the model has no parameter, start value or key 'kk'" in (
-        capsys.readouterr().err
-    )
-    assert not Path("build/carts.nc").exists()
-
-
-@pytest.mark.usefixtures("here")
 def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
     written_study(Path(), STUDY)
     assert main(["study", "study.yaml", "--dry-run"]) == 0
@@ -87,17 +69,6 @@ def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert "k: the start value k [N/m]" in text
     assert "4 runs are members of ensembles" in text
     assert not Path("build/carts.nc").exists()
-
-
-@pytest.mark.usefixtures("here")
-def test_a_dry_run_of_single_simulations_makes_one_of_them(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    written_study(Path(), STUDY.replace("0.5}", "0.5, method: rodas}"))
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    text = capsys.readouterr().out
-    assert "4 runs are single simulations" in text
-    assert "by 1 of the runs" in text
 
 
 @pytest.mark.usefixtures("here")
@@ -132,25 +103,6 @@ def test_a_dry_run_tells_the_time_or_what_tells_it(capsys: pytest.CaptureFixture
     assert "time: none, all runs are kept" in told()
     Path("study.yaml").write_text(f"{text}simulation: {{stop_time: 0.5}}\n", "utf-8")
     assert "by 2 runs of this system in other studies, of 1 s" in told()
-
-
-@pytest.mark.usefixtures("here")
-def test_a_dry_run_of_a_system_whose_own_runs_are_shorter_than_its_ramp(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """Short runs are as long as those of the study in the mean."""
-    text = (
-        "name: s\nsystem: system.yaml\n"
-        "vary: {push.beyond: [held, error], simulation.stop_time: [20, 30]}\n"
-        "wanted: {f: {variable: sea.force, statistic: mean}}\n"
-    )
-    system = SYSTEM.replace("connections:", "  sea: {kind: python, file: sea.py}\nconnections:")
-    written_study(Path(), text, system=system)
-    Path("sea.py").write_text(SEA, "utf-8")
-    assert main(["build", "system.yaml"]) == 0
-    capsys.readouterr()
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    assert "by a run of 25 s, of the system as its file has it" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("here")

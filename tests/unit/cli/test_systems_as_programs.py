@@ -172,15 +172,6 @@ def test_start_values_of_what_is_settled(
         assert point["cart.joint.rail.q"] == pytest.approx(0.25, rel=1e-9)
 
 
-def test_another_fmu_of_the_whole_is_replaced(
-    system: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    note = f"build/system{SEED}.fmu replaces another FMU of that name"
-    for more, told in (([], False), ([], False), (["--open", "pid"], True)):
-        assert main(["build", "--single", system, "--no-documentation", *more]) == 0
-        assert (note in capsys.readouterr().out) is told
-
-
 def test_a_system_is_animated_alike_as_a_run_and_as_a_program(
     system: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -23,9 +23,8 @@ from m4e_fmi.model import (
     TorsionSpring,
     load_model,
     model_from_lists,
-    normalize_prismatic,
 )
-from m4e_fmi.multibody import Equations, model_program
+from m4e_fmi.multibody import model_program
 from m4e_fmi.simulate import simulate
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "double_pendulum" / "double_pendulum.model.yaml"
@@ -77,11 +76,6 @@ class TestListings:
         assert model.joints["joint_1"].initial == {"x": 10, "z": 6}
         states = {v.name: v.start for v in model_program(model).states if v.start}
         assert states == {"body.body_1.x": 10.0, "body.body_1.z": 6.0}
-
-    def test_symbols_are_those_of_the_paper(self) -> None:
-        equations = Equations(model_from_lists(double_pendulum()))
-        names = {str(symbol) for symbol in equations.mass_matrix.free_symbols}
-        assert names == {"m1", "m2", "J1", "J2", "Theta_1", "Theta_2"}
 
     def test_both_spellings_of_points(self) -> None:
         lists = spiderfloat()
@@ -147,14 +141,6 @@ class TestMeaning:
         given = model_from_lists(lists, parameters={"L": Parameter(2.5, "m", "Length")})
         assert given.parameters["L"].unit == "m"
 
-    def test_a_point_force_with_a_moment(self) -> None:
-        lists = cart() | {"Force": {"PointsBD": [[2, 1, 3, 4, 5], [1, 0, "t", 0, 0]]}}
-        assert model_from_lists(lists).loads == {
-            "PointsBD_0": PointForce("BD2_1", (3, 4)),
-            "PointsBD_0_moment": BodyForce("body_2", moment=5),
-            "PointsBD_1": PointForce("BD1_0", ("t", 0)),
-        }
-
     def test_a_coefficient_that_depends_on_the_extension_is_a_law(self) -> None:
         """With `l`, `ld`, `theta` or `thetad` the expression is the force itself, as in M4E."""
         extension, rate = sym.symbols("l ld")
@@ -207,12 +193,13 @@ class TestMeaning:
         with pytest.raises(InputError, match='write "BD1_10" or "BD11_0"'):
             model_from_lists(lists)
 
-    def test_normalize_prismatic(self) -> None:
-        a = sym.Symbol("a", positive=True)
-        rows = normalize_prismatic(np.array([[3, 4], [NAN, NAN]]))
-        assert rows[0] == [0.6, 0.8]
-        assert np.isnan(rows[1]).all()
-        assert normalize_prismatic([[a, 0]]) == [[1, 0]]
+    def test_a_point_force_with_a_moment(self) -> None:
+        lists = cart() | {"Force": {"PointsBD": [[2, 1, 3, 4, 5], [1, 0, "t", 0, 0]]}}
+        assert model_from_lists(lists).loads == {
+            "PointsBD_0": PointForce("BD2_1", (3, 4)),
+            "PointsBD_0_moment": BodyForce("body_2", moment=5),
+            "PointsBD_1": PointForce("BD1_0", ("t", 0)),
+        }
 
 
 @pytest.mark.parametrize(("change", "message"), [

@@ -113,22 +113,6 @@ def test_other_start_values() -> None:
 
 
 class TestPythonForm:
-    def test_against_the_formulas(self) -> None:
-        p = Evaluated(oscillator())
-        # four operations each
-        assert p.rates({"x": 0.3, "v": 2.0, "u": 1.5}, t=0.7) == {
-            "x": 2.0,
-            "v": pytest.approx(-25 * 0.3 + 1.5 * math.sin(0.7), rel=1e-15),
-        }
-        assert p.outputs({"x": 0.3, "v": 2.0}) == {"energy": pytest.approx(4 + 2.25, rel=1e-15)}
-        assert p.calculated({"k": 8.0}) == {"omega": 2.0}
-
-    def test_what_needs_parameters_only_is_computed_once(self) -> None:
-        source = python_source(oscillator())
-        rates = _function(source, "rates")
-        assert not any(isinstance(node, ast.Div) for node in ast.walk(rates))
-        assert _function(source, "constants").body
-
     def test_what_is_needed_twice_is_computed_once(self) -> None:
         """Also when one of the two is an output itself."""
         r = Recorder("shared", "")
@@ -214,15 +198,6 @@ class TestSymbolicForm:
             numbers = [float(e.subs(substitutions)) for e in expressions]
             # a dozen operations in double precision, in another order
             assert numbers == pytest.approx(list(expected.values()), rel=1e-14)
-
-    def test_symbols_are_real_and_constants_exact(self) -> None:
-        r = Recorder("square", "")
-        x = r.input(variable("x"))
-        r.output(variable("y"), functions.sqrt(x * x) + 3.0 * abs(x))
-        form = to_sympy(r.program())
-        import sympy
-
-        assert form.outputs == [4 * sympy.Abs(form.symbols["x"])]
 
 
 class TestFunctions:
@@ -343,8 +318,3 @@ def _interpreted(
 
 def _same(one: Sequence[float], other: Sequence[float]) -> bool:
     return [x.hex() for x in map(float, one)] == [x.hex() for x in map(float, other)]
-
-
-def _function(source: str, name: str) -> ast.FunctionDef:
-    tree = ast.parse(source)
-    return next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == name)

@@ -109,17 +109,3 @@ class TestInertia:
         rest = np.array([f[c] - free * out.column.get(c, 0.0) for c in SPACE])
         handed = (reduced @ a - rest)[left]
         assert handed == pytest.approx(felt[left], abs=ROUNDING)
-
-    @pytest.mark.parametrize("symmetric", [True, False])
-    @pytest.mark.parametrize("handed_on", [SPACE, (0, 1, 2, 3, 5)])
-    def test_a_child(self, handed_on: tuple[int, ...], symmetric: bool) -> None:
-        child, own, reach = definite(), definite(), vector()
-        if not symmetric:
-            child, own = child + RANDOM.uniform(-1, 1, (6, 6)), own + RANDOM.uniform(-1, 1, (6, 6))
-        kept = np.zeros((6, 6))
-        places = np.ix_(handed_on, handed_on)
-        kept[places] = child[places]
-        found = inertia(own, symmetric=symmetric)
-        found.add_child(inertia(child, symmetric=symmetric), reach, handed_on, rotates=True)
-        moved = shift(reach).T @ kept @ shift(reach)
-        assert np.array(found.H) == pytest.approx(own + moved, abs=ROUNDING)
