@@ -6,19 +6,16 @@ import html
 import json
 import math
 import re
-import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
-from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied
+from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM
 
 from m4e_fmi.cli import main
 from m4e_fmi.results import results_file as results
-from m4e_fmi.signals import Terminated
 
 SWING = """name: swing
 parameters: {L: {value: 220, unit: cm}}
@@ -54,42 +51,6 @@ def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys)
     assert main(["run", "system.yaml", "--output-file", "r.nc", *wanted]) == 0
     run = results.load("r.nc")
     assert {*run["a.L"].values, *run["b.L"].values} == {2.5}
-
-
-@pytest.mark.usefixtures("here")
-def test_where_the_start_does_not_follow_it_is_said(capsys):
-    Path("v.model.yaml").write_text(
-        "name: v\nparameters: {a: {value: 0.5, unit: rad}}\n"
-        "bodies: {link: {mass: 1, inertia: 1}}\n"
-        "joints: {hinge: {type: revolute, child: link, joint_to_child: [0, -1], initial: {q: a}}}\n"
-    )
-    command = ["simulate", "v.model.yaml", "--stop-time", "0.1", "--variables", "joint.hinge.q"]
-    assert main(command) == 0
-    assert "note" not in capsys.readouterr().out
-    assert main([*command, "--start-value", "a", "1.5"]) == 0
-    note = "note: joint 'hinge' starts where the parameters in the file put it"
-    assert note in capsys.readouterr().out
-
-
-def test_the_summary_is_there_before_the_picture(here, capsys, monkeypatch):
-    """Drawing takes a second: a signal within it hides nothing."""
-
-    def interrupted(*_: object, **__: object) -> Path:
-        raise Terminated(signal.SIGTERM)
-
-    copied(here, FLEXIBLE / "mass.model.yaml")
-    (here / "s.yaml").write_text(
-        "name: s\ncomponents: {body: {model: mass.model.yaml}}\n"
-        "simulation: {stop_time: 0.2, step_size: 0.1}\n"
-    )
-    monkeypatch.setattr("m4e_fmi.report.plot_run", interrupted)
-    monkeypatch.setattr("m4e_fmi.report.plot_simulation", interrupted)
-    for command in (["run", "s.yaml"], ["simulate", "mass.model.yaml", "--stop-time", "1"]):
-        assert main([*command, "--output-file", "r.nc"]) == 128 + signal.SIGTERM
-        told = capsys.readouterr()
-        assert "simulated 0.2 s" in told.out or "state at the end:" in told.out
-        assert "wrote r.nc" in told.out
-        assert told.err.endswith("ended by SIGTERM\n")
 
 
 EQUATIONS = {  # options, and a pattern of what is printed
@@ -202,32 +163,6 @@ def test_reports(here, capsys):
     again = (here / "s.report.html").read_text("utf-8")
     assert html.escape(SWINGS) in again
     assert '"flows":' in again
-
-
-def test_models_in_other_forms(here, capsys):
-    """The paper's lists as JSON and Chrono's YAML, where a model file is accepted."""
-    lists = {
-        "joints": [[0, 1]], "types": ["R"], "parent_cg_to_joint": [[0, 0]],
-        "joint_to_child_cg": [[0, -1]], "m0": [2], "J0": [3], "g": 9.81,
-    }  # fmt: skip
-    chrono = {
-        "model": {
-            "name": "rod",
-            "bodies": [{"name": "base", "location": [0, 0, 0], "fixed": True},
-                       {"name": "rod", "location": [0, 0, -1], "mass": 2,
-                        "inertia": {"moments": [1, 3, 1]}}],
-            "joints": [{"name": "pin", "type": "REVOLUTE", "body1": "base", "body2": "rod",
-                        "location": [0, 0, 0], "axis": [0, 1, 0]}],
-        }
-    }  # fmt: skip
-    for name, data, entry in (("lists.json", lists, "m1"), ("rod.yaml", chrono, "5")):
-        (here / name).write_text(json.dumps(data), encoding="utf-8")
-        assert main(["equations", name]) == 0
-        (line,) = re.findall(r"M\[1\] = (.*)", capsys.readouterr().out)
-        assert entry in line
-        for command in ("info", "draw", "build"):
-            assert main([command, name]) == 0
-    assert (here / "build" / "rod.fmu").exists()
 
 
 def test_a_system_runs_from_its_file_and_from_its_package(here, capsys):

@@ -6,7 +6,6 @@ import json
 import re
 import subprocess
 import sys
-import time
 from argparse import Namespace
 from dataclasses import fields
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.shared import log, log_handlers, progress
+from m4e_fmi.cli.shared import log, log_handlers
 from m4e_fmi.cli.shared.events import KINDS
 
 PAGE = EXAMPLES.parent / "docs" / "logs.md"
@@ -166,21 +165,6 @@ def test_a_log_that_is_full_ends_with_a_warning(capsys):
         log.say("one")
         log.say("two")
     assert capsys.readouterr().err.count("the log ends here: a.log") == 1
-
-
-def test_progress_is_told_about_once_a_second(capsys, monkeypatch):
-    clock = [0.0]
-    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(events=True), [])
-        with progress.progress(10.0, start=2.0) as told:
-            for k in range(41):
-                clock[0] = 0.1 * k
-                told(2.0 + 0.2 * k)
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()[1:]]
-    assert [round(e["time"], 9) for e in found] == [2.0, 4.0, 6.0, 8.0, 10.0]
-    assert [round(e["fraction"], 9) for e in found] == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert found[-1]["speed"] == pytest.approx(2.0)
 
 
 def test_the_page_names_every_field():

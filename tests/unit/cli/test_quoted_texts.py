@@ -19,12 +19,6 @@ from m4e_fmi.shown import cleaned, one_line
 
 Fmus = Callable[[str], Path]
 XML = "modelDescription.xml"
-MODEL = """\
-name: "a\\nerror: forged"
-description: "b\\nerror: forged"
-bodies: {a: {mass: 2, inertia: 0.1, description: "c\\nerror: forged"}}
-joints: {j: {type: prismatic, child: a, direction: [1, 0]}}
-"""
 SYSTEM = """\
 name: "a\\nerror: forged"
 components: {{{name}: {{fmu: {fmu}}}}}
@@ -47,30 +41,6 @@ def lines(capsys: pytest.CaptureFixture[str]) -> Callable[..., list[str]]:
 
 def forged(lines: list[str]) -> list[str]:
     return [line for line in lines if line.startswith(("error: forged", "forged"))]
-
-
-@pytest.mark.parametrize("command", [("info",), ("equations",), ("simulate", "--stop-time", "1")])
-def test_models(
-    command: tuple[str, ...], lines: Callable[..., list[str]], tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    Path("a.yaml").write_text(MODEL)
-    assert not forged(lines(0, command[0], "a.yaml", *command[1:]))
-
-
-@pytest.mark.parametrize(
-    ("name", "fmu", "code"),
-    [("a", "F.fmu", 0), ("a", '"x\\nerror: forged.fmu"', 2), ('"a\\nerror: forged"', "F.fmu", 2)],
-)
-def test_systems(
-    name: str, fmu: str, code: int, lines: Callable[..., list[str]], c_fmu: Fmus, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    text = SYSTEM.format(name=name, fmu=fmu.replace("F.fmu", str(c_fmu("mass"))))
-    Path("s.yaml").write_text(text)
-    assert not forged(lines(code, "run", "s.yaml"))
 
 
 def with_text(fmu: Path, path: Path, old: str, new: str, **more: str) -> Path:

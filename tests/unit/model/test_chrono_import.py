@@ -249,12 +249,6 @@ class TestStructure:
             "x": 0, "z": -1, "theta": pytest.approx(0.2), "vx": 1, "vz": 2, "omega": 0
         }  # fmt: skip
 
-    def test_names_become_names(self, tmp_path: Path) -> None:
-        data = pendulum()
-        data["model"]["bodies"][1]["name"] = "2nd rod (steel)"
-        data["model"]["joints"][0]["body2"] = "2nd rod (steel)"
-        assert list(loaded(tmp_path, data).bodies) == ["n2nd_rod_steel"]
-
     def test_kinds_have_names_of_their_own(self, tmp_path: Path) -> None:
         """Every element named "a": all of them are there."""
         data = slider()

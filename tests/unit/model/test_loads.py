@@ -36,6 +36,7 @@ from m4e_fmi.model import (
 )
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody import model_program
+from m4e_fmi.program.python_form import python_source
 
 
 def flap() -> Model:
@@ -81,8 +82,12 @@ def folder(tmp_path: Path) -> Path:
 def test_yaml_and_python_give_the_same(folder: Path) -> None:
     path = folder / "flap.model.yaml"
     path.write_text(TEXT)
-    assert load_model(path) == flap()
-    assert model_program(path) == model_program(flap())
+    model = load_model(path)
+    assert model == flap()
+    assert model.gravity == 9.80665  # where the file gives none
+    programs = [model_program(given) for given in (path, str(path), flap())]
+    assert programs[0] == programs[1] == programs[2]
+    assert python_source(programs[0]) == python_source(programs[2])
 
 
 def test_quantities_may_be_expressions_of_sympy() -> None:

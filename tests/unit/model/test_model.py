@@ -1,9 +1,8 @@
-"""Models: the same from YAML and Python; mistakes in files are in tests/corpus."""
+"""Models in Python: their programs, mistakes; files beside them: test_loads.py."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -22,40 +21,8 @@ from m4e_fmi.model import (
     TensionSpring,
     TorsionDamper,
     TorsionSpring,
-    load_model,
 )
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program.python_form import python_source
-
-TEXT = """\
-name: crane
-description: A trolley with a beam
-gravity: 9.81
-
-parameters:
-  m: {value: 2, unit: t, description: Mass of the beam}
-  L: {value: 3.5, unit: m}
-
-bodies:
-  trolley: {mass: 0.5*m, inertia: 1, added_mass: true}
-  beam: {mass: m, inertia: m*L**2/12, description: Hangs below}
-
-joints:
-  rail: {type: prismatic, child: trolley, direction: [1, 0], initial: {q: 2*L, u: -0.5}}
-  hinge: {type: revolute, parent: trolley, child: beam, joint_to_child: [0, -L/2]}
-
-points:
-  tip: {body: beam, at: [0, -L/2], description: Lower end}
-  wall: {body: ground, at: [10, 0]}
-
-loads:
-  rope: {type: tension_spring, points: [wall, tip], stiffness: 100*m, length: L}
-  brake: {type: tension_damper, points: [wall, tip], damping: 5}
-  stiff: {type: torsion_spring, bodies: [ground, beam], stiffness: 40, angle: pi/8}
-  slow: {type: torsion_damper, bodies: [trolley, beam], damping: 3}
-  push: {type: point_force, point: tip, force: [3*cos(1.5*t), 0]}
-  lift: {type: body_force, body: beam, force: [0, 2], moment: -t}
-"""
 
 
 def crane() -> Model:
@@ -87,18 +54,6 @@ def crane() -> Model:
             "lift": BodyForce("beam", (0.0, 2.0), "-t"),
         },
     )
-
-
-def test_yaml_and_python_give_the_same(tmp_path: Path) -> None:
-    path = tmp_path / "crane.model.yaml"
-    path.write_text(TEXT)
-    assert load_model(path) == crane()
-    programs = [model_program(given) for given in (path, str(path), crane())]
-    assert len({python_source(program) for program in programs}) == 1
-    for group in ("parameters", "inputs", "states", "outputs"):
-        assert len({getattr(program, group) for program in programs}) == 1
-    path.write_text(TEXT.replace("gravity: 9.81\n", ""))
-    assert load_model(path).gravity == 9.80665
 
 
 def test_parameters_and_start_values_are_in_si() -> None:

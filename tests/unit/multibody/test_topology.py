@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
-import pytest
-
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.model.elements import AngleReference
 from m4e_fmi.multibody import Topology, topology
@@ -77,16 +73,3 @@ def test_relative_angles_are_summed_up_to_the_nearest_absolute_one() -> None:
         "four": (0, 1, 2),
         "five": (3,),
     }
-
-
-@pytest.mark.parametrize("order", list(itertools.permutations(PARENTS))[::1000])
-def test_any_order_gives_a_tree_with_parents_first(order: tuple[str, ...]) -> None:
-    tree = tree_of(list(order), sorted(order))
-    for index, link in enumerate(tree.links):
-        parent, _ = PARENTS[link.body]
-        assert link.parent < index
-        assert (tree.links[link.parent].body if link.parent >= 0 else "ground") == parent
-        assert tree.index(link.body) == index
-        assert link.joint_name == f"to_{link.body}"
-    used = [k for link in tree.links for k in link.coordinates]
-    assert used == list(range(len(tree.coordinate_names)))

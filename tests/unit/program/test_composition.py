@@ -133,19 +133,8 @@ class TestLoops:
         rng = np.random.default_rng(size)
         units = 10.0 ** rng.uniform(-3, 3, size)
         J = rng.normal(size=(size, size)) * units[:, None] / units
-        r = Recorder("all", "")
-        u = [r.input(Variable(f"u{k}", "1", "")) for k in range(size)]
-        x = [r.state(Variable(f"x{k}", "1", "")) for k in range(size)]
-        for k in range(size):
-            r.rate(f"x{k}", 0.0)
-            total = x[k]
-            for j in range(size):
-                total = total + J[k, j] * u[j]
-            r.output(Variable(f"y{k}", "1", ""), total)
-        links = [link(f"all.y{k}", f"all.u{k}") for k in range(size)]
-        whole = compose("whole", {"all": r.program()}, links)
         given = rng.normal(size=size) * units
-        found = values(whole, **{f"all__x{k}": given[k] for k in range(size)})
+        found = values(looped(J.tolist()), **{f"all__x{k}": given[k] for k in range(size)})
         exact = np.linalg.solve(np.eye(size) - J, given)
         got = np.array([found[f"all.y{k}"] for k in range(size)])
         assert got / units == pytest.approx(exact / units, rel=1e-11)

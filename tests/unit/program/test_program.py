@@ -113,19 +113,6 @@ def test_other_start_values() -> None:
 
 
 class TestPythonForm:
-    def test_what_is_needed_twice_is_computed_once(self) -> None:
-        """Also when one of the two is an output itself."""
-        r = Recorder("shared", "")
-        x = r.state(variable("x"))
-        r.rate("x", 0.0)
-        first = functions.sin(x)
-        second = functions.exp(first)
-        r.output(variable("first"), first)
-        r.output(variable("second"), second)
-        r.output(variable("third"), second + 1)
-        source = python_source(r.program())
-        assert (source.count("sin("), source.count("exp(")) == (1, 1)
-
     def test_undefined_constants_are_met_at_run_time(self) -> None:
         r = Recorder("undefined", "")
         x = r.state(variable("x"))
