@@ -34,6 +34,8 @@ from m4e_fmi.cli import main
 FOLDER = Path(__file__).parent
 ROOT = FOLDER.parents[1]
 HEAD = re.compile(r"^== (.*)\n", re.MULTILINE)
+USAGE = re.compile(r"^usage: .*?\n(?=m4e-fmi)", re.DOTALL)
+"""The list of options before the mistakes in them."""
 
 
 @dataclass
@@ -118,6 +120,14 @@ def pack(folder: Path) -> None:
         shutil.rmtree(content)
 
 
+def exit_code(command: str) -> object:
+    """That of a command, also of one whose options are wrong."""
+    try:
+        return main(shlex.split(command))
+    except SystemExit as ended:
+        return ended.code
+
+
 def expected(group: str) -> dict[str, str]:
     """The texts of a group, by the names of its cases."""
     path = FOLDER / f"{group}.txt"
@@ -143,8 +153,8 @@ def test_what_is_said(
     pack(folder)
     monkeypatch.chdir(folder)
     capsys.readouterr()
-    code = main(shlex.split(case.command))
-    said = "".join(capsys.readouterr())
+    code = exit_code(case.command)
+    said = USAGE.sub("", "".join(capsys.readouterr()))
     assert "Traceback" not in said
     said = f"exit {code}\n{said.replace(f'{folder}/', '').rstrip()}"
     texts = expected(case.group)
