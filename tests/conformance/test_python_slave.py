@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 from fmpy.validation import validate_fmu
-from support.fmu_answers import discarded
-from support.fmu_instance import Instance
+from support.fmu_instances import Instance, discarded
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, build_fmu
@@ -107,15 +106,15 @@ class TestPythonSlave:
     def test_no_findings(self, counter: Path) -> None:
         assert validate_fmu(str(counter)) == []
 
-    def test_it_runs(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter).initialise()
+    def test_it_runs(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter).initialise()
         assert instance["note"] == 5 + len("start %s é")
         for k in range(3):
             instance.step(0.1 * k, 0.1)
-        assert instance.get(["count", "size"]) == {"count": 3.0, "size": 6.0}
+        assert instance.get(["count", "size"]) == [3.0, 6.0]
 
-    def test_texts_can_be_set_and_read(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter)
+    def test_texts_can_be_set_and_read(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter)
         reference = instance.references["label"]
         assert instance.fmu.getString([reference])[0].decode() == "start %s é"
         instance.fmu.setString([reference], ["ünï"])
@@ -130,41 +129,39 @@ class TestPythonSlave:
             (3.0, "ValueError: lone \\ud800 surrogate (t = 0.5 s)"),
         ],
     )
-    def test_a_step_that_raises(
-        self, counter: Path, load_python: Load, u: float, text: str
-    ) -> None:
-        instance = load_python(counter).initialise()
+    def test_a_step_that_raises(self, counter: Path, load: Load, u: float, text: str) -> None:
+        instance = load("python", counter).initialise()
         instance.step(0.0, 0.5)
         instance.set({"u": u})
         discarded(lambda: instance.step(0.5, 0.5))
         assert instance.last_error == text
-        ((status, message),) = [m for m in instance.messages if m[0] != 0]
+        ((status, message),) = [m for m in instance.heard() if m[0] != 0]
         assert status == 3
         assert message == f"instance: {text}"
-        details = [m for s, m in instance.messages if s == 0]
+        details = [m for s, m in instance.heard() if s == 0]
         assert any(detail.startswith("Traceback") for detail in details)
 
-    def test_outputs_can_be_read_after_terminate(self, counter: Path, load_python: Load) -> None:
+    def test_outputs_can_be_read_after_terminate(self, counter: Path, load: Load) -> None:
         """Although the slave has released what it computes them from."""
-        instance = load_python(counter).initialise()
+        instance = load("python", counter).initialise()
         instance.step(0.0, 0.1)
         instance.fmu.terminate()
         assert instance["count"] == 1.0
 
-    def test_an_output_that_is_no_number(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter).initialise({"u": 7.0})
+    def test_an_output_that_is_no_number(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter).initialise({"u": 7.0})
         assert math.isnan(instance["count"])
         assert "an output is no number" in instance.last_error
         assert "complex" in instance.last_error
         discarded(lambda: instance.step(0.0, 0.1))
 
-    def test_percent_signs_in_log_messages(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter).initialise({"u": 5.0})
+    def test_percent_signs_in_log_messages(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter).initialise({"u": 5.0})
         instance.step(0.0, 0.1)
-        assert (0, "percent %s %n %d") in instance.messages
+        assert (0, "percent %s %n %d") in instance.heard()
 
-    def test_state_with_bytes_replays(self, counter: Path, load_python: Load) -> None:
-        first = load_python(counter).initialise()
+    def test_state_with_bytes_replays(self, counter: Path, load: Load) -> None:
+        first = load("python", counter).initialise()
         first.step(0.0, 0.1)
         state = first.fmu.getFMUstate()
         saved = first.fmu.serializeFMUstate(state)
@@ -172,22 +169,22 @@ class TestPythonSlave:
         expected = first.get(["count", "size"])
         for _ in range(2):  # what was saved is not what the slave goes on changing
             first.fmu.setFMUstate(state)
-            assert first.get(["count", "size"]) == {"count": 1.0, "size": 4.0}
+            assert first.get(["count", "size"]) == [1.0, 4.0]
             first.step(0.1, 0.1)
             assert first.get(["count", "size"]) == expected
-        second = load_python(counter).initialise()
+        second = load("python", counter).initialise()
         second.fmu.setFMUstate(second.fmu.deSerializeFMUstate(saved))
         second.step(0.1, 0.1)
         assert second.get(["count", "size"]) == expected
 
-    def test_a_state_that_cannot_be_saved(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter).initialise({"u": 6.0})
+    def test_a_state_that_cannot_be_saved(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter).initialise({"u": 6.0})
         instance.fmu.getFMUstate()
         assert instance.last_error == "RuntimeError: nothing to save (t = 0 s)"
         discarded(lambda: instance.step(0.0, 0.1))
 
-    def test_a_state_that_is_no_json(self, counter: Path, load_python: Load) -> None:
-        instance = load_python(counter).initialise({"u": 4.0})
+    def test_a_state_that_is_no_json(self, counter: Path, load: Load) -> None:
+        instance = load("python", counter).initialise({"u": 4.0})
         instance.step(0.0, 0.1)
         state = instance.fmu.getFMUstate()
         saved = instance.fmu.serializeFMUstate(state)
@@ -215,7 +212,7 @@ class TestPythonSlave:
         shutil.rmtree(instance.folder)
         assert diary.read_text() == "finished\n"
 
-    def test_a_class_with_do_step_only(self, source: PythonSource, load_python: Load) -> None:
+    def test_a_class_with_do_step_only(self, source: PythonSource, load: Load) -> None:
         source.modules["counter.py"].write_text(
             "from .slave_base import M4eSlave\n\n\n"
             "class Counter(M4eSlave):\n"
@@ -225,19 +222,19 @@ class TestPythonSlave:
         )
         path = build_fmu(source, source.modules["counter.py"].with_name("only.fmu"))
         assert validate_fmu(str(path)) == []
-        instance = load_python(path).initialise()
+        instance = load("python", path).initialise()
         instance.step(0.0, 0.1)
         instance.step(0.1, 0.1)
         assert instance["count"] == 2.0
 
-    def test_an_empty_class(self, source: PythonSource, load_python: Load) -> None:
+    def test_an_empty_class(self, source: PythonSource, load: Load) -> None:
         """Twice: PythonFMU's binary crashes on the second instance of a class without methods."""
         source.modules["counter.py"].write_text(
             "from .slave_base import M4eSlave\n\n\nclass Counter(M4eSlave):\n    pass\n"
         )
         path = build_fmu(source, source.modules["counter.py"].with_name("empty.fmu"))
         for _ in range(3):
-            instance = load_python(path).initialise()
+            instance = load("python", path).initialise()
             instance.step(0.0, 0.1)
             assert instance["count"] == 0.0
 
