@@ -269,7 +269,7 @@ def test_an_fmu_that_cannot_run_here_fails(
     assert ("sources are enough for the standard" in printed) == (folder == "sources")
 
 
-@pytest.mark.parametrize("group", ["description", "start", "values"])
+@pytest.mark.parametrize("group", ["description", "values"])
 def test_a_defect_of_ours_is_not_laid_at_the_door_of_the_fmu(
     group: str, sound: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
