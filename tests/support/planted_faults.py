@@ -240,7 +240,7 @@ FAULTS = {
         "m4e_fmi/fmu/export",
         "str(position[variable.derivative_of])",
         "str(position[variable.derivative_of] - 1)",
-        "unit/fmu/export conformance/test_python_fmu.py conformance/test_fmu_contents.py",
+        "unit/fmu/export conformance/test_fmu_kinds.py conformance/test_fmu_contents.py",
     ),
     "small dependencies are not looked at": Fault(
         "m4e_fmi/fmu/validation",

@@ -1,25 +1,28 @@
-"""Programs of which the tests make Python FMUs, and their slaves."""
+"""Programs of which the tests make FMUs of all kinds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
 
-from m4e_fmi.model import Body, Joint, Model, Point
+from support.driven import driven, fragile
+from support.plane import plane
+
+from m4e_fmi.model import Body, Joint, Model, Point, load_model
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program, Recorder, Variable, exp, sin, sqrt
+from m4e_fmi.program import Program, Recorder, Variable, sin, sqrt
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ODD = "odd % %s %n < > & \" ' é 水 {x} \\ \t end"
 
 
-def double_pendulum() -> Program:
-    return model_program(EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml")
+def pendulum() -> Program:
+    return model_program(load_model(EXAMPLES / "double_pendulum/double_pendulum.model.yaml"))
 
 
-def floating_body() -> Program:
+def floating() -> Program:
     model = Model(
-        name="floating_body",
+        name="floating",
         gravity=9.81,
         bodies={"hull": Body(5.0, 2.0, added_mass=True)},
         joints={"sea": Joint("floating", "hull", initial={"x": 1.0, "z": -0.5, "omega": 0.1})},
@@ -41,7 +44,7 @@ def algebraic() -> Program:
 
 
 def autonomous() -> Program:
-    """No inputs and no parameters."""
+    """ẍ = −4x + sin 3t from x = 1, without inputs and parameters."""
     r = Recorder("autonomous", "a forced oscillator")
     x = r.state(Variable("x", "m", "place", start=1.0))
     v = r.state(Variable("v", "m/s", "speed", derivative_of="x"))
@@ -51,8 +54,16 @@ def autonomous() -> Program:
     return r.program()
 
 
+def bare() -> Program:
+    """No inputs, no parameters, no outputs."""
+    r = Recorder("bare", "decays")
+    x = r.state(Variable("x", "1", "state", start=1.0))
+    r.rate("x", -x)
+    return r.program()
+
+
 def tunable(name: str = "tunable", rate: float = 2.0) -> Program:
-    """A leaky integrator with a tunable and a fixed parameter, and odd texts."""
+    """x' = k (u − x) with a tunable and a fixed parameter, and odd texts."""
     r = Recorder(name, ODD)
     k = r.parameter(Variable("k", "1/s", ODD, start=rate, tunable=True))
     scale = r.parameter(Variable("scale", "kN", ODD, start=1.0))
@@ -66,17 +77,7 @@ def tunable(name: str = "tunable", rate: float = 2.0) -> Program:
     return r.program()
 
 
-def fragile() -> Program:
-    """Steps fail for a < 0, outputs for b = 0."""
-    r = Recorder("fragile", "breaks on demand")
-    a, b = r.input(Variable("a", "1", "≥ 0", start=1.0)), r.input(Variable("b", "1", "≠ 0"))
-    x = r.state(Variable("x", "1", "state"))
-    r.rate("x", sqrt(a) + exp(x - 800.0))
-    r.output(Variable("y", "1", "quotient"), x / b)
-    return r.program()
-
-
-PYTHON_PROGRAMS: dict[str, Callable[[], Program]] = {
+PROGRAMS: dict[str, Callable[[], Program]] = {
     make.__name__: make
-    for make in (double_pendulum, floating_body, algebraic, autonomous, tunable, fragile)
+    for make in (driven, fragile, plane, pendulum, floating, algebraic, autonomous, bare, tunable)
 }
