@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -13,30 +12,24 @@ import pytest
 from m4e_fmi.study.programs.chunks import LONG, MOST, Pace, chunks, in_threads
 
 
-def sizes(runs: int, jobs: int, each: float) -> list[int]:
-    """Sizes of chunks of `runs`, each of which takes `each` seconds."""
-    pace, found = Pace(jobs), list[int]()
-    parts: Iterator[Callable[[], np.ndarray]] = chunks(np.arange(runs), pace, lambda part: part)
-    done = list[int]()
-    for make in parts:
+@pytest.mark.parametrize(
+    ("runs", "each", "expected"),
+    [
+        (24, 10.0, [8, 8, 8]),  # few are for all threads
+        (5000, 1e-5, [8, 16, 32, 64, 128, 256, MOST, MOST]),
+        (1000, LONG / 50, [8, 16, 32, 48, 48]),  # none lasts longer than it should
+    ],
+)
+def test_chunks_grow_up_to_a_duration(runs: int, each: float, expected: list[int]) -> None:
+    """Of runs that take `each` seconds, by two threads."""
+    pace, found, done = Pace(2), list[int](), list[int]()
+    for make in chunks(np.arange(runs), pace, lambda part: part):
         part = make()
         done += part.tolist()
         found.append(len(part))
         pace.took(len(part), each * len(part))
     assert done == list(range(runs))
-    return found
-
-
-def test_few_runs_are_for_all_threads() -> None:
-    assert sizes(24, jobs=2, each=10.0) == [8, 8, 8]
-
-
-def test_short_runs_come_in_chunks_that_grow() -> None:
-    assert sizes(5000, jobs=2, each=1e-5)[:8] == [8, 16, 32, 64, 128, 256, MOST, MOST]
-
-
-def test_chunks_last_no_longer_than_they_should() -> None:
-    assert max(sizes(1000, jobs=2, each=LONG / 50)) <= 50
+    assert found[: len(expected)] == expected
 
 
 def test_interruption_does_not_wait_for_a_call() -> None:

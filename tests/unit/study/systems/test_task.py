@@ -5,12 +5,9 @@ from __future__ import annotations
 import hashlib
 import math
 import pickle
-import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from support.small_study import written_study
 
 import m4e_fmi
@@ -19,7 +16,6 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.systems import task as tasks
 from m4e_fmi.study.systems.task import Blob, Task, coupling_error_of, perform
 
 
@@ -31,29 +27,6 @@ def test_the_coupling_error_is_the_one_that_a_single_run_tells() -> None:
     assert str(report).startswith("largest coupling error 2.0e-02")
     assert coupling_error_of(report) == (0.02, "b.x")
     assert math.isnan(coupling_error_of("not known")[0])
-
-
-def test_threads_of_a_process_make_one_run_at_a_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As those of Dask's workers: libraries of FMUs and of netCDF are not made for more."""
-    (tmp_path / "x").write_bytes(b"")
-    blob = Blob(hashlib.sha256(b"").hexdigest(), "x", tmp_path / "x")
-    one = Task("key", blob, {}, {}, 1.0, (), (), 0.0, certify=False)
-    under_way: list[int] = []
-
-    def run(*_: object) -> Record:
-        under_way.append(1)
-        time.sleep(0.01)
-        count = len(under_way)
-        under_way.pop()
-        return Record(values={"count": count})
-
-    monkeypatch.setattr(tasks, "_prepared", lambda *_: None)
-    monkeypatch.setattr(tasks, "_run", run)
-    with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(perform, [one] * 8))
-    assert [record.values for record in found if isinstance(record, Record)] == [{"count": 1}] * 8
 
 
 def blob_of(path: Path) -> Blob:
