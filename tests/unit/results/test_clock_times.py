@@ -1,4 +1,4 @@
-"""Dates and times of day in tables: forms, columns, what is not clear."""
+"""Dates and times of day in tables: forms, columns, midnight."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.results.compared_file import ComparedFile, read_compared
 
 FORMS = {
@@ -65,28 +64,6 @@ def test_all_forms_are_seconds_from_the_first_row(form: str, tmp_path: Path) -> 
 )
 def test_a_record_goes_on_after_midnight(before: str, after: str, tmp_path: Path) -> None:
     assert read(tmp_path, f"t,x\n{before},1\n{after},2\n").time.tolist() == [0.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("rows", "line", "told"),
-    [
-        ("03/01/2026 23:59:59,1\n03/02/2026 00:00:00,2", 3, "order of day and month is not clear"),
-        ("23:59:59,1\n00:00:00,2", 3, "past midnight, and no date"),
-        ("2026-03-01 12:00:00,1\n,2\n2026-03-01 12:00:01,3", 3, "no date or time of day"),
-        ("2026-02-30 12:00:00,1\n2026-02-30 12:00:01,3", 2, "day is out of range"),
-        ("2026-03-01 12:60:00,1\n2026-03-01 12:61:01,3", 2, "is no time of day"),
-        ("2026-03-01T12:00:00Z,1\n2026-03-01T12:00:01,3", None, "others have none"),
-        ("2026-03-01,1\n2026-03-02,3", 3, "write dates as 2026-03-01 12:00:00.250"),
-        ("12:00,1\n12:01,3", 3, "write dates as 2026-03-01 12:00:00.250"),
-        ("2026-03-01 12:00:01,1\n2026-03-01 12:00:00,3", 3, "follows"),
-    ],
-)
-def test_what_is_not_clear_is_refused(
-    rows: str, line: int | None, told: str, tmp_path: Path
-) -> None:
-    with pytest.raises(InputError, match=told) as caught:
-        read(tmp_path, f"time,x\n{rows}\n")
-    assert caught.value.problems[0].line == (line or 0)
 
 
 def test_a_time_in_seconds_is_preferred(tmp_path: Path) -> None:

@@ -136,6 +136,9 @@ def test_values_are_checked_beside_those_of_their_run(study: Studies) -> None:
     changed_model(study.folder, "loads:\n", f"loads:\n{stop}")
     changed_model(study.folder, "parameters:\n", f"parameters:\n{limits}")
     assert study("c.lo: [-0.1, 0.05], c.hi: [0.2, 0.1]").failures == {}
+    if not study.cart:  # a key of the file may change a parameter, and no other program comes of it
+        keys = "both: {together: {parameters.hi.value: [0.2, 0.1], lo: [0.15, 0.05]}}"
+        assert study(keys).failures == {}
 
 
 def test_a_start_up_that_ends_within_the_ramp_of_a_sea_is_warned_of(study: Studies) -> None:

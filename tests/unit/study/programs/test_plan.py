@@ -119,21 +119,3 @@ def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> N
         encoding="utf-8",
     )
     np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
-
-
-def test_values_are_checked_beside_those_of_keys(tmp_path: Path) -> None:
-    """A key of the file may change a parameter, and no other program comes of it."""
-    text = (
-        "name: stops\nmodel: stop.model.yaml\nsimulation: {stop_time: 0.1}\n"
-        "vary: {both: {together: {parameters.hi.value: [0.2, 0.1], lo: [0.15, 0.05]}}}\n"
-        "wanted: {most: {variable: load.stop.effort, statistic: maximum}}\n"
-    )
-    (tmp_path / "stop.model.yaml").write_text(
-        "name: stop\ngravity: 0\n"
-        "parameters: {lo: {value: -0.1, unit: m}, hi: {value: 0, unit: m}}\n"
-        "bodies: {block: {mass: 1, inertia: 1}}\n"
-        "joints: {rail: {type: prismatic, child: block, direction: [1, 0]}}\n"
-        "loads: {stop: {type: joint_stop, joint: rail, stiffness: 1e4, lower: lo, upper: hi}}\n",
-        "utf-8",
-    )
-    assert made(written_study(tmp_path, text)).failures == {}
