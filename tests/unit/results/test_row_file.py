@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import random
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -185,35 +183,9 @@ def packed(path: Path, count: int, number: int = FORMAT_NUMBER) -> None:
         file.createGroup("a").createVariable("x", "f8", ("time",), compression="zlib")
 
 
-def test_more_values_than_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_more_values_than_are_read_at_once(tmp_path: Path) -> None:
     path = tmp_path / "r.nc"
     packed(path, 10**11)
     message = r"r\.nc: has 100000000000 rows of 2 values; 2,000,000,000 values are read at most\n"
     with pytest.raises(InputError, match=message):
         load(path)
-    file = RowFile(path, SECTIONS, ATTRIBUTES)
-    file.append(0, parts(0, ROWS))
-    file.close()
-    monkeypatch.setattr("m4e_fmi.results.row_file.MOST_RESULTS", 10)
-    with pytest.raises(InputError, match=r"rows of \d values; 10 values are read at most\n"):
-        load(path)
-
-
-SMALL_MEMORY = """
-import resource, sys
-from m4e_fmi import load
-resource.setrlimit(resource.RLIMIT_AS, (2**32, 2**32))
-try:
-    load(sys.argv[1])
-except Exception as error:
-    print(type(error).__name__, error)
-"""
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="limits of memory")
-def test_more_values_than_there_is_memory(tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    packed(path, 999_000_000)
-    command = [sys.executable, "-c", SMALL_MEMORY, str(path)]
-    told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert told.startswith(f"InputError {path}: takes more memory than there is\n      read parts")

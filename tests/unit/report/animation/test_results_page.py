@@ -109,16 +109,6 @@ def test_hulls_are_on_the_bodies_that_they_move_with(scene: Scene) -> None:
     assert {len(face) for face in cube.surfaces[0].faces} == {3}
 
 
-def test_a_shape_of_the_model_is_shown_and_not_the_hull(tmp_path: Path) -> None:
-    system = floating_boxes(tmp_path)
-    own = MODEL.replace("4.0e3]}", "4.0e3], shape: {sphere: {radius: 0.8}}}")
-    (tmp_path / "boxes.model.yaml").write_text(own, encoding="ascii")
-    scene = scene_without_build(load_system(system))
-    assert scene is not None
-    (ball,) = scene.bodies[1].surfaces
-    assert np.ptp(ball.vertices, axis=0) == pytest.approx([1.6, 1.6, 1.6])
-
-
 def test_fixed_hulls_stand_where_the_heading_turns_them(tmp_path: Path) -> None:
     """About the middle of the moving bodies; the radius and the profile are the file's."""
     (tmp_path / "boxes.model.yaml").write_text(MODEL, encoding="ascii")

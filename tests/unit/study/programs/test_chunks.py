@@ -49,12 +49,3 @@ def test_interruption_does_not_wait_for_a_call() -> None:
     took = time.monotonic() - began
     go_on.set()
     assert took < 5.0
-
-
-def test_the_error_of_a_call_is_raised() -> None:
-    def fails() -> str:
-        raise ValueError("a call failed")
-
-    with pytest.raises(ValueError, match="a call failed"):
-        list(in_threads([fails], 2))
-    assert sorted(in_threads([lambda k=k: f"{k}" for k in range(9)], 3)) == list("012345678")

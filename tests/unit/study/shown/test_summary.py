@@ -16,8 +16,7 @@ from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.report.result import load_study_result
 from m4e_fmi.study.shown.figure import _bins, _draw, _shown, plot_study
 from m4e_fmi.study.shown.over_states import over_states, states_of
-from m4e_fmi.study.shown.summary import _lacking, summary
-from m4e_fmi.study.shown.warnings import told_once
+from m4e_fmi.study.shown.summary import summary
 
 STUDY = """\
 name: carts
@@ -55,15 +54,6 @@ def test_a_summary_has_a_matrix_failures_warnings_and_the_start_up(tmp_path: Pat
         assert part in text
     stated = summary(made(tmp_path, f"{STUDY}start_up: 0.1\n"))
     assert "statistics leave out all before t = 0.1 s (as stated)" in stated
-
-
-def test_kinds_of_warnings_are_told_once() -> None:
-    told: list[str] = []
-    once = told_once(told.append)
-    lines = ["warning: H 3 m breaks (seed 1)", "2 of 3", "3 of 3", "warning: b"]
-    for line in (lines[0], "warning: H 4 m breaks (seed 2)", *lines[1:]):
-        once(line)
-    assert told == lines
 
 
 def test_a_curve_is_over_the_axis_that_has_points(tmp_path: Path) -> None:
@@ -121,14 +111,6 @@ def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
     np.testing.assert_array_equal(sums[0], sums[1])
     year = annual_energy(swing.transpose(..., "q"), outcome.data["probability"])
     assert np.isfinite([year.energy, year.error]).all()
-
-
-def test_states_that_lack_a_seed_are_not_told_to_have_no_value() -> None:
-    """Of two seeds and three states: a state without any, and one that lacks in each seed."""
-    none = np.array([[False, True, False], [False, True, False]])
-    some = np.array([[False, True, False], [True, False, False]])
-    assert _lacking(none) == "1 states of the table have no value"
-    assert "2 states have no value in some of the runs" in _lacking(some)
 
 
 def test_designs_are_shown_over_all_states(tmp_path: Path) -> None:

@@ -5,18 +5,7 @@ import numpy as np
 from m4e_fmi.study.given.grid import Axis, Grid, Varied
 from m4e_fmi.study.systems.order import LongestFirst
 
-
-def grid_of(*shape: int) -> Grid:
-    axes = (
-        Axis(f"a{k}", (Varied(f"a{k}", (f"x.a{k}",)),), tuple((i,) for i in range(n)))
-        for k, n in enumerate(shape)
-    )
-    return Grid(tuple(axes))
-
-
-def test_every_run_comes_once_and_in_order_where_nothing_is_known() -> None:
-    assert list(LongestFirst([1, 4, 5], grid_of(2, 3))) == [1, 4, 5]
-    assert list(LongestFirst([0], Grid(()))) == [0]
+SHAPE = (("a", 6), ("b", 8))
 
 
 def test_no_process_waits_long_for_the_last_run() -> None:
@@ -26,7 +15,8 @@ def test_no_process_waits_long_for_the_last_run() -> None:
     for times that are known. A process that is free takes the next run.
     """
     times = np.add.outer(np.linspace(0, 0.2, 6), [1, 1, 1, 1, 1, 1, 1, 3.0]).ravel()
-    order, under_way, now = LongestFirst(range(48), grid_of(6, 8)), dict[int, float](), 0.0
+    axes = (Axis(a, (Varied(a, (f"x.{a}",)),), tuple((i,) for i in range(n))) for a, n in SHAPE)
+    order, under_way, now = LongestFirst(range(48), Grid(tuple(axes))), dict[int, float](), 0.0
     waiting, done = iter(order), list[int]()
     while len(done) < 48:
         while len(under_way) < 4 and (run := next(waiting, None)) is not None:

@@ -81,23 +81,6 @@ def deaf(marker: Path) -> None:
     time.sleep(60.0)
 
 
-def slow() -> None:
-    """What a process does before it takes runs."""
-    time.sleep(20.0)
-
-
-@posix
-def test_nobody_waits_for_processes_that_had_nothing_to_do(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """As where all runs are kept: they may take seconds until they are ready."""
-    monkeypatch.setattr(execution, "_worker", slow)
-    begun = time.monotonic()
-    with execution.performing(1) as perform:
-        assert list(perform([])) == []
-    assert time.monotonic() - begun < 15.0
-
-
 @posix
 def test_sigterm_is_no_result_of_a_run_and_interruption_reaches_the_parent_only(
     tmp_path: Path,

@@ -82,15 +82,6 @@ def test_a_key_that_is_a_start_value_up_to_a_threshold(tmp_path: Path) -> None:
     assert one.labels == {}  # the parameter is not the key
 
 
-def test_keys_that_act_together_in_one_corner(tmp_path: Path) -> None:
-    def bent(program: Program) -> Program:
-        both = start_of(program, "damping"), start_of(program, "stiffness")
-        return program.with_start({"rest_length": 9.0}) if both == (5.0, 2.0) else program
-
-    one = found(tmp_path, "pto", BOTH, wanted := list(product(range(1, 8), repeat=2)), bent)
-    assert [c for c in wanted if "rest_length" in one.of[c].start] == [(5, 2)]
-
-
 def test_a_key_in_degrees_is_not_labelled_in_radians(tmp_path: Path) -> None:
     """At the first value, 0, both are equal."""
 
