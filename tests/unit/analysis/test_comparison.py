@@ -55,12 +55,8 @@ def test_measures_of_a_known_difference() -> None:
     assert found.rms_beside_offset < 1e-12
     assert found.first_beyond(0.02) == 0.0
     assert found.first_beyond(0.03) is None
-
-
-def test_another_origin_is_noted() -> None:
-    shifted = m4e_fmi.compare(results(z=1.05 * SINE - 2.0), results(z=SINE))
-    assert "buoy.z: differs by -1.99" in shifted.notes[0]
-    assert m4e_fmi.compare(results(z=1.05 * SINE), results(z=SINE)).notes == ()
+    (note,) = m4e_fmi.compare(results(z=SINE - 2.0), results(z=SINE)).notes
+    assert note.startswith("buoy.z: differs by -2 m in the mean")
 
 
 @pytest.mark.parametrize(("name", "scale"), [("range", 2.0), ("amplitude", 1.0), ("value", 4.0)])
@@ -104,12 +100,8 @@ def test_phase_of_an_irregular_record() -> None:
     assert found.time_shift == pytest.approx(0.3, abs=0.03)
     assert found.amplitude_ratio == pytest.approx(0.9, rel=0.01)
     assert 0.0 < found.share < 1.0
-
-
-def test_no_phase_has_a_reason() -> None:
-    assert "constant" in phase(TIME, TIME, np.ones(len(TIME))).reason
-    assert "2 periods" in phase(TIME, TIME, np.sin(0.1 * TIME)).reason
-    assert "needed" in phase(TIME[:5], TIME[:5], TIME[:5]).reason
+    for reference, reason in ((np.ones(len(TIME)), "constant"), (np.sin(0.1 * TIME), "2 periods")):
+        assert reason in phase(TIME, TIME, reference).reason
 
 
 def test_smooth_records_are_interpolated_cubically() -> None:
@@ -192,15 +184,6 @@ def test_wrong_requests_are_refused(reference: Results, given: dict[str, Any], s
     with pytest.raises(InputError, match=re.escape(said)) as caught:
         m4e_fmi.compare(results(z=TIME), reference, **given)
     assert len(caught.value.problems) == max(1, len(given) - ("start_time" in given))
-
-
-def test_comparisons_are_shown_in_a_few_lines() -> None:
-    one = results(**{f"v{k}": np.sin(TIME + 0.001 * k) for k in range(50)})
-    found = m4e_fmi.compare(one, results(v0=TIME, v9=SINE), tolerance=0.1)
-    assert repr(found).startswith("Comparison of 'ours.nc' with 'ours.nc', beyond the tolerance of")
-    assert len(repr(found).splitlines()) <= 20
-    assert "rows" in repr(found["buoy.v9"])
-    assert found.worst[0].name == "buoy.v0"
 
 
 def test_signs_factors_and_origins_are_mapped() -> None:

@@ -33,7 +33,6 @@ from m4e_fmi.report import (
     write_simulation,
 )
 from m4e_fmi.report.drawing.film import film
-from m4e_fmi.report.drawing.motion import LARGEST_TURN, SWING, _moved
 from m4e_fmi.report.drawing.parts import placed, ranks, tie_lines
 from m4e_fmi.report.drawing.scene import Anchor, scene
 from m4e_fmi.report.drawing.system_graph import OF_TIMING
@@ -221,33 +220,6 @@ def test_curves_and_modes_have_their_names(
     ):
         text = path.read_text(encoding="utf-8")
         assert all(f"<!-- {name} -->" in text for name in names)
-
-
-def test_mode_shapes_are_scaled_to_be_seen(cart: Model) -> None:
-    """A slide by a part of the size, a turn by half a radian at most; both ways."""
-    program = model_program(cart)
-    shown, size = scene(cart), 2.0
-    coordinates = [v for v in program.states if v.derivative_of is None]
-    slide = _moved(shown, program, coordinates, np.array([5.0, 0, 0]), size)
-    assert slide[:, 0, 0] == pytest.approx([-SWING * size, SWING * size])
-    fold = _moved(shown, program, coordinates, np.array([0, 0, 1e-3]), 1e3)
-    assert fold[:, 2, 2] == pytest.approx([-LARGEST_TURN, LARGEST_TURN])
-
-
-@pytest.mark.filterwarnings("error")
-def test_names_of_any_length_leave_room_for_the_picture(tmp_path: Path) -> None:
-    long = "W" * 5000
-    joints = {f"{long}b": Joint("revolute", f"{long}a", initial={"q": 1})}
-    model = Model(long, {f"{long}a": Body(1, 1)}, joints, description=f"{long} " * 9)
-    result = simulate(model, stop_time=1.0, output_interval=0.1)
-    for path in (
-        draw_model(model, tmp_path / "model.png"),
-        plot_simulation(result, tmp_path / "histories.png"),
-        plot_phase(result, tmp_path / "phase.png"),
-        plot_modes(model, np.eye(1), tmp_path / "modes.png", titles=[long]),
-    ):
-        with Image.open(path) as picture:
-            assert max(picture.size) < 2000
 
 
 def test_a_system_shows_what_is_carried_over_once(tmp_path: Path) -> None:

@@ -1,8 +1,7 @@
-"""Numbers, tables and summaries as text; panels of time histories; the progress bar."""
+"""Numbers, tables and summaries as text; panels of time histories."""
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from m4e_fmi.analysis import equilibrium
 from m4e_fmi.cli import main
 from m4e_fmi.model import load_model, model_from_lists
 from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.report import equilibrium_text, equilibrium_values, progress_bar
+from m4e_fmi.report import equilibrium_text, equilibrium_values
 from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.text import summaries
@@ -178,13 +177,3 @@ def test_tables_of_a_model_in_latex(capsys: pytest.CaptureFixture[str]) -> None:
     assert r"left\_spring & tension spring & hold, left & stiffness = $k$" in text
     assert r"length = $\sqrt{a^{2} + b^{2}}$ \\" in text
     assert r"[$0$, $\frac{L}{2}$]" in text
-
-
-@pytest.mark.parametrize("terminal", [True, False])
-def test_a_bar_is_drawn_on_terminals_only(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
-    error = io.StringIO()
-    error.isatty = lambda: terminal  # type: ignore[method-assign]
-    monkeypatch.setattr("sys.stderr", error)
-    with progress_bar(2.0) as progress:
-        progress(2.0)
-    assert ("of 2 s simulated" in error.getvalue()) is terminal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +28,9 @@ from support.written_study import (
 
 import m4e_fmi as m4e
 from m4e_fmi.errors import InputError
+from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.study import Study, Wanted
 from m4e_fmi.study.report.annual import _told, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
@@ -173,3 +176,34 @@ def test_files_that_are_no_results_are_refused(
     with pytest.raises(InputError, match=said):
         report_of_study(path, tmp_path / "r.html")
     assert not (tmp_path / "r.html").exists()
+
+
+LARGE = 10**30
+ODD = "=HYPERLINK(1)"
+
+
+def odd_dataset() -> xarray.Dataset:
+    grid = Grid((axis("seed", [1, LARGE]), axis("kind", ["plain", "-x"])))
+    study = Study("s", Path("x"), True, grid, (Wanted("z", "b.z", "mean"),))
+    records = [Record(values={"z": -1.5}), *[Record(failure=f"{ODD}\udcff")] * 3]
+    return dataset(
+        study, records, Labels(), start_up=[0.0] * 4, attributes={"source": "folder\udcff"}
+    )
+
+
+def test_whole_numbers_and_names_that_files_do_not_have(tmp_path: Path) -> None:
+    path = tmp_path / "s.nc"
+    write_dataset(odd_dataset(), path)
+    with xarray.open_dataset(path) as found:
+        assert found["seed"].values.tolist() == [1.0, 1e30]
+        assert found.attrs["source"] == "folder?"
+        assert str(found["failure"].values[1, 1]) == f"{ODD}?"
+
+
+def test_a_table_has_no_formulas(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    write_dataset(odd_dataset(), path)
+    head, first, second, *_ = csv.reader(path.read_text("utf-8").splitlines())
+    assert first[head.index("z")] == "-1.5"
+    assert second[head.index("kind")] == "'-x"
+    assert second[head.index("failure")] == f"'{ODD}?"

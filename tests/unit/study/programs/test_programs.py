@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.small_study import Here, written_study
+from support.small_study import written_study
 
 import m4e_fmi
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.programs import plan
+from m4e_fmi.study.programs.chunks import LONG, MOST, Pace, chunks, in_threads
 
 STUDY = """\
 name: carts
@@ -72,18 +76,6 @@ def test_keys_of_the_model_are_varied(tmp_path: Path) -> None:
     assert not np.array_equal(found.sel(mass=1), found.sel(mass=2))
 
 
-def test_a_composed_system_is_one_program(tmp_path: Path) -> None:
-    text = (
-        "name: carts\nsystem: system.yaml\nmethod: composed\nsimulation: {stop_time: 1}\n"
-        "vary: {pto.damping: [2, 6]}\nwanted: {force: {variable: pto.force, statistic: rms}}\n"
-    )
-    path = written_study(tmp_path, text)
-    whole = made(path).data["force"]
-    path.write_text(text.replace("method: composed\n", ""), "utf-8")
-    steps = made(path, executor=Here()).data["force"]
-    np.testing.assert_allclose(whole, steps, rtol=0.02)  # coupled in steps of 0.02 s
-
-
 def test_units_of_columns_and_texts_are_converted(tmp_path: Path) -> None:
     """Names of columns say deg and N/cm; the result has numbers in the variable's units."""
     text = STUDY[: STUDY.index("sample:")] + STUDY[STUDY.index("wanted:") :]
@@ -119,3 +111,42 @@ def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> N
         encoding="utf-8",
     )
     np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("runs", "each", "expected"),
+    [
+        (24, 10.0, [8, 8, 8]),  # few are for all threads
+        (5000, 1e-5, [8, 16, 32, 64, 128, 256, MOST, MOST]),
+        (1000, LONG / 50, [8, 16, 32, 48, 48]),  # none lasts longer than it should
+    ],
+)
+def test_chunks_grow_up_to_a_duration(runs: int, each: float, expected: list[int]) -> None:
+    """Of runs that take `each` seconds, by two threads."""
+    pace, found, done = Pace(2), list[int](), list[int]()
+    for make in chunks(np.arange(runs), pace, lambda part: part):
+        part = make()
+        done += part.tolist()
+        found.append(len(part))
+        pace.took(len(part), each * len(part))
+    assert done == list(range(runs))
+    assert found[: len(expected)] == expected
+
+
+def test_interruption_does_not_wait_for_a_call() -> None:
+    go_on = threading.Event()
+    calls = [lambda: "first", lambda: go_on.wait(20.0)]
+    made = in_threads(iter(calls), 1)
+    assert next(made) == "first"
+    timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    began = time.monotonic()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            next(made)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    took = time.monotonic() - began
+    go_on.set()
+    assert took < 5.0
