@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import t as student
 
+from m4e_fmi.statistics import STATISTICS
 from m4e_fmi.study.given.grid import Axis, Grid, Varied
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.shown.over_states import LARGEST, States, averaged, differences, over_states
@@ -81,26 +82,24 @@ def test_differences_of_designs_are_those_of_pairs() -> None:
     """What a seed does to both designs is not in the interval."""
     seed = 50.0 * np.arange(SEEDS)[:, None, None]
     found = differences(GRID, VALUES + seed, STATES, Wanted("w", "v", "mean"))
-    assert found is not None
     sums = np.einsum("psxh,hp->xs", VALUES, STATES.shares)
-    gain = sums[1] - sums[0]
-    np.testing.assert_allclose(found.mean, [0.0, gain.mean()], rtol=1e-9)
-    np.testing.assert_allclose(found.half_width[1], half_width(gain), rtol=1e-9)
-    assert differences(GRID, VALUES, STATES, Wanted("w", "v", "maximum")) is None
-    assert differences(GRID, VALUES, None, Wanted("w", "v", "mean")) is None  # of 8 designs
-    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
-    assert differences(alone, np.ones((1, 2)), None, Wanted("w", "v", "mean")) is None
     two = Grid((axis("x", DESIGNS), axis("seed", SEEDS, repeats=True)))
-    pair = differences(two, VALUES[1, :, :, 0].T, None, Wanted("w", "v", "maximum"))
-    assert pair is not None
-    gain = VALUES[1, :, 1, 0] - VALUES[1, :, 0, 0]
-    np.testing.assert_allclose(pair.mean[1], gain.mean())
-    np.testing.assert_allclose(pair.half_width[1], half_width(gain))
+    of_a_state = VALUES[1, :, :, 0].T
+    pair = differences(two, of_a_state, None, Wanted("w", "v", "maximum"))
+    for one, gain in ((found, sums[1] - sums[0]), (pair, of_a_state[1] - of_a_state[0])):
+        assert one is not None
+        np.testing.assert_allclose(one.mean, [0.0, gain.mean()], rtol=1e-9)
+        np.testing.assert_allclose(one.half_width[1], half_width(gain), rtol=1e-9)
+    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
+    for grid, values, states, statistic in (
+        (GRID, VALUES, STATES, "maximum"),
+        (GRID, VALUES, None, "mean"),  # of 8 designs
+        (alone, np.ones((1, 2)), None, "mean"),
+    ):
+        assert differences(grid, values, states, Wanted("w", "v", statistic)) is None
 
 
 def test_all_statistics_of_maxima_are_known() -> None:
-    from m4e_fmi.statistics import STATISTICS
-
     assert {name for name in STATISTICS if "maximum" in name} | {"range", "largest_magnitude"} == (
         LARGEST
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,8 @@ from m4e_fmi.study.systems.variants import MOST_DRAFTS, Combination, Variants, v
 
 Keys = list[tuple[str | int, ...]]
 Changed = Callable[[Program], Program]
+DAMPING: Keys = [("damping",)]
+BOTH: Keys = [("damping",), ("stiffness",)]
 
 
 def found(
@@ -35,42 +38,34 @@ def found(
     return variants(system, name, keys, wanted, make)
 
 
+def start_of(program: Program, name: str) -> float:
+    return next(v.start for v in program.parameters if v.name == name)
+
+
 def test_keys_that_are_start_values_share_one_fmu(tmp_path: Path) -> None:
-    wanted: list[Combination] = [(d, s) for d in range(1, 11) for s in range(1, 11)]
-    one = found(tmp_path, "pto", [("damping",), ("stiffness",)], wanted)
+    one = found(tmp_path, "pto", BOTH, list(product(range(1, 11), repeat=2)))
     assert len(one.builds) == 1
     assert one.of[7, 9].start == {"damping": 7.0, "stiffness": 9.0}
     assert one.of[1, 1].start == {}
     assert one.labels[0][0] == "N.s/m"
-
-
-def test_keys_that_are_other_start_values_share_one_fmu(tmp_path: Path) -> None:
-    """The rest length follows from the point, and is a parameter."""
+    # the rest length follows from the point, and is a parameter
     one = found(tmp_path, "pto", [("point_at", 1)], [(-1,), (-1.5,), (-1.2,)])
     assert len(one.builds) == 1
     assert one.of[-1.5,].start["rest_length"] == pytest.approx((1 + 0.25) ** 0.5)
 
 
 def test_other_operations_have_an_fmu_of_their_own(tmp_path: Path) -> None:
-    one = found(tmp_path, "push", [("between",)], [("linear",), ("held",)])
-    assert [variant.build for variant in one.of.values()] == [0, 1]
-
-
-def test_values_that_a_section_refuses_are_told(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="with damping = -3"):
-        found(tmp_path, "pto", [("damping",)], [(1,), (-3,)])
+    """Few drafts wait for their FMUs: of a sea in space hundreds would fill the memory."""
+    one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
+    assert [variant.build for variant in one.of.values()] == [*range(14)]
+    assert [*one.drafts] == [*range(MOST_DRAFTS)]
 
 
 def test_all_values_that_a_section_refuses_are_told_together(tmp_path: Path) -> None:
-    wanted: list[Combination] = [(-3, 1), (1, -4), (-5, 1)]
     with pytest.raises(InputError) as caught:
-        found(tmp_path, "pto", [("damping",), ("stiffness",)], wanted)
+        found(tmp_path, "pto", BOTH, [(-3, 1), (1, -4), (-5, 1)])
     assert "with damping = -3" in str(caught.value)
     assert "stiffness = -4" in str(caught.value)
-
-
-def start_of(program: Program, name: str) -> float:
-    return next(v.start for v in program.parameters if v.name == name)
 
 
 def test_a_key_that_is_a_start_value_up_to_a_threshold(tmp_path: Path) -> None:
@@ -81,20 +76,10 @@ def test_a_key_that_is_a_start_value_up_to_a_threshold(tmp_path: Path) -> None:
         return program.with_start({"damping": 25.0}) if damping == 28.0 else program
 
     wanted: list[Combination] = [(d,) for d in range(1, 41)]
-    one = found(tmp_path, "pto", [("damping",)], wanted, bent)
+    one = found(tmp_path, "pto", DAMPING, wanted, bent)
     starts = {d: one.of[d,].start.get("damping", 1.0) for (d,) in wanted}
     assert starts == {d: 25.0 if d == 28 else d for (d,) in wanted}
     assert one.labels == {}  # the parameter is not the key
-
-
-def test_keys_that_act_together_in_one_corner(tmp_path: Path) -> None:
-    def bent(program: Program) -> Program:
-        both = start_of(program, "damping"), start_of(program, "stiffness")
-        return program.with_start({"rest_length": 9.0}) if both == (5.0, 2.0) else program
-
-    wanted: list[Combination] = [(d, s) for d in range(1, 8) for s in range(1, 8)]
-    one = found(tmp_path, "pto", [("damping",), ("stiffness",)], wanted, bent)
-    assert [c for c in wanted if "rest_length" in one.of[c].start] == [(5, 2)]
 
 
 def test_a_key_in_degrees_is_not_labelled_in_radians(tmp_path: Path) -> None:
@@ -103,12 +88,4 @@ def test_a_key_in_degrees_is_not_labelled_in_radians(tmp_path: Path) -> None:
     def in_radians(program: Program) -> Program:
         return program.with_start({"damping": start_of(program, "damping") / 57.3})
 
-    one = found(tmp_path, "pto", [("damping",)], [(0.0,), (30.0,)], in_radians)
-    assert one.labels == {}
-
-
-def test_few_drafts_wait_for_their_fmus(tmp_path: Path) -> None:
-    """A sea in space has 50 MB: hundreds of them would fill the memory."""
-    one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
-    assert len(one.builds) == 14
-    assert [*one.drafts] == [*range(MOST_DRAFTS)]
+    assert found(tmp_path, "pto", DAMPING, [(0.0,), (30.0,)], in_radians).labels == {}

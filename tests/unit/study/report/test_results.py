@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -25,8 +26,11 @@ from support.written_study import (
     written,
 )
 
+import m4e_fmi as m4e
 from m4e_fmi.errors import InputError
+from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.study import Study, Wanted
 from m4e_fmi.study.report.annual import _told, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
@@ -63,14 +67,10 @@ def test_the_summary_has_failures_errors_and_their_runs(tmp_path: Path) -> None:
 def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -> None:
     result = load_study_result(matrix(tmp_path, failing=False))
     text = annual(result)
-    sums = [
-        sum(
-            PROBABILITY[i, j] * power(h, p, DAMPINGS[0], seed)
-            for i, h in enumerate(HEIGHTS)
-            for j, p in enumerate(PERIODS)
-        )
-        for seed in range(SEEDS)
+    powers = [
+        [[power(h, p, DAMPINGS[0], s) for s in range(SEEDS)] for p in PERIODS] for h in HEIGHTS
     ]
+    sums = np.einsum("hp,hps->s", PROBABILITY, np.array(powers))
     energy = YEAR * np.mean(sums) / 3.6e9
     error = YEAR * np.std(sums, ddof=1) / np.sqrt(SEEDS) / 3.6e9
     found = re.search(r"mean_power</td>.*?([\d.]+) kW.*?([\d.]+) MWh.*?([\d.]+) MWh", text)
@@ -79,21 +79,13 @@ def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -
     assert mean == pytest.approx(np.mean(sums) / 1e3, rel=1e-3)
     assert shown == pytest.approx(energy, rel=1e-3)
     assert stated == pytest.approx(error, rel=1e-3)
+    heights = annual(replace(result, units={**result.units, "mean_power": "m"}))
+    heads = re.findall(r"<th [^>]*>(.*?)</th>", heights)
+    assert heads == ["damping", "quantity", "mean by probability", "states"]
     (only,) = contributions(result)  # the largest tension of all states is no sum over them
     assert only.unit == "MWh"
     assert only.values[..., 0].sum() == pytest.approx(energy)
     assert "most_tension</td>" not in text
-
-
-def test_columns_of_energies_are_there_for_powers_only(tmp_path: Path) -> None:
-    result = load_study_result(matrix(tmp_path, failing=False))
-    assert "energy of a year</th>" in annual(result)
-    heights = replace(result, units={**result.units, "mean_power": "m"})
-    text = annual(heights)
-    heads = re.findall(r"<th [^>]*>(.*?)</th>", text)
-    assert heads == ["damping", "quantity", "mean by probability", "states"]
-    rows = re.findall(r"<tr><td>.*?</tr>", text)
-    assert [row.count("<td") for row in rows] == [len(heads)] * len(DAMPINGS)
 
 
 def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
@@ -113,19 +105,6 @@ def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
     assert (error, states) == ("–", "2, some without failed seeds")
 
 
-def test_the_page_knows_which_dimensions_are_states(tmp_path: Path) -> None:
-    """Its maps show these first."""
-    result = load_study_result(matrix(tmp_path, failing=False))
-    assert result.probability
-    dims = content_of(result, []).data["dims"]
-    states = [one["name"] for one in dims if one["state"]]  # pyright: ignore
-    assert states == list(result.probability[0])
-
-
-def test_a_state_without_a_value_leaves_the_mean_unknown(tmp_path: Path) -> None:
-    assert "not known: no value of 1 state<" in annual(load_study_result(matrix(tmp_path)))
-
-
 def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     result = load_study_result(samples(tmp_path, 300))
     content = content_of(result, [])
@@ -135,10 +114,16 @@ def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     assert content.data["designs"]["variables"] == []  # pyright: ignore[reportIndexIssue]
     assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
     assert content.data["series"] is None
+    states = load_study_result(matrix(tmp_path, failing=False))
+    dims = content_of(states, []).data["dims"]  # maps show sea states first
+    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyright: ignore
 
 
-def test_texts_stay_texts(tmp_path: Path) -> None:
-    page = report_of_study(matrix(tmp_path), tmp_path / "r.html", printed=EVIL).read_text("utf-8")
+def test_texts_stay_texts_in_the_page_of_a_study(tmp_path: Path) -> None:
+    file = matrix(tmp_path)
+    own = report_of_study(file, tmp_path / "own.html")
+    assert m4e.write_report(file).read_bytes() == own.read_bytes()
+    page = report_of_study(file, tmp_path / "r.html", printed=EVIL).read_text("utf-8")
     assert EVIL not in page
     assert "&lt;img src=x onerror=alert(1)&gt;" in page
     assert page.count("<script") == page.count("</script>")
@@ -168,23 +153,57 @@ def test_a_page_takes_series_of_so_many_runs(tmp_path: Path) -> None:
     assert len(np.unique(found.runs)) == MOST_CURVES
     assert (found.runs[0], found.runs[-1], found.all_runs) == (0, count - 1, count)
     np.testing.assert_array_equal(found.values["buoy.z"][:, 0], found.runs)
-    page = report_of_study(path, tmp_path / "r.html").read_text("utf-8")
-    assert "Series of 2,000 of 2,050 runs are in this page" in page
+    assert "Series of 2,000 of 2,050 runs are in this page" in m4e.write_report(path).read_text()
 
 
-def test_files_that_are_no_results_are_refused(tmp_path: Path) -> None:
-    path, page = tmp_path / "r.nc", tmp_path / "r.html"
-    for attrs, part in (
+@pytest.mark.parametrize(
+    ("attributes", "said"),
+    [
         ({}, "no result of a study, or an old one"),
         ({"record": "{"}, "damaged"),
         ({"record": '{"format": 9}'}, "of format 9"),
-    ):
-        xarray.Dataset(attrs=attrs).to_netcdf(path)
-        with pytest.raises(InputError, match=part):
-            report_of_study(path, page)
-    path.write_bytes(b"nothing")
-    with pytest.raises(InputError, match="no netCDF file of a study"):
-        report_of_study(path, page)
-    with pytest.raises(InputError, match="no such file"):
-        report_of_study(tmp_path / "missing.nc", page)
-    assert not page.exists()
+        (None, "no netCDF file of a study"),
+    ],
+)
+def test_files_that_are_no_results_are_refused(
+    attributes: dict[str, str] | None, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.nc"
+    if attributes is None:
+        path.write_bytes(b"nothing")
+    else:
+        xarray.Dataset(attrs=attributes).to_netcdf(path)
+    with pytest.raises(InputError, match=said):
+        report_of_study(path, tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()
+
+
+LARGE = 10**30
+ODD = "=HYPERLINK(1)"
+
+
+def odd_dataset() -> xarray.Dataset:
+    grid = Grid((axis("seed", [1, LARGE]), axis("kind", ["plain", "-x"])))
+    study = Study("s", Path("x"), True, grid, (Wanted("z", "b.z", "mean"),))
+    records = [Record(values={"z": -1.5}), *[Record(failure=f"{ODD}\udcff")] * 3]
+    return dataset(
+        study, records, Labels(), start_up=[0.0] * 4, attributes={"source": "folder\udcff"}
+    )
+
+
+def test_whole_numbers_and_names_that_files_do_not_have(tmp_path: Path) -> None:
+    path = tmp_path / "s.nc"
+    write_dataset(odd_dataset(), path)
+    with xarray.open_dataset(path) as found:
+        assert found["seed"].values.tolist() == [1.0, 1e30]
+        assert found.attrs["source"] == "folder?"
+        assert str(found["failure"].values[1, 1]) == f"{ODD}?"
+
+
+def test_a_table_has_no_formulas(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    write_dataset(odd_dataset(), path)
+    head, first, second, *_ = csv.reader(path.read_text("utf-8").splitlines())
+    assert first[head.index("z")] == "-1.5"
+    assert second[head.index("kind")] == "'-x"
+    assert second[head.index("failure")] == f"'{ODD}?"

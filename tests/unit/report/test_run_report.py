@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import json
 import re
@@ -15,11 +16,14 @@ import numpy as np
 import pytest
 from support.reports import results_of
 
-from m4e_fmi.cosim import Series
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import report_of_run
 from m4e_fmi.report.graph import Arrow, Component, Graph
+from m4e_fmi.report.run_report.inputs import input_file
 from m4e_fmi.report.run_report.record import (
+    ATTRIBUTE,
+    END,
+    LONGEST,
     Flow,
     FlowEnergy,
     InputFile,
@@ -28,8 +32,9 @@ from m4e_fmi.report.run_report.record import (
     RecordEnd,
     StatedError,
     carried_record,
+    end_of,
+    record_of,
 )
-from m4e_fmi.results.recorded import TEXT, Recorded
 from m4e_fmi.results.row_header import NOT_ENDED
 
 TIME = np.linspace(0.0, 10.0, 101)
@@ -97,19 +102,15 @@ def test_the_summary_says_what_the_results_tell(tmp_path: Path) -> None:
         assert text in page.text
     (variable,) = data_of(page)["samples"]["variables"]
     assert variable["stated"] == "2.0e-03 of range, 0.005 N"
-
-
-def test_a_killed_run_and_a_wide_graph(tmp_path: Path) -> None:
-    """The run has not ended; a graph of many parts is scrolled, not shrunk until it is a line."""
-    names = [f"{kind}{k}" for k in range(30) for kind in "ab"]
-    arrows = tuple(Arrow(f"a{k}", f"b{k}", "") for k in range(30))
-    graph = Graph("many", "jacobi", tuple(Component(name, "") for name in names), arrows)
-    attributes = {"ended": NOT_ENDED, "step_size": "0.1 s", **carried_record(Record(graph=graph))}
-    path = tmp_path / "r.html"
-    page = report(path, attributes, a__x=np.sin(TIME))
+    page = report(tmp_path / "r.html", {"ended": NOT_ENDED, "step_size": "0.1 s"}, a__x=TIME)
     assert "The run has not ended yet: the run goes on, or its process was killed." in page.text
     assert "0.1 s each" in page.text
-    assert '<img class="picture large"' in path.read_text("utf-8")
+    (policy,) = [given["content"] for tag, given in page.tags if "http-equiv" in given]
+    assert str(policy).startswith("default-src 'none';")
+    links = [str(given["href"]) for _, given in page.tags if "href" in given]
+    assert links
+    assert all(link.startswith("#") for link in links)  # the page asks for nothing
+    assert not re.search(r"https?://(?!www\.w3\.org)", "".join(page.scripts[-1:]))
 
 
 def test_powers_over_connections_are_forces_times_velocities(tmp_path: Path) -> None:
@@ -121,37 +122,23 @@ def test_powers_over_connections_are_forces_times_velocities(tmp_path: Path) -> 
     attributes = {**carried_record(Record(flows=(flow,))), **carried_record(ends)}
     page = report(tmp_path / "r.html", attributes, b__p__force_x=force, a__p__vx=velocity)
     flows = data_of(page)["flows"]
-    assert flows["flows"] == [
-        {
-            "name": "a.p <-> b.p",
-            "source": "b (the sum of c, d)",
-            "target": "a",
-            "power": "power over a.p <-> b.p",
-            "whole": exact + 0.02,
-        }
-    ]
+    (one,) = flows["flows"]
+    assert [one[key] for key in ("name", "source", "target", "power", "whole")] == [
+        "a.p <-> b.p", "b (the sum of c, d)", "a", "power over a.p <-> b.p", exact + 0.02
+    ]  # fmt: skip
     assert "up to 1 % of the energy exchanged" in flows["rows"]  # 0.02 of 2 J
     assert "differs by -1 % of the energy exchanged" in flows["balance"]
     assert data_of(page)["samples"]["variables"][-1]["name"] == "power over a.p <-> b.p"
-
-
-def test_a_connection_that_was_not_recorded_has_its_energy_only(tmp_path: Path) -> None:
-    flow = Flow("a.p <-> b.p", "b", "a", (Product("b.force_x", "a.vx", 1.0),))
-    attributes = {
-        **carried_record(Record(flows=(flow,))),
-        **carried_record(RecordEnd(energies=(FlowEnergy(3.0, 3.0, 3.0),))),
-    }
-    page = report(tmp_path / "r.html", attributes, a__x=TIME)
+    page = report(tmp_path / "r.html", attributes, a__x=TIME)  # which records neither
     (told,) = data_of(page)["flows"]["flows"]
-    assert (told["power"], told["whole"]) == ("", 3.0)
+    assert (told["power"], told["whole"]) == ("", exact + 0.02)
 
 
 def test_works_of_a_program_flow_into_what_they_move(tmp_path: Path) -> None:
     """A push that gives 3 J, of which 2.9 J are stored: the balance closes to 0.1 of 3 J."""
-    work, total = 0.3 * TIME, 0.29 * TIME
-    values = {"cart.load.push.work": work, "cart.inputs.work": 0 * TIME, "cart.other.work": TIME,
-              "cart.energy.kinetic": total, "cart.energy.potential": 0 * TIME,
-              "cart.energy.total": total}  # fmt: skip
+    rows = {"load.push.work": 0.3, "inputs.work": 0.0, "other.work": 1.0, "energy.kinetic": 0.29,
+            "energy.potential": 0.0, "energy.total": 0.29}  # fmt: skip
+    values = {f"cart.{name}": rate * TIME for name, rate in rows.items()}
     made = results_of(TIME, values, units=dict.fromkeys(values, "J"))
     page = Parts(report_of_run(made, tmp_path / "r.html").read_text("utf-8"))
     flows = data_of(page)["flows"]
@@ -192,59 +179,78 @@ def test_texts_of_others_are_shown_and_do_nothing(tmp_path: Path) -> None:
     assert html.unescape(page.text).count(HOSTILE) >= len(names) + 8
 
 
-def test_a_page_asks_for_nothing(tmp_path: Path) -> None:
-    page = report(tmp_path / "r.html", {}, a__x=TIME)
-    (policy,) = [given["content"] for tag, given in page.tags if "http-equiv" in given]
-    assert str(policy).startswith("default-src 'none';")
-    assert not [given for _, given in page.tags if str(given.get("src", "data:"))[:5] != "data:"]
-    links = [str(given["href"]) for _, given in page.tags if "href" in given]
-    assert links
-    assert all(link.startswith("#") for link in links)
-    assert not re.search(r"https?://(?!www\.w3\.org)", "".join(page.scripts[-1:]))
-
-
 def test_results_that_show_nothing_are_refused(tmp_path: Path) -> None:
-    one = results_of(TIME[:1], {"a.x": TIME[:1]})
-    with pytest.raises(InputError, match="it has one row"):
-        report_of_run(one, tmp_path / "r.html")
-    with pytest.raises(InputError, match=r"cannot be written as '\.pdf'"):
-        report_of_run(one, tmp_path / "r.pdf")
-    damaged = results_of(TIME, {"a.x": TIME}, attributes={"record": "{"})
-    with pytest.raises(InputError, match=r"made\.nc: its record of the run is damaged"):
-        report_of_run(damaged, tmp_path / "r.html")
-    scene = results_of(TIME, {"a.x": TIME}, attributes={"scene": "x"})
-    with pytest.raises(InputError, match=r"made\.nc: .*scene"):
-        report_of_run(scene, tmp_path / "r.html")
+    many = results_of(TIME, {f"a.x{k}": TIME for k in range(2)})
+    for made, said in (
+        (results_of(TIME[:1], {"a.x": TIME[:1]}), "it has one row"),
+        (results_of(TIME, {"a.x": TIME}, attributes={"scene": "x"}), r"made\.nc: .*scene"),
+        (
+            replace(many, time=np.lib.stride_tricks.as_strided(TIME, (40_000_000,), (0,))),
+            "it has 80,000,000 numbers; .* 60,000,000",
+        ),
+    ):
+        with pytest.raises(InputError, match=said):
+            report_of_run(made, tmp_path / "r.html")
     assert list(tmp_path.iterdir()) == []
+    assert data_of(report(tmp_path / "r.html", {}))["first"] == []  # nothing but the time
 
 
-def test_results_of_nothing_but_the_time_and_of_texts(tmp_path: Path) -> None:
-    assert data_of(report(tmp_path / "r.html", {}))["first"] == []
-    text = Series("x", "", "", np.array(["a"] * 101, object), Recorded("String", TEXT))
-    made = results_of(TIME, {})
-    made = replace(made, components={"a": {"x": text}})
-    flow = Flow("a <-> b", "a", "b", (Product("a.x", "a.x", 1.0),))
-    made = replace(made, attributes=carried_record(Record(flows=(flow,))))
-    page = Parts(report_of_run(made, tmp_path / "r.html").read_text("utf-8"))
-    assert "Texts are in the results only: a.x." in page.text
-    assert data_of(page)["flows"]["flows"][0]["power"] == ""
+RECORD = Record(
+    graph=Graph(
+        "a system", "jacobi",
+        (Component("a", "a.fmu"), Component("b", "1 input unconnected", looped=True)),
+        (Arrow("a", "b", "x, vx", timing="KNOWN"), Arrow("b", "a", "y", once=True)),
+        {"KNOWN": "in time"},
+    ),
+    flows=(Flow("a.p <-> b.p", "a", "b", (Product("a.p.force_x", "b.p.vx", 1e3),), ("c", "d")),),
+    inputs=(InputFile("s.yaml", "ab", "name: </script>\n"), InputFile("big.nc", "cd", None)),
+    fmus={"a": "a.fmu, SHA-256 0"},
+    seeds={"components.a.seed": "1"},
+    versions={"Python": "3.11"},
+)  # fmt: skip
 
 
-def test_too_many_numbers_are_refused_before_any_work(tmp_path: Path) -> None:
-    many = np.broadcast_to(TIME, (101,))
-    made = results_of(TIME, {f"a.x{k}": many for k in range(2)})
-    huge = replace(made, time=np.lib.stride_tricks.as_strided(TIME, (40_000_000,), (0,)))
-    with pytest.raises(InputError, match=r"it has 80,000,000 numbers; .* 60,000,000"):
-        report_of_run(huge, tmp_path / "r.html")
+def test_a_record_that_is_read_is_the_one_that_was_written() -> None:
+    ended = RecordEnd(
+        steps=3,
+        rejected=1,
+        energies=(FlowEnergy(1.0, 1.1, 2.0, 1e-9),),
+        errors=(StatedError("a.p <-> b.p", "b.p.vx", 1e-3, 1e-4, 2.0, "m/s"),),
+    )
+    attributes = {**carried_record(RECORD), **carried_record(ended)}
+    assert record_of(attributes, "r.nc") == RECORD
+    assert end_of(attributes, "r.nc") == ended
+    assert (record_of({}, "r.nc"), end_of({}, "r.nc")) == (Record(), RecordEnd())
+    with pytest.raises(InputError, match=r"format 2, newer than this m4e_fmi.*\n.*update m4e_fmi"):
+        end_of({END: json.dumps({"format": 2})}, "r.nc")
 
 
-def test_a_report_of_noise_stays_below_25_mb(tmp_path: Path) -> None:
-    """1e5 rows of 30 variables, which do not compress; every sample is inside."""
-    time, random = 0.05 * np.arange(100_000), np.random.default_rng(1)
-    values = {f"noise.n{k}": random.normal(size=100_000) for k in range(30)}
-    path = report_of_run(results_of(time, values), tmp_path / "r.html")
-    assert path.stat().st_size <= 25e6
-    page = Parts(path.read_text("utf-8"))
-    samples = data_of(page)["samples"]
-    assert samples["count"] == 100_000
-    assert [one["kind"] for one in samples["variables"]] == 30 * ["f4"]
+def test_damaged_records_are_refused() -> None:
+    """Odd texts, every cut of one, and graphs without the ends of their arrows."""
+    text = carried_record(RECORD)[ATTRIBUTE]
+    texts = ["[]", '{"graph": 3}', '{"flows": [{"connection": 1}]}', "[" * 100_000, "\ud800"]
+    graphs = (
+        Graph("none", "jacobi", (), ()),
+        Graph("twice", "jacobi", (Component("a", ""), Component("a", "")), ()),
+        Graph("loose", "jacobi", (Component("a", ""),), (Arrow("a", "b", "x"),)),
+    )
+    texts += [text[:length] for length in range(0, len(text), 17)]
+    texts += [carried_record(Record(graph=graph))[ATTRIBUTE] for graph in graphs]
+    for damaged in texts:
+        with pytest.raises(InputError, match=r"r\.nc: its record of the run is damaged"):
+            record_of({ATTRIBUTE: damaged}, "r.nc")
+
+
+def test_input_files_are_told_by_their_sum_and_short_ones_by_their_text(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    for content, text in (
+        (LONGEST * b"x", LONGEST * "x"),
+        ((LONGEST + 1) * b"x", None),
+        (b"a\xff\r\n\0", "a\ufffd\n\0"),
+    ):
+        path.write_bytes(content)
+        found, named = input_file(path, "a name"), input_file(path, "a name", kept=False)
+        assert found == InputFile("a name", hashlib.sha256(content).hexdigest(), text)
+        assert named == InputFile("a name", found.sha256, None)
+    for none in (tmp_path, tmp_path / "gone", Path("a\0b")):
+        assert input_file(none, "x") is None
