@@ -79,7 +79,7 @@ def test_values_that_follow_inputs_at_once_are_of_the_same_point(
     c_fmu: Fmus, algorithm: str
 ) -> None:
     """y = gain u + t in a row of three that is listed against the flow; the last is a step late."""
-    names = dict.fromkeys(("late", "third", "second", "first"), "stage+state")
+    names: dict[str, str] = dict.fromkeys(("late", "third", "second", "first"), "stage+state")
     links = ("first.y -> second.u", "second.y -> third.u", "first.y -> late.u, delayed")
     start = {"first": {"gain": 2.0, "u": 5.0}, "second": {"gain": 3.0}, "third": {"gain": 4.0}}
     given = system(c_fmu, names, *links, start=start, simulation=Simulation(0.5, 0.1, algorithm))

@@ -139,10 +139,11 @@ def test_rows_of_another_run_are_refused(ended: tuple[System, Path], tmp_path: P
         with pytest.raises(InputError, match=match):
             run(first, results=file, resume=True, tell=told.append)
 
-    for changes, match in (
+    others: list[tuple[dict[str, Any], str]] = [
         ({"start": {"body.body.m.x": 2.0}}, "row 201 is not the one that the checkpoint was taken"),
         ({"stop_time": 1.0}, "201 rows, and it has 101"),
-    ):
+    ]
+    for changes, match in others:
         run(first.changed(**changes), results=other)
         shutil.copy(other, file)
         refused(match)

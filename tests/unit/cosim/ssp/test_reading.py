@@ -291,9 +291,10 @@ def test_missing_settings_are_told(tmp_path: Path, stages: Files) -> None:
 
 def test_archives_that_should_not_be_read_are_refused(tmp_path: Path) -> None:
     """All other refusals: tests/corpus/ssp.yaml."""
-    for files, match in (
+    cases: list[tuple[Files, str]] = [
         ({"../s.fmu": "x"}, "leads out of its folder"),
         ({"big": "0" * 50_000_000}, "would unpack to 50 MB"),
-    ):
+    ]
+    for files, match in cases:
         with pytest.raises(InputError, match=match):
             read(tmp_path, description(elements(component("a", "s.fmu"))), files)

@@ -72,7 +72,17 @@ def test_accepted_steps_grow_by_their_law_but_not_right_after_a_rejection() -> N
     assert step(one, 0.0, now=2 * small)
     assert one.size == MOST * before
     assert step(one, 0.5, size=before // 100)  # one cut short does not shrink the next
-    assert one.size == min(MOST * before, LARGEST)
+    assert one.size == MOST * before
+
+
+def test_steps_never_exceed_the_largest() -> None:
+    one = control()
+    assert step(one, 0.0)
+    assert one.size == LARGEST
+    assert not step(one, 2.0, now=LARGEST)
+    for k in range(3):
+        assert step(one, 0.0, now=(k + 1) * LARGEST)
+    assert one.size == LARGEST
 
 
 def test_an_attempt_gone_astray_counts_up_to_a_share_of_the_nominal_value() -> None:

@@ -73,6 +73,12 @@ def test_a_damper_exchanges_what_it_takes(preload: float) -> None:
     assert found.exchanged == pytest.approx(DAMPING * A**2 * OMEGA**2 / 2 * times[-1], rel=1e-3)
 
 
+def test_a_body_that_is_towed_takes_the_work_of_the_mean_force() -> None:
+    times = np.linspace(0.0, 100.0, 4001)
+    found = balance(times, np.full(times.size, 50.0), np.full(times.size, 3.0), 3.0 * times)
+    assert found.exchanged == pytest.approx(50.0 * 300.0)
+
+
 def test_the_share_is_of_what_moves() -> None:
     times, x, v = oscillation(20, 400)
     found = balance(times, 1e7 - STIFFNESS * x, v, x)
