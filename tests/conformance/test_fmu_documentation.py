@@ -47,7 +47,7 @@ def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 
 
 def version(fmu: Path) -> str:
-    return fmpy.read_model_description(str(fmu)).fmiVersion[0]
+    return str(fmpy.read_model_description(str(fmu)).fmiVersion)[0]
 
 
 class Page(HTMLParser):

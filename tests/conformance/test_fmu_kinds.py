@@ -334,7 +334,7 @@ class TestRuns:
         """The one that is asked for; else that with which the FMU was built."""
         errors, found = [], []
         for built, given in (({}, 1e-4), ({"tolerance": 1e-4}, None), ({}, 1e-12)):
-            experiment = {} if given is None else {"tolerance": given}
+            experiment: dict[str, Any] = {} if given is None else {"tolerance": given}
             instance = load(kind, "autonomous", built=built).initialise(**experiment)
             instance.step(0.0, 2.0)
             found.append(instance["x"])

@@ -9,6 +9,7 @@ import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import moordyn
 import pytest
@@ -60,7 +61,7 @@ Load = Callable[..., Instance]
 def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder, built = tmp_path_factory.mktemp("fmus"), {}
     for name, text in TEXTS.items():
-        kind = linear_pto if name == "pto" else mooring
+        kind: Any = linear_pto if name == "pto" else mooring
         config = Document.parse(text).validate(kind.Config)
         source = kind.make(config, name=name, folder=folder, progress=lambda _: None)
         built[name] = build_fmu(source, folder / f"{name}.fmu")

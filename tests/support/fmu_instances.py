@@ -166,8 +166,8 @@ class Instance:
             return self.rates()
 
         if self.states().size:
-            tolerances = {"rtol": 1e-10, "atol": 1e-10}
-            found = solve_ivp(rates, (t, t + h), self.states(), "DOP853", **tolerances)
+            start, limit = self.states(), 1e-10
+            found = solve_ivp(rates, (t, t + h), start, "DOP853", rtol=limit, atol=limit)
             rates(t + h, found.y[:, -1])
         else:
             self.fmu.setTime(t + h)
