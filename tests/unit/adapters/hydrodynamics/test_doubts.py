@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
@@ -89,17 +88,11 @@ def test_hulls_of_absurd_size_are_told() -> None:
 def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """And how many panels there are, of which the error of the coefficients is."""
     told: list[str] = []
     monkeypatch.setattr(build, "solve_hulls", lambda *_, **__: told.append("computed"))
     steep = config("spectrum: jonswap, significant_height: 7, peak_period: 8")
     build.coefficients_from_config(steep, folder=Path(), progress=told.append)
     assert told[0].startswith("warning: the sea is too steep")
-    assert re.fullmatch(
-        r"body 'float': displaces \S+ m3, lowest point \S+ m below the water, \d+ panels \(their "
-        r"error: see 'refinement' in the page of hydrodynamics\)",
-        told[-2],
-    )
     assert told[-1] == "computed"
     assert (
         "body 'float': displaces 144 m3, neutral mass 147600 kg; centre of buoyancy at x = 0, "

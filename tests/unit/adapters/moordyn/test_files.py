@@ -221,15 +221,6 @@ def test_a_file_without_a_step_gets_a_stable_one(tmp_path: Path) -> None:
     assert 0.3 * 2 * 0.005625 < made.time_step < 2 * 0.005625
 
 
-def test_a_file_that_asks_for_no_static_solution_starts_as_drawn_and_tells(tmp_path: Path) -> None:
-    text = PUBLISHED.replace("@", "").replace("100      ICTmax", "0 TmaxIC")
-    lines = started(ready(tmp_path, text))
-    lines.close()
-    told = [text for text in lines.warnings if "does not start at rest" in text]
-    assert told
-    assert all("TmaxIC 0" in text for text in told)
-
-
 ROD = (
     "--- ROD TYPES ---\nx\nx\ncan 1 100 1 1 1 1\n--- RODS ---\nx\nx\n1 can Free 9 9 -9 9 9 -6 2 -\n"
 )

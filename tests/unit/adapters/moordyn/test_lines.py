@@ -6,7 +6,7 @@ import os
 import sys
 
 import pytest
-from support.lines_in_waves import ROPE, line_system, mooring_of
+from support.lines_in_waves import ROPE, line_system
 
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.moordyn_system import MooringError
@@ -208,11 +208,3 @@ def test_failures_say_what_when_and_what_to_do() -> None:
     with pytest.raises(MooringError, match=r"t = 0\.5\d* s .*smaller communication step"):
         lines.advance(0.5, 0.05, [(1e9, 0.0), AT[1]], REST)
     lines.close()
-    made = mooring_of(ROPE)
-    wrong = LineSystem(
-        made.text.replace("1 rope 1 2", "1 rode 1 2"), fairleads=[0.0], lines=["l"], time_step=1.0
-    )
-    with pytest.raises(MooringError, match="fairleads at \\(1, -101\\) m") as caught:
-        wrong.start([(1.0, -101.0)], [(0.0, 0.0)])
-    assert "Unrecognized line type rode" in str(caught.value)
-    assert not wrong.running

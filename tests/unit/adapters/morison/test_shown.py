@@ -13,20 +13,18 @@ from m4e_adapters.morison.shown import shown
 from m4e_fmi.cosim import load_system, scene_without_build
 
 
-@pytest.mark.parametrize("ends", [[[1, 2, -9], [1, 2, 3]], [[-3, 1, -4], [5, 4, 2]]])
-def test_a_member_is_a_cylinder(ends: list[list[float]], tmp_path: Path) -> None:
-    config = MorisonConfig.model_validate(
-        {"dimensions": 3, "members": {"leg": {"ends": ends, "diameter": 0.8, "drag": 1}}}
-    )
+def test_a_member_is_a_cylinder(tmp_path: Path) -> None:
+    ends = [[-3, 1, -4], [5, 4, 2]]
+    member = {"ends": ends, "diameter": 0.8, "drag": 1}
+    config = MorisonConfig.model_validate({"dimensions": 3, "members": {"leg": member}})
     (hull,) = shown(config, folder=tmp_path, values={}).hulls
     assert hull.fixed
     first, second = map(np.array, ends)
-    axis = (second - first) / np.linalg.norm(second - first)
-    away = hull.surface.vertices - first
+    length = np.linalg.norm(second - first)
+    axis, away = (second - first) / length, hull.surface.vertices - first
     along = away @ axis
     across = np.linalg.norm(away - along[:, None] * axis, axis=1)
     assert across == pytest.approx(np.full(len(across), 0.4))
-    length = np.linalg.norm(second - first)
     assert np.sort(np.unique(along.round(9))) == pytest.approx([0.0, length])
 
 

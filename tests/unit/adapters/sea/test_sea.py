@@ -103,16 +103,6 @@ def test_the_same_section_is_the_same_sea_as_in_hydrodynamics_to_the_bit(
     assert (np.std(elevations) > 0.1) == ("still" not in waves)
 
 
-def test_a_plane_sea_has_no_outputs_across() -> None:
-    found = program("waves: {spectrum: regular, height: 1, period: 6}\npoints: {p: [3, -1]}\n")
-    assert [v.name for v in found.outputs] == [
-        "wave.elevation", "p.elevation", "p.submergence", "p.velocity_x", "p.velocity_z",
-        "p.acceleration_x", "p.acceleration_z", "p.dynamic_pressure",
-    ]  # fmt: skip
-    assert [v.name for v in found.parameters if v.name.startswith("p.")] == ["p.x", "p.z"]
-    assert not found.inputs
-
-
 def test_still_water_is_at_rest() -> None:
     values = outputs(program("points: {p: [3, -1]}\n"), 2.0)
     assert values.pop("p.submergence") == 1.0
@@ -151,13 +141,6 @@ def test_small_waves_are_those_of_the_response_to_waves(depth: float) -> None:
             output = "wave.elevation" if name == waves.inputs[0] else name.replace(".wave_", ".")
             expected = (factor * np.exp(-1j * omega[0] * time)).real
             assert values[output] / 1e-6 == pytest.approx(expected, rel=1e-4, abs=1e-4), name
-
-
-def test_seas_that_there_are_not_are_told() -> None:
-    told: list[str] = []
-    program("waves: {spectrum: jonswap, significant_height: 7, peak_period: 8}\n", tell=told.append)
-    (line,) = told
-    assert line.startswith("warning: the sea is too steep")
 
 
 def test_a_current_adds_its_velocity_at_the_height_of_the_point() -> None:

@@ -267,13 +267,6 @@ def test_frequencies_that_do_not_cover_the_waves() -> None:
     assert series(program, TIMES)["float.drift_force_x"] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize(("drift", "doubted"), [(plane(), False), (along(np.full(25, 6e5)), True)])
-def test_forces_of_another_length_scale_are_doubted(drift: BodyDrift, doubted: bool) -> None:
-    lines = list[str]()
-    load(drift, WAVE, tell=lines.append)
-    assert any("are length_scale (ULEN) and units right?" in line for line in lines) == doubted
-
-
 @pytest.mark.parametrize("drift", [plane(), paired()])
 def test_still_water_does_not_drift(drift: BodyDrift) -> None:
     found = series(load(drift, Still(spectrum="still")), TIMES[:1])

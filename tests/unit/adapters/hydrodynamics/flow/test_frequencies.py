@@ -11,7 +11,7 @@ import pytest
 from support.hulls import checked_program, configured, hulls
 
 from m4e_adapters.hydrodynamics.build import frequency_table
-from m4e_adapters.hydrodynamics.config import Still, Water
+from m4e_adapters.hydrodynamics.config import Water
 from m4e_adapters.hydrodynamics.flow.bem import resolved_frequency, warn_of_coarse_panels
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
@@ -37,14 +37,6 @@ def jonswap(period: float) -> str:
 
 
 REGULAR = "{spectrum: regular, height: 1, period: 1.8}"
-
-
-def test_defaults() -> None:
-    config = configured("bodies: {b: {shape: {sphere: {radius: 2}}, center_of_gravity: [0, 0]}}\n")
-    assert config.water.density == 1025.0
-    assert math.isinf(config.water.depth)
-    assert config.waves == Still(spectrum="still")
-    assert config.radiation.order is None
 
 
 def test_frequencies_reach_the_waves_and_the_memory() -> None:

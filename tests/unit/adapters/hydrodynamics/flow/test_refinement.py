@@ -12,9 +12,8 @@ from support import mesh_writers
 from support.hulls import configured, hull, silent
 from support.refined_cases import stored
 
-from m4e_adapters.hydrodynamics.config import Box, Cylinder
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, cylinder_panels
+from m4e_adapters.hydrodynamics.config import Box
+from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_adapters.hydrodynamics.refinement import similar_hulls, study
 from m4e_fmi.errors import InputError
 
@@ -48,18 +47,6 @@ def test_finer_meshes_of_a_shape_are_similar(shape: dict) -> None:
     for each in hulls[1:]:
         volume, first = each.hydrostatics.volume, hulls[0].hydrostatics.volume
         assert volume == pytest.approx(first, rel=1e-9)
-
-
-@pytest.mark.parametrize("parts", [2, 3])
-def test_divided_panels_are_the_same_surface(parts: int) -> None:
-    whole = cylinder_panels(Cylinder(radius=3, draft=2), 60)
-    found = whole.divided(parts)
-    assert len(found.faces) == parts**2 * len(whole.faces)
-    for name in ("volume", "center_of_buoyancy", "waterplane"):
-        one, other = (getattr(hydrostatics_of(p), name) for p in (whole, found))
-        assert other == pytest.approx(one, rel=1e-9, abs=1e-9)
-    sides = {len(s) for (a, b), s in found.edges().items() if found.vertices[[a, b], 2].min() < 0}
-    assert sides == {2}
 
 
 @pytest.mark.parametrize(("panels", "parts"), [(432, (1, 2, 3)), (768, (2, 3, 4))])

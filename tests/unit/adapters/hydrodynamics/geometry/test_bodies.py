@@ -74,13 +74,6 @@ def test_bodies_of_other_shapes(second: dict[str, Any], said: str) -> None:
     assert text.startswith(said)
 
 
-def test_each_of_many_bodies_at_one_place_is_told_once() -> None:
-    """Not each pair of them, which takes time as the square of their number."""
-    body = {"shape": {"sphere": {"radius": 2}}, "center_of_gravity": [0, 0], "panels": 48}
-    found = doubts({"bodies": dict.fromkeys("abcde", body)})
-    assert [text.split("'")[3] for text in found] == list("bcde")
-
-
 def test_a_body_in_the_opening_of_another_does_not_overlap() -> None:
     """A spar in a ring of 4 to 6 m: closed by its mirror image, the ring is not filled."""
     angle = np.linspace(0.0, 2 * np.pi, 33)

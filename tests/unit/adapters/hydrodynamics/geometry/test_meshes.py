@@ -13,7 +13,7 @@ from support.hulls import configured, hull, hulls
 from m4e_adapters.hydrodynamics.build import frequency_table
 from m4e_adapters.hydrodynamics.config import Box, Cylinder
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.lid import make_lid, waterline
+from m4e_adapters.hydrodynamics.geometry.lid import make_lid
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
 from m4e_adapters.hydrodynamics.geometry.readers.mesh_files import read_mesh
@@ -77,13 +77,6 @@ def test_halves_of_wamit_are_completed(axes: tuple[int, ...], tmp_path: Path) ->
     found = read_mesh(tmp_path / "a.gdf")
     assert len(found.faces) == len(whole.faces)
     assert hydrostatics_of(found).volume == pytest.approx(hydrostatics_of(whole).volume, rel=1e-7)
-
-
-def test_a_mesh_in_feet_is_scaled(tmp_path: Path) -> None:
-    drawn = Panels(cylinder().vertices / 0.3048, cylinder().faces)
-    (tmp_path / "a.gdf").write_text(mesh_writers.gdf(drawn, gravity=32.174))
-    water = hull({"mesh": "a.gdf", "scale": 0.3048}, tmp_path, center=(5, -0.5)).hydrostatics
-    assert water.volume == pytest.approx(np.pi * 9.0 * 2.0, rel=1e-7)
 
 
 def test_a_mesh_is_cut_at_the_water_without_what_no_panel_uses(tmp_path: Path) -> None:
@@ -171,14 +164,6 @@ def test_the_waterplane_of_a_closed_mesh_below_the_water_is_rounding(tmp_path: P
     size = (1.5 * 48 / 27 / np.pi) ** (1 / 3) + 4.0
     highest = frequency_table(config, hulls(config, tmp_path))[-1]
     assert highest == pytest.approx(np.sqrt(4.5 * 9.81 / size), rel=1e-6)
-
-
-def test_the_waterline_is_one_loop_around_the_hull() -> None:
-    panels = box()
-    edges = waterline(panels)
-    assert sorted(a for a, _ in edges) == sorted(b for _, b in edges)
-    length = sum(np.linalg.norm(panels.vertices[b] - panels.vertices[a]) for a, b in edges)
-    assert length == pytest.approx(20.0, rel=1e-12)
 
 
 def test_a_waterline_not_visible_from_its_centre_gets_capytaines_lid() -> None:

@@ -13,9 +13,7 @@ from m4e_adapters.hydrodynamics.config import Shape
 from m4e_adapters.hydrodynamics.geometry.checks import checked
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull
-from m4e_adapters.hydrodynamics.geometry.shapes import turned
 from m4e_adapters.hydrodynamics.geometry.whole_hulls import whole_shape
-from m4e_fmi.errors import InputError
 
 
 def below(radius: float, height: float) -> float:
@@ -120,12 +118,6 @@ def test_a_ring_of_revolution_below_the_water_is_closed() -> None:
     frustum = PI / 3 * (3**2 + 3 * 5 + 5**2)
     assert water.volume == pytest.approx(frustum + PI * 5**2 - PI * 2**2 * 2)
     assert water.waterplane[0] == pytest.approx(0.0, abs=1e-9)
-
-
-def test_a_profile_without_a_volume() -> None:
-    line = np.array([0.0, 1e-300, 0.0])
-    with pytest.raises(InputError, match="a volume of 0 m3 is too small to compute with"):
-        turned(line, np.array([-2.0, -1.0, 0.0]), 12, 0.0, pivot=0.0)
 
 
 @pytest.mark.parametrize(

@@ -110,16 +110,6 @@ def test_linear_stretching_follows_the_tangent_up_to_the_surface() -> None:
         assert u == pytest.approx(expected, rel=1e-14)
 
 
-def test_short_waves_leave_deep_water_at_rest() -> None:
-    """On the bed, where e^{kz} and e^{−2kh} are both 0 in floating point."""
-    waves = Components(np.array([8.0]), np.array([0.1]), np.zeros(1), np.zeros(1), depth=400.0)
-    for z in (-400.0, -300.0):
-        found = flow(waves, 1.0, np.array([0.0, 0.0, z]))
-        assert not found.velocity.any()
-        assert not found.acceleration.any()
-        assert found.head == 0.0
-
-
 ALONG = np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0.0])
 
 

@@ -137,11 +137,6 @@ def test_doubts_about_a_record(
     assert warnings == [f"warning: {text}" for text in found]
 
 
-def test_flat_crests_are_no_values_that_stand_still(tmp_path: Path) -> None:
-    system = recorded(tmp_path, np.clip(MEASURED, -0.6, 0.6))
-    assert not any("longer than a wave" in text for text in system.doubts({}))
-
-
 def test_the_ends_of_a_record_are_told_with_the_energy_that_they_lose(tmp_path: Path) -> None:
     """Half cosines leave 3/8 of the energy of two twentieths. Every record has them: no warning."""
     system = recorded(tmp_path, np.sin(2 * math.pi * 0.05 * np.arange(2400)))

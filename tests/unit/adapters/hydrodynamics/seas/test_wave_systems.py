@@ -166,16 +166,6 @@ def test_spreading_is_recovered(exponent: float) -> None:
             assert spread == pytest.approx(math.sqrt(2 / (1 + exponent)), rel=0.05 * times)
 
 
-def test_spreading_leaves_frequencies_and_phases() -> None:
-    plain = components(Jonswap(spectrum="jonswap", **WIND))
-    text = {"spectrum": "jonswap", **WIND, "spreading": {"exponent": 8}}
-    short = components(Jonswap.model_validate(text))
-    for name in ("omega", "amplitude", "phase"):
-        np.testing.assert_array_equal(getattr(plain, name), getattr(short, name))
-    assert not plain.direction.any()
-    assert len(np.unique(short.omega)) == len(np.unique(short.direction)) == 300
-
-
 def test_parameters_of_one_system_keep_their_names_and_several_are_numbered() -> None:
     one = Regular(spectrum="regular", height=1.0, period=12.0)
     two = Jonswap.model_validate({"spectrum": "jonswap", **WIND, "components": 10})
