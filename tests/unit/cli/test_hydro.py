@@ -91,8 +91,8 @@ def test_what_files_of_coefficients_cannot(here: Path, said: Said) -> None:
     path = rm3_system(here, modes=(3, 9))
     text = said("hydro", path, "--refine", code=2)
     assert "coefficients of the file 'rm3.1' have no panels to refine" in text
-    for volume, said in ((", volume: -1", "greater than 0"), ("", "have the displaced volume")):
+    for volume, part in ((", volume: -1", "greater than 0"), ("", "have the displaced volume")):
         path.write_text(RM3_SYSTEM.replace(", volume: 725.834", volume), "utf-8")
         text = said("hydro", path, code=2)
         assert "system.yaml:10:" in text
-        assert said in text
+        assert part in text

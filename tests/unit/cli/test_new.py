@@ -102,14 +102,6 @@ def test_code_that_is_written_passes_the_checks(here):
     subprocess.run([BIN / "pyright", *python, "my_controller.py", "my_adapter"], check=True)
 
 
-def test_no_file_is_overwritten(here, capsys):
-    """Where one of them is there, none of the others is written."""
-    (here / "wec_float.model.yaml").write_text("mine")
-    refused(capsys, "new", "system", "wec")
-    assert [path.name for path in here.iterdir()] == ["wec_float.model.yaml"]
-    assert (here / "wec_float.model.yaml").read_text() == "mine"
-
-
 def test_a_study_is_written_beside_its_system(here, capsys):
     """With the system unless that is there, which is then left as it is."""
     assert main(["new", "study", "wec"]) == 0

@@ -52,10 +52,11 @@ def joint_of(dimensions: int, kind: str) -> JointType:
 def machine(dimensions: int, kind: str, **more: Any) -> Model:
     """An arm on a hinge, what moves against it (or against the ground), and a rod on that."""
     joint_type = joint_of(dimensions, kind)
-    n, vector = dimensions, ((0.1, -0.4, 0.2), (0.3, 0.2, -0.1), (0.4, 0.3, 0.0))
+    n: Any = dimensions
+    vector = ((0.1, -0.4, 0.2), (0.3, 0.2, -0.1), (0.4, 0.3, 0.0))
     axes = {"axis": (0.0, 0.6, 0.8), "second_axis": (1.0, 0.5, 0.0)}
     inertia: Any = 0.4 if n == 2 else (0.4, 0.5, 0.6)
-    place = {
+    place: dict[str, Any] = {
         "parent": "arm",
         "parent_to_joint": vector[0][:n],
         "joint_to_child": vector[1][:n],
@@ -64,7 +65,7 @@ def machine(dimensions: int, kind: str, **more: Any) -> Model:
     }
     if kind == "planar":
         place["direction"] = (1.0, 0.0, 0.0)
-    hinge = {"axis": (0.0, 1.0, 0.0)} if n == 3 else {}
+    hinge: dict[str, Any] = {"axis": (0.0, 1.0, 0.0)} if n == 3 else {}
     down = (0.0, -0.5) if n == 2 else (0.0, 0.3, -0.5)
     return Model(
         "machine",

@@ -207,6 +207,7 @@ class TestMeaning:
     ({"Force": {"TensionSpring": [(("BD10", "GR00"), [1, lambda extension: extension])]}},
      r'Force\["TensionSpring"\]\[0\]\[1\]\[1\]: a Python function cannot'),
     ({"J0": [3, "x +"]}, r"J0\[1\]: something is missing at the end"),
+    ({"m0": [None, 1.0]}, r"m0\[0\]: .*got None"),
 ])  # fmt: skip
 def test_places_in_python_are_those_of_the_lists(change: dict[str, Any], message: str) -> None:
     """What can be wrong in a file is in tests/corpus."""

@@ -11,7 +11,7 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program, Recorder, Variable, cos, sqrt
 from m4e_fmi.runtime.engine import Control, Engine
 from m4e_fmi.simulate import simulate
-from m4e_fmi.simulate.simulation import METHODS
+from m4e_fmi.simulate.simulation import METHODS, output_times
 
 
 def oscillator() -> Program:
@@ -73,3 +73,17 @@ def test_the_stiff_method_has_the_exact_jacobian():
     differences = engine.simulate(result.time, control=Control("rodas"))
     assert result["y"][-1] == pytest.approx(np.cos(10.0 - 1e-4), abs=1e-7)
     assert result.evaluations < differences.evaluations - differences.jacobians
+
+
+@pytest.mark.parametrize(
+    ("stop", "interval"), [(20, 0.01), (10, 0.005), (0.1, 0.05), (1, 0.3), (0.2, 7)]
+)
+def test_output_times_of_any_ratio(stop: float, interval: float):
+    times = output_times(stop, interval)
+    assert times[0] == 0.0
+    assert times[-1] == stop
+    steps = np.diff(times)
+    assert (steps > 0).all()
+    # all but the last are the interval, to the rounding of k·interval
+    assert steps[:-1] == pytest.approx(interval, abs=1e-12)
+    assert steps[-1] <= interval * (1 + 1e-9)
