@@ -115,13 +115,6 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path, reference: Path) -> N
     assert main(["compare", str(reference), str(reference), "--start-time", "3"]) == 2
 
 
-def test_values_that_are_there_twice_belong_together_in_their_order(tmp_path: Path) -> None:
-    one = study(tmp_path / "a.nc", heights=[1.0, 1.0, 3.0])
-    found = compare_cells(one, one)["power"]
-    assert found.largest == 0.0
-    assert found.values.shape == POWER.shape
-
-
 def test_many_values_take_no_square_of_memory(tmp_path: Path) -> None:
     """All pairs of them would be 80 GB."""
     path, count = tmp_path / "a.nc", 100_000

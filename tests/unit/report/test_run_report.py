@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import html
 import json
 import re
@@ -19,11 +18,9 @@ from support.reports import results_of
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import report_of_run
 from m4e_fmi.report.graph import Arrow, Component, Graph
-from m4e_fmi.report.run_report.inputs import input_file
 from m4e_fmi.report.run_report.record import (
     ATTRIBUTE,
     END,
-    LONGEST,
     Flow,
     FlowEnergy,
     InputFile,
@@ -239,18 +236,3 @@ def test_damaged_records_are_refused() -> None:
     for damaged in texts:
         with pytest.raises(InputError, match=r"r\.nc: its record of the run is damaged"):
             record_of({ATTRIBUTE: damaged}, "r.nc")
-
-
-def test_input_files_are_told_by_their_sum_and_short_ones_by_their_text(tmp_path: Path) -> None:
-    path = tmp_path / "x"
-    for content, text in (
-        (LONGEST * b"x", LONGEST * "x"),
-        ((LONGEST + 1) * b"x", None),
-        (b"a\xff\r\n\0", "a\ufffd\n\0"),
-    ):
-        path.write_bytes(content)
-        found, named = input_file(path, "a name"), input_file(path, "a name", kept=False)
-        assert found == InputFile("a name", hashlib.sha256(content).hexdigest(), text)
-        assert named == InputFile("a name", found.sha256, None)
-    for none in (tmp_path, tmp_path / "gone", Path("a\0b")):
-        assert input_file(none, "x") is None
