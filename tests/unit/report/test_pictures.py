@@ -161,18 +161,6 @@ def test_names_cannot_become_code(tmp_path: Path) -> None:
         assert (picture.n_frames, picture.info["duration"]) == (2, 50)  # type: ignore[attr-defined]
 
 
-def test_a_panel_shows_what_varies_most(spiderfloat: Model, tmp_path: Path) -> None:
-    """Of 14 coordinates 8: no arm's x, which moves millimetres, and one of each mirrored z.
-
-    The float's own x is none of 13: it moves by rounding, 7e-15 m.
-    """
-    done = simulate(spiderfloat, stop_time=10.0)
-    text = plot_simulation(done, tmp_path / "all.svg").read_text(encoding="utf-8")
-    for name in ("8 of 13 shown, those that vary most", "body.float.z", "body.left_buoy.x"):
-        assert f"<!-- {name} -->" in text
-    assert "<!-- body.right_arm.x -->" not in text
-
-
 def test_what_cannot_be_drawn_is_refused(
     tmp_path: Path, cart: Model, spiderfloat: Model, simulation: Simulation
 ) -> None:

@@ -9,11 +9,8 @@ import pytest
 from support.paper_listings import double_pendulum
 from support.reports import results_of
 
-from m4e_fmi.analysis import equilibrium
 from m4e_fmi.cli import main
 from m4e_fmi.model import load_model, model_from_lists
-from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.report import equilibrium_text, equilibrium_values
 from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.text import summaries
@@ -106,37 +103,6 @@ def test_mean_powers_weigh_rows_by_the_time_between_them() -> None:
     text = "\n".join(summaries._extremes(made, ""))
     assert "mean power 1.900 W over 10 s (a.pto.power)" in text
     assert text.count("mean power") == 1
-
-
-def held(*outputs: str) -> Program:
-    """A mass that comes to rest at x = 2 m, and outputs of x, 2x, …."""
-    recorder = Recorder("held", "Mass on a spring")
-    x = recorder.state(Variable("x", "m", "Place"))
-    v = recorder.state(Variable("v", "m/s", "Speed"))
-    recorder.rate("x", v)
-    recorder.rate("v", 2.0 - x - v)
-    for k, name in enumerate(outputs, start=1):
-        recorder.output(Variable(name, "m", "Multiple"), k * x)
-    return recorder.program()
-
-
-def test_arrays_of_an_equilibrium_have_a_line_of_their_range() -> None:
-    """Few elements have a line each."""
-
-    def shown(text: str) -> list[list[str]]:
-        lines = text.splitlines()
-        return [line.split() for line in lines[lines.index("outputs that are not zero:") + 1 :]]
-
-    nodes = [f"line.node_x[{k}]" for k in range(1, 22)]
-    point = equilibrium(held(*nodes, "line.fairlead_x"))
-    assert shown(equilibrium_text(point)) == [
-        ["line.node_x[…]", "2", "to", "42", "m", "(21", "values)"],
-        ["line.fairlead_x", "44", "m"],
-        ["the", "21", "values", "of", "arrays:", "--json"],
-    ]
-    assert set(nodes) <= set(equilibrium_values(point))
-    few = shown(equilibrium_text(equilibrium(held("p[1]", "p[2]", "p[3]", "p[1].x"))))
-    assert [line[0] for line in few] == ["p[1]", "p[2]", "p[3]", "p[1].x"]
 
 
 def test_tables_of_a_model() -> None:
