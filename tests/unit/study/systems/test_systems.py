@@ -21,7 +21,6 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted
 from m4e_fmi.cosim.system.component import Component
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.given.study import Wanted
@@ -192,13 +191,6 @@ def test_other_operations_have_an_fmu_of_their_own(tmp_path: Path) -> None:
     one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
     assert [variant.build for variant in one.of.values()] == [*range(14)]
     assert [*one.drafts] == [*range(MOST_DRAFTS)]
-
-
-def test_all_values_that_a_section_refuses_are_told_together(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        found(tmp_path, "pto", BOTH, [(-3, 1), (1, -4), (-5, 1)])
-    assert "with damping = -3" in str(caught.value)
-    assert "stiffness = -4" in str(caught.value)
 
 
 @pytest.mark.parametrize("at", [0.0, 28.0])
