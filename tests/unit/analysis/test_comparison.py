@@ -210,8 +210,8 @@ def test_a_file_that_ends_early_is_within_no_tolerance() -> None:
     """A run that failed may be within all tolerances until then; a short reference may be met."""
     whole, part = results(z=SINE), results(TIME[:601], z=SINE[:601])
     for one, other, lacking in ((whole, part, ()), (part, whole, ((30.0, 60.0),))):
-        for given in ({}, {"start_time": 10.0}):
-            found = m4e_fmi.compare(one, other, tolerance=0.0, **given)
+        for start in (None, 10.0):
+            found = m4e_fmi.compare(one, other, tolerance=0.0, start_time=start)
             assert np.ravel(found.lacking) == pytest.approx(np.ravel(lacking))
             assert found.is_within == (not lacking)
             assert found.beyond == ()

@@ -111,7 +111,7 @@ def test_files_that_do_not_fit_are_refused(tmp_path: Path, reference: Path) -> N
          r"relative_to is 'rage'(.|\n)*the tolerance is -1"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=said):
-            compare_cells(one, other, **given)
+            compare_cells(one, other, **given)  # type: ignore[arg-type]
     assert main(["compare", str(reference), str(reference), "--start-time", "3"]) == 2
 
 
