@@ -14,6 +14,7 @@ from m4e_fmi.analysis.response.linear_equations import Held
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, Joint, Model, Point, TensionDamper, TensionSpring
+from m4e_fmi.model.elements import Quantity
 from m4e_fmi.program import Program, Recorder, Variable
 
 G = 9.81
@@ -131,7 +132,7 @@ COORDINATE = {"hinge": "q", "ball": "theta", "universal": "q1", "plane": "q"}
 @pytest.mark.parametrize("kind", COORDINATE)
 def test_bars_held_out_level_fall(kind: str, start: float, nearest: bool) -> None:
     """There, to first order, no turn changes what gravity does."""
-    initial = {COORDINATE[kind]: start}
+    initial: dict[str, Quantity] = {COORDINATE[kind]: start}
     if kind == "plane":
         bodies = {"bar": Body(2.0, 0.1), "next": Body(1.0, 0.1)}
         first = Joint("revolute", "bar", joint_to_child=(1.0, 0.0), initial=initial)

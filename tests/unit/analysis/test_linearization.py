@@ -118,19 +118,6 @@ def test_efforts_are_generalised_forces(coordinate: Any) -> None:
     assert pytest.approx(linear.mechanical.M.T, rel=1e-14) == linear.mechanical.M
 
 
-def test_without_inputs_the_outputs_are_the_states() -> None:
-    linear = linearize(cart())
-    names = ["joint.rail.q", "joint.pivot.q", "joint.rail.u", "joint.pivot.u"]
-    assert [v.name for v in linear.states] == names
-    assert [v.name for v in linear.coordinates] == names[:2]
-    assert linear.B.shape == (4, 0)
-    assert linear.D.shape == (4, 0)
-    assert np.array_equal(linear.C, np.eye(4))
-    symbolic = SymbolicLinearization(cart())
-    assert sp.eye(4) == symbolic.C
-    assert symbolic.B.shape == symbolic.D.shape == (4, 0)
-
-
 def test_other_states_come_last() -> None:
     r = Recorder("actuator", "a mass behind a slow actuator")
     command = r.input(Variable("command", "N", "command"))
@@ -142,6 +129,7 @@ def test_other_states_come_last() -> None:
     r.rate("v", force - 4.0 * x)
     linear = linearize(r.program(), inputs=["command"])
     assert [v.name for v in linear.states] == ["x", "v", "force"]
+    assert np.array_equal(linear.C, np.eye(3))  # outputs are the states
     assert np.array_equal(linear.A, [[0, 1, 0], [-4, 0, 1], [0, 0, -2]])
     assert np.array_equal(linear.B, [[0], [0], [2]])
     assert linear.mechanical is None
@@ -159,15 +147,6 @@ def test_a_derivative_that_is_not_finite() -> None:
     with pytest.raises(RunError, match="the two points of load spring coincide at t = 0 s"):
         linearize(model)
     assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
-
-
-def test_without_the_compiled_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
-    monkeypatch.setattr("m4e_fmi.analysis.points.library", lambda: None)
-    plain = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
-    # the same operations in the same order; sin and cos of two libraries
-    assert pytest.approx(compiled.A, rel=1e-14) == plain.A
-    assert plain.values == pytest.approx(compiled.values, rel=1e-14)
 
 
 def test_to_control() -> None:

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from m4e_fmi.analysis import trimmed
 from m4e_fmi.errors import InputError, M4eError
-from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter, load_model
+from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter
 from m4e_fmi.program import Program, Recorder, Scalar, Variable, sqrt
 
 G = 9.81
-ARM = Path(__file__).parents[3] / "examples" / "arm" / "arm.urdf"
 
 
 def model() -> Model:
@@ -70,20 +68,6 @@ def test_efforts_hold_a_pose_far_from_rest(second: str) -> None:
     assert point["joint.elbow.effort"] == pytest.approx(lower, rel=1e-12)
     upper = 1.5 * G * math.sin(2.0)
     assert point["joint.shoulder.effort"] == pytest.approx(upper + lower, rel=1e-12)
-
-
-def test_efforts_hold_an_arm_against_its_potential_energy() -> None:
-    """Efforts are the derivatives of the potential energy by the angles."""
-    model = load_model(ARM)
-    pose = {f"joint.{name}.q": 0.3 * k - 0.7 for k, name in enumerate(model.joints)}
-    vary = [f"joint.{name}.effort" for name in model.joints]
-    point = trimmed(model, such_that=pose, vary=vary)
-    for angle, effort in zip(pose, vary, strict=True):
-        ahead, back = (
-            point.with_values({angle: pose[angle] + step})["energy.potential"]
-            for step in (1e-4, -1e-4)
-        )
-        assert point[effort] == pytest.approx((ahead - back) / 2e-4, abs=1e-5)
 
 
 def thruster(law: Callable[[Scalar], Scalar]) -> Program:

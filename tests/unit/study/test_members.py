@@ -44,7 +44,7 @@ class Studies:
         varied: str = "c.k: [30, 50], c.joint.hinge.q: [0.1, 0.5]",
         more: str = "start_up: 0.1",
         statistic: str = "maximum",
-        **given: bool,
+        fresh: bool = False,
     ) -> StudyOutcome:
         text = (
             f"name: carts\n{KINDS[self.kind]}\nvary: {{{varied}}}\n{more}\nwanted:\n"
@@ -54,7 +54,7 @@ class Studies:
         (self.folder / "study.yaml").write_text(text.replace("c.", self.cart), "utf-8")
         outcome = run_study(
             self.folder / "study.yaml", build_directory=self.build, executor=Here(),
-            tell=self.warned.append, progress=lambda *n: self.progress.append(n), **given,
+            tell=self.warned.append, progress=lambda *n: self.progress.append(n), fresh=fresh,
         )  # fmt: skip
         assert NOTES.get(self.kind, "") in "".join(outcome.notes)
         return outcome

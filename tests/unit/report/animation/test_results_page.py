@@ -162,7 +162,7 @@ def test_nodes_are_recorded_where_an_animation_is_wanted(tmp_path: Path) -> None
     names = []
     for animated in (False, True):
         path = tmp_path / f"{animated}.nc"
-        chosen = ["sea.*"] if animated else None
+        chosen = ["sea.*"] if animated else []
         run(system, results=path, build_directory=tmp_path, animated=animated, variables=chosen)
         names.append(set(load(path).series))
     assert "mooring.line.node_x[1]" not in names[0]

@@ -15,7 +15,7 @@ import m4e_fmi
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.programs import plan
-from m4e_fmi.study.programs.chunks import LONG, MOST, Pace, chunks, in_threads
+from m4e_fmi.study.programs.chunks import in_threads
 
 STUDY = """\
 name: carts
@@ -111,26 +111,6 @@ def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> N
         encoding="utf-8",
     )
     np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("runs", "each", "expected"),
-    [
-        (24, 10.0, [8, 8, 8]),  # few are for all threads
-        (5000, 1e-5, [8, 16, 32, 64, 128, 256, MOST, MOST]),
-        (1000, LONG / 50, [8, 16, 32, 48, 48]),  # none lasts longer than it should
-    ],
-)
-def test_chunks_grow_up_to_a_duration(runs: int, each: float, expected: list[int]) -> None:
-    """Of runs that take `each` seconds, by two threads."""
-    pace, found, done = Pace(2), list[int](), list[int]()
-    for make in chunks(np.arange(runs), pace, lambda part: part):
-        part = make()
-        done += part.tolist()
-        found.append(len(part))
-        pace.took(len(part), each * len(part))
-    assert done == list(range(runs))
-    assert found[: len(expected)] == expected
 
 
 def test_interruption_does_not_wait_for_a_call() -> None:

@@ -35,7 +35,6 @@ from m4e_fmi.study.report.annual import _told, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import load_study_result
-from m4e_fmi.study.report.series import MOST_CURVES
 from m4e_fmi.study.report.summary import summary
 from m4e_fmi.study.runs.record import Record
 
@@ -142,18 +141,6 @@ def test_series_at_times_of_their_own_are_linear_between_rows(tmp_path: Path) ->
     np.testing.assert_allclose(found.values["buoy.z"][0], 2.0 * found.time)
     np.testing.assert_allclose(found.values["buoy.z"][1, inside], 2.0 * found.time[inside])
     assert np.isnan(found.values["buoy.z"][1, ~inside]).all()
-
-
-def test_a_page_takes_series_of_so_many_runs(tmp_path: Path) -> None:
-    count, time = MOST_CURVES + 50, np.array([0.0, 1.0])
-    records = [Record(time=time, series={"buoy.z": time + run}) for run in range(count)]
-    path = written(tmp_path, Grid((axis("Hs", range(count)),)), records, (), series=("buoy.z",))
-    found = load_study_result(path).series
-    assert found is not None
-    assert len(np.unique(found.runs)) == MOST_CURVES
-    assert (found.runs[0], found.runs[-1], found.all_runs) == (0, count - 1, count)
-    np.testing.assert_array_equal(found.values["buoy.z"][:, 0], found.runs)
-    assert "Series of 2,000 of 2,050 runs are in this page" in m4e.write_report(path).read_text()
 
 
 @pytest.mark.parametrize(

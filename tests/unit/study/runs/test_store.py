@@ -52,10 +52,9 @@ def test_paces_are_those_of_the_nearest_span(store: Store) -> None:
 
 def test_another_file_is_no_store(tmp_path: Path) -> None:
     (tmp_path / "s.sqlite").write_bytes(b"this is no database" * 100)
-    with pytest.raises(RunError, match="kept runs"), Store(tmp_path / "s.sqlite"):
-        pass
-    with pytest.raises(RunError, match="cannot be written"):
-        Store(tmp_path / "s.sqlite" / "s.sqlite").__enter__()
+    for name, said in (("s.sqlite", "kept runs"), ("s.sqlite/s", "cannot be written")):
+        with pytest.raises(RunError, match=said):
+            Store(tmp_path / name).__enter__()
 
 
 def test_a_full_disk_is_told_and_what_is_kept_stays(store: Store) -> None:

@@ -8,23 +8,25 @@ import pickle
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.small_study import SYSTEM, Here, written_study
 
 import m4e_fmi
 from m4e_fmi.code_hash import package_hash
-from m4e_fmi.cosim import prepare
+from m4e_fmi.cosim import load_system, prepare
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
+from m4e_fmi.cosim.input_checks.drafts import Draft, drafted
+from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.program import Program
 from m4e_fmi.study import StudyOutcome, run_study
-from m4e_fmi.study.given.grid import Axis, Grid, Varied
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.systems.order import LongestFirst
 from m4e_fmi.study.systems.task import Blob, Task, coupling_error_of, perform
+from m4e_fmi.study.systems.variants import MOST_DRAFTS, Combination, Variants, variants
 
 STUDY = """\
 name: carts
@@ -152,26 +154,56 @@ def test_outputs_beyond_their_limits_are_told_also_if_nothing_is_wanted_of_them(
     assert told.startswith("cart.body.cart.x is 0.2 m at t = 0 s, outside -inf to 0.1 m")
 
 
-SHAPE = (("a", 6), ("b", 8))
+Keys = list[tuple[str | int, ...]]
+Changed = Callable[[Program], Program]
+BOTH: Keys = [("damping",), ("stiffness",)]
 
 
-def test_no_process_waits_long_for_the_last_run() -> None:
-    """Where times are sums over dimensions: the bound of longest-first is 4/3 - 1/(3 m).
+def found(
+    folder: Path, name: str, keys: Keys, wanted: list[Combination], changed: Changed | None = None
+) -> Variants:
+    """The versions of a component, whose programs are `changed` if that is given."""
+    written_study(folder, "name: none\n")
+    system = load_system(folder / "system.yaml")
 
-    R. L. Graham (1969), Bounds on multiprocessing timing anomalies, SIAM J. Appl. Math. 17; that is
-    for times that are known. A process that is free takes the next run.
-    """
-    times = np.add.outer(np.linspace(0, 0.2, 6), [1, 1, 1, 1, 1, 1, 1, 3.0]).ravel()
-    axes = (Axis(a, (Varied(a, (f"x.{a}",)),), tuple((i,) for i in range(n))) for a, n in SHAPE)
-    order, under_way, now = LongestFirst(range(48), Grid(tuple(axes))), dict[int, float](), 0.0
-    waiting, done = iter(order), list[int]()
-    while len(done) < 48:
-        while len(under_way) < 4 and (run := next(waiting, None)) is not None:
-            under_way[run] = now + times[run]
-        run = min(under_way, key=under_way.__getitem__)
-        now = under_way.pop(run)
-        order.learn(run, times[run])
-        done.append(run)
-    assert sorted(done) == list(range(48))
-    assert max(times[k::4].sum() for k in range(4)) > 1.2 * times.sum() / 4  # as given
-    assert now < 1.05 * times.sum() / 4
+    def make(component: Component) -> Draft:
+        draft = drafted(system, component)
+        assert isinstance(draft.made, Program)
+        return replace(draft, made=changed(draft.made)) if changed else draft
+
+    return variants(system, name, keys, wanted, make)
+
+
+def test_keys_that_are_start_values_share_one_fmu(tmp_path: Path) -> None:
+    one = found(tmp_path, "pto", BOTH, list(product(range(1, 11), repeat=2)))
+    assert len(one.builds) == 1
+    assert one.of[7, 9].start == {"damping": 7.0, "stiffness": 9.0}
+    assert one.of[1, 1].start == {}
+    assert one.labels[0][0] == "N.s/m"
+    # the rest length follows from the point, and is a parameter
+    one = found(tmp_path, "pto", [("point_at", 1)], [(-1,), (-1.5,), (-1.2,)])
+    assert len(one.builds) == 1
+    assert one.of[-1.5,].start["rest_length"] == pytest.approx((1 + 0.25) ** 0.5)
+
+
+def test_other_operations_have_an_fmu_of_their_own(tmp_path: Path) -> None:
+    """Few drafts wait for their FMUs: of a sea in space hundreds would fill the memory."""
+    one = found(tmp_path, "push", [("times", 1)], [(0.1 * k,) for k in range(1, 15)])
+    assert [variant.build for variant in one.of.values()] == [*range(14)]
+    assert [*one.drafts] == [*range(MOST_DRAFTS)]
+
+
+@pytest.mark.parametrize("at", [0.0, 28.0])
+def test_a_key_that_is_another_start_value_at_one_of_many(tmp_path: Path, at: float) -> None:
+    """Between others, or at the first; the parameter is not the key, and has no label of it."""
+
+    def bent(program: Program) -> Program:
+        damping = next(v.start for v in program.parameters if v.name == "damping")
+        return program.with_start({"damping": 25.0}) if damping == at else program
+
+    wanted: list[Combination] = [(d,) for d in range(41)]
+    one = found(tmp_path, "pto", BOTH[:1], wanted, bent)
+    first = 25.0 if at == 0.0 else 0.0
+    starts = {d: one.of[d,].start.get("damping", first) for (d,) in wanted}
+    assert starts == {d: 25.0 if d == at else d for (d,) in wanted}
+    assert one.labels == {}

@@ -1,4 +1,4 @@
-"""Summaries and pictures of studies: means over seeds and states, and what is not run."""
+"""Summaries and pictures of studies: means over seeds and over states, and what is not run."""
 
 from __future__ import annotations
 
@@ -7,15 +7,24 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from scipy.stats import t as student
 from support.small_study import written_study
 
-from m4e_fmi.report.drawing.pictures import save
+from m4e_fmi.statistics import STATISTICS
 from m4e_fmi.statistics.marine import annual_energy
 from m4e_fmi.study import StudyOutcome, run_study
+from m4e_fmi.study.given.grid import Axis, Grid, Varied
+from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.report.result import load_study_result
-from m4e_fmi.study.shown.figure import _bins, _draw, _shown, plot_study
-from m4e_fmi.study.shown.over_states import over_states, states_of
+from m4e_fmi.study.shown.figure import _bins, _shown, plot_study
+from m4e_fmi.study.shown.over_states import (
+    LARGEST,
+    States,
+    averaged,
+    differences,
+    over_states,
+    states_of,
+)
 from m4e_fmi.study.shown.summary import summary
 
 STUDY = """\
@@ -54,18 +63,6 @@ def test_a_summary_has_a_matrix_failures_warnings_and_the_start_up(tmp_path: Pat
         assert part in text
     stated = summary(made(tmp_path, f"{STUDY}start_up: 0.1\n"))
     assert "statistics leave out all before t = 0.1 s (as stated)" in stated
-
-
-def test_a_curve_is_over_the_axis_that_has_points(tmp_path: Path) -> None:
-    """Whichever comes first in the file: one of one point is no axis of a picture."""
-    outcome = made(tmp_path, STUDY.replace("[30, 40, 50]", "[40]"))
-    panel = Figure().subplots()
-    _draw(panel, _shown(outcome, outcome.study.wanted[0])[1], "swing", outcome)
-    (curve,) = panel.get_lines()[:1]
-    np.testing.assert_array_equal(curve.get_xdata(), [0.1, 0.2])
-    np.testing.assert_array_equal(curve.get_ydata(), outcome.data["swing"].values[0])
-    assert panel.get_xlabel() == "q [rad]"
-    assert plot_study(outcome, tmp_path / "p.png").stat().st_size > 5000
 
 
 def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
@@ -159,8 +156,97 @@ def test_bars_of_counts_have_as_many_whole_numbers_each(most: int) -> None:
         assert _bins(np.array(values)) == 5
 
 
-def test_dollars_in_names_are_no_formulas(tmp_path: Path) -> None:
-    figure = Figure()
-    figure.suptitle("cost $x_{ and $y")
-    figure.subplots().set_xticks([0, 1], ["$a_{$", "b"])
-    assert save(figure, tmp_path / "a.png").stat().st_size > 0
+SEEDS, DESIGNS = 3, 2
+
+
+def half_width(sums: np.ndarray) -> np.ndarray:
+    """Of 95 %, of the means over the last axis."""
+    n = sums.shape[-1]
+    return student.ppf(0.975, n - 1) * sums.std(axis=-1, ddof=1) / np.sqrt(n)
+
+
+STATES = States(("height", "period"), np.array([[0.5, 0.25], [0.0, 0.25]]))
+
+
+def axis(name: str, count: int, *, repeats: bool = False) -> Axis:
+    points = tuple((k,) for k in range(count))
+    return Axis(name, (Varied(name, (name,)),), points, repeats=repeats)
+
+
+GRID = Grid(
+    (axis("period", 2), axis("seed", SEEDS, repeats=True), axis("x", DESIGNS), axis("height", 2))
+)
+VALUES = np.random.default_rng(1).uniform(1.0, 2.0, GRID.shape)
+VALUES[0, :, :, 1] = 100.0  # of the state that never occurs
+
+
+def test_means_over_seeds_have_students_interval() -> None:
+    axes = (axis("seed", 4, repeats=True), axis("x", 2))
+    values = np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0], [4.0, np.nan]])
+    found = averaged(axes, values)
+    np.testing.assert_allclose(found.mean, [2.5, 5.0])
+    width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
+    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
+    assert found.missing.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("statistic", "parameters", "power", "said"),
+    [
+        ("mean", (), 1.0, "mean by probability"),
+        ("rms", (), 2.0, "rms by probability"),
+        ("damage_equivalent_load", (("exponent", 5.0),), 5.0, "damage equivalent by probability"),
+    ],
+)
+def test_sums_over_states_of_each_design(
+    statistic: str, parameters: tuple[tuple[str, float], ...], power: float, said: str
+) -> None:
+    name, found = over_states(GRID, VALUES, STATES, Wanted("w", "v", statistic, parameters))
+    assert name == said
+    assert [one.name for one in found.axes] == ["x"]
+    sums = np.einsum("psxh,hp->xs", VALUES**power, STATES.shares) ** (1 / power)
+    np.testing.assert_allclose(found.mean, sums.mean(axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(found.half_width, half_width(sums), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("statistic", "sign"), [("most_probable_maximum", 1), ("minimum", -1)])
+def test_extremes_are_those_of_a_state(statistic: str, sign: int) -> None:
+    _, found = over_states(GRID, sign * VALUES, STATES, Wanted("w", "v", statistic))
+    means = VALUES.mean(axis=1)  # period, x, height
+    there = np.stack([means[0, :, 0], means[1, :, 0], means[1, :, 1]], axis=-1)
+    np.testing.assert_allclose(found.mean, sign * there.max(axis=-1))
+
+
+def test_a_failed_seed_is_missing_in_the_sum() -> None:
+    values = VALUES.copy()
+    values[0, 1, 0, 0] = np.nan
+    _, found = over_states(GRID, values, STATES, Wanted("w", "v", "mean"))
+    assert found.missing.tolist() == [1, 0]
+    assert np.isfinite(found.mean).all()
+
+
+def test_differences_of_designs_are_those_of_pairs() -> None:
+    """What a seed does to both designs is not in the interval."""
+    seed = 50.0 * np.arange(SEEDS)[:, None, None]
+    found = differences(GRID, VALUES + seed, STATES, Wanted("w", "v", "mean"))
+    sums = np.einsum("psxh,hp->xs", VALUES, STATES.shares)
+    two = Grid((axis("x", DESIGNS), axis("seed", SEEDS, repeats=True)))
+    of_a_state = VALUES[1, :, :, 0].T
+    pair = differences(two, of_a_state, None, Wanted("w", "v", "maximum"))
+    for one, gain in ((found, sums[1] - sums[0]), (pair, of_a_state[1] - of_a_state[0])):
+        assert one is not None
+        np.testing.assert_allclose(one.mean, [0.0, gain.mean()], rtol=1e-9)
+        np.testing.assert_allclose(one.half_width[1], half_width(gain), rtol=1e-9)
+    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
+    for grid, values, states, statistic in (
+        (GRID, VALUES, STATES, "maximum"),
+        (GRID, VALUES, None, "mean"),  # of 8 designs
+        (alone, np.ones((1, 2)), None, "mean"),
+    ):
+        assert differences(grid, values, states, Wanted("w", "v", statistic)) is None
+
+
+def test_all_statistics_of_maxima_are_known() -> None:
+    assert {name for name in STATISTICS if "maximum" in name} | {"range", "largest_magnitude"} == (
+        LARGEST
+    )
