@@ -190,7 +190,7 @@ class TestFiles:
         assert texts == {}
 
     @pytest.mark.parametrize("kind", [k for k, kind in KINDS.items() if kind.native])
-    @pytest.mark.parametrize("change", [lambda g: g + " 1", lambda g: g[:-2] + "0}"])
+    @pytest.mark.parametrize("change", [lambda g: g + " 1", lambda g: g[:-2] + "x}"])
     def test_another_guid_is_refused(self, load: Load, kind: str, change: Any) -> None:
         """Also one that goes on where that in the FMU's own file has ended."""
         instance = load(kind)

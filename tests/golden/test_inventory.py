@@ -113,6 +113,8 @@ def names_of(module: ModuleType) -> Iterator[str]:
 
 def parameters(value: Any) -> str:
     """The names of what a function or a class takes."""
+    if inspect.isclass(value) and issubclass(value, BaseModel):
+        return f"({', '.join(value.model_fields)})"
     try:
         return f"({', '.join(inspect.signature(value).parameters)})" if callable(value) else ""
     except ValueError:
