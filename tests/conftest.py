@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from support import defects
 from support.c_fmus.build import build
 from support.c_fmus.kinds import build_kinds
 from support.c_fmus.versions import build_version
@@ -23,8 +24,9 @@ def c_fmu(
 ) -> Callable[[str], Path]:
     """`c_fmu(name)` is the path of the FMU of a C model of tests/support/c_fmus, compiled once.
 
-    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0. They count as built here, so that they run in
-    this process, but for those that are armed (`test_workers`), and with the option --workers.
+    ``1:name`` and ``3:name`` are of FMI 1.0 and 3.0, `oscillator` is that of support.defects. They
+    count as built here, so that they run in this process, but for those that are armed
+    (`test_workers`), and with the option --workers.
     """
     folder = tmp_path_factory.mktemp("c_fmus")
     workers = request.config.getoption("--workers")
@@ -38,6 +40,8 @@ def c_fmu(
     def made(name: str) -> Path:
         version, colon, model = name.partition(":")
         what, *options = (model or name).split("+")
+        if what == defects.NAME:
+            return defects.build(folder)
         if what == "kinds":
             return build_kinds(int(version) if colon else 2, options, folder)
         return build_version(version, model, folder) if colon else build(name, folder)

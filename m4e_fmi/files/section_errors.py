@@ -152,7 +152,10 @@ def _case(section: type[Section], data: object, at: Location, error: ErrorDetail
 
 def _unknown_key(case: _Case) -> Complaint:
     *above, key = case.keys
-    remedy = suggestion(str(key), keys_at(case.section, tuple(above)), "keys")
+    known = keys_at(case.section, tuple(above))
+    remedy = "remove it: it belongs to another choice than the one made here"
+    if key not in known:
+        remedy = suggestion(str(key), known, "keys")
     return Complaint(case.location, f"unknown key {str(key)!r}", remedy)
 
 

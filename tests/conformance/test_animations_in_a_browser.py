@@ -74,11 +74,8 @@ def canvas(page: Page) -> np.ndarray:
 
 def show(page: Page, time: float) -> None:
     """Move the slider to a time [s]."""
-    page.value(
-        f"{{ const slider = document.querySelector('.slider'); slider.value = {time}; "
-        "slider.dispatchEvent(new Event('input')); } "
-        "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-    )
+    page.choose(".slider", time)
+    page.value("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
 @pytest.mark.parametrize("name", ["gyroscope", "double_pendulum", "round"])
@@ -164,25 +161,13 @@ def test_a_page_can_follow_the_time_that_is_shown(page: Page, boxes: tuple[Path,
 def test_it_fits_a_narrow_window_in_light_and_dark(
     page: Page, boxes: tuple[Path, Results], scheme: str
 ) -> None:
-    features = [{"name": "prefers-color-scheme", "value": scheme}]
-    page.call("Emulation.setEmulatedMedia", features=features)
-    page.call(
-        "Emulation.setDeviceMetricsOverride",
-        width=420,
-        height=800,
-        deviceScaleFactor=1,
-        mobile=False,
-    )
-    try:
+    with page.emulated(width=420, scheme=scheme):
         page.open(boxes[0])
         show(page, 2.0)
         assert page.value("document.documentElement.scrollWidth") == 420
         corner = page.picture()[2, 2].mean()
         assert corner > 230 if scheme == "light" else corner < 50
         assert page.complaints == []
-    finally:
-        page.call("Emulation.clearDeviceMetricsOverride")
-        page.call("Emulation.setEmulatedMedia", features=[])
 
 
 def test_keys_play_and_pause(page: Page, boxes: tuple[Path, Results]) -> None:

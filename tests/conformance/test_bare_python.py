@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from support.chains import sprung_chain
-from support.fmu_instance import Instance
+from support.fmu_instances import Instance
 from support.together import without_library
 
 from m4e_fmi.fmu import build_fmu
@@ -48,7 +48,7 @@ def here(fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> lis
         instance.initialise(START)
         for k in range(STEPS):
             instance.step(k * H, H)
-        return list(instance.get(NAMES).values())
+        return instance.get(NAMES)
 
 
 def run(minor: int, fmu: Path) -> subprocess.CompletedProcess[str]:

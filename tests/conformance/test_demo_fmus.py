@@ -5,8 +5,6 @@ Native where they are programs (`files`), and all of Python (`python_files`).
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -90,28 +88,6 @@ def test_plain_fmpy_twice_in_one_process(
         assert np.isfinite(first[column]).all()
         for other in others:
             assert np.array_equal(first[column], other[column])
-
-
-def test_all_together_in_a_fresh_process(files: dict[str, Path]):
-    code = (
-        "import sys, fmpy\n"
-        "from fmpy.fmi2 import FMU2Slave\n"
-        "slaves = []\n"
-        "for path in sys.argv[1:]:\n"
-        "    d = fmpy.read_model_description(path)\n"
-        "    s = FMU2Slave(guid=d.guid, unzipDirectory=fmpy.extract(path),\n"
-        "                  modelIdentifier=d.coSimulation.modelIdentifier, instanceName='i')\n"
-        "    s.instantiate(); s.setupExperiment(startTime=0.0)\n"
-        "    s.enterInitializationMode(); s.exitInitializationMode(); slaves.append(s)\n"
-        "for k in range(4):\n"
-        "    for s in slaves: s.doStep(k * 0.05, 0.05)\n"
-        "for s in slaves: s.terminate(); s.freeInstance()\n"
-        "print('all stepped')\n"
-    )
-    command = [sys.executable, "-c", code, *(str(files[name]) for name in NAMES)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == "all stepped"
 
 
 def test_native_components_change_no_bit(

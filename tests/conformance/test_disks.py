@@ -24,7 +24,7 @@ name: alone
 components: {pendulum: {model: double_pendulum.model.yaml}}
 simulation: {stop_time: 30, step_size: 0.1}
 """
-MODEL = "double_pendulum.model.yaml"
+MODEL = PENDULUM.name
 TO_DISK = {  # DISK: the folder that cannot be written, WELL: one that can
     "build": ("build", MODEL, "--build-folder", "DISK"),
     "build native": ("build", MODEL, "--native", "--build-folder", "DISK"),
@@ -74,15 +74,21 @@ def full(folder: Path) -> Iterator[str]:
 
 
 @contextlib.contextmanager
-def limited(folder: Path) -> Iterator[str]:
-    """No file may be longer than 1,000 bytes: as a full disk, without the right to mount one."""
+def short(folder: Path, size: int = SMALL) -> Iterator[None]:
+    """No file may be longer: as a small disk, without the right to mount one."""
     del folder
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
     try:
-        yield "free disk space"
+        yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@contextlib.contextmanager
+def limited(folder: Path) -> Iterator[str]:
+    with short(folder, 1000):
+        yield "free disk space"
 
 
 @contextlib.contextmanager
@@ -115,7 +121,7 @@ def test_a_disk_that_takes_nothing(
 
 
 @pytest.mark.parametrize("disk", [full, limited, read_only])
-def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project: Path) -> None:
+def test_that_is_found_before_the_first_step(disk, project: Path) -> None:
     bad, seen = project / "bad", []
     bad.mkdir()
     ready = prepare(load_system("system.yaml"))
@@ -124,22 +130,8 @@ def test_a_disk_that_takes_nothing_is_found_before_the_first_step(disk, project:
     assert seen == []
 
 
-@contextlib.contextmanager
-def small(folder: Path) -> Iterator[None]:
-    with mounted(folder, f"size={SMALL}"):
-        yield
-
-
-@contextlib.contextmanager
-def short(folder: Path) -> Iterator[None]:
-    """No file may be longer: as a small disk, without the right to mount one."""
-    del folder
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+def small(folder: Path) -> contextlib.AbstractContextManager[None]:
+    return mounted(folder, f"size={SMALL}")
 
 
 @pytest.mark.parametrize("disk", [small, short])

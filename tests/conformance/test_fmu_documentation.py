@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import io
 import os
@@ -21,7 +20,7 @@ from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
 from matplotlib import rc_context
 from PIL import Image
-from support.driven import driven
+from support.fmu_instances import FILES
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system
@@ -35,48 +34,20 @@ PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum
 RENAME = {"joint.elbow.*": "knee.*", "m": "mass"}
 
 
-@pytest.fixture(scope="module")
-def model() -> Model:
-    return load_model(PENDULUM)
-
-
-@pytest.fixture(scope="module", params=[False, True], ids=["python", "native"])
-def fmu(request: pytest.FixtureRequest, model: Model, tmp_path_factory: pytest.TempPathFactory):
+@pytest.fixture(scope="module", params=FILES)
+def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The documented FMU of the double pendulum, of each kind; that of FMI 3.0 by its own names."""
+    model, kind = load_model(PENDULUM), FILES[request.param]
     program = model_program(model)
-    options = {"native": request.param, "rename": RENAME, "stop_time": 2.0, "tolerance": 1e-10}
+    options = {**kind.build, "stop_time": 2.0, "tolerance": 1e-10}
+    options["rename"] = RENAME if kind.fmi == "2" else {}
     documentation = fmu_documentation(model, program, Options(**options))
-    path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
+    path = tmp_path_factory.mktemp(request.param) / "pendulum.fmu"
     return build_fmu(program, path, documentation=documentation, **options)
 
 
-@pytest.fixture(scope="module")
-def fmu3(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    program = model_program(model)
-    options = {"native": True, "fmi": "3", "stop_time": 2.0, "tolerance": 1e-10}
-    documentation = fmu_documentation(model, program, Options(**options))
-    path = tmp_path_factory.mktemp("documented") / "pendulum.fmu"
-    return build_fmu(program, path, documentation=documentation, **options)
-
-
-@pytest.mark.parametrize("native", [True, False])
-def test_licenses_of_what_is_inside(native: bool, tmp_path: Path) -> None:
-    path = build_fmu(driven(), tmp_path / "m.fmu", native=native)
-    with zipfile.ZipFile(path) as archive:
-        texts = {
-            name.rpartition("/")[2]: archive.read(name).decode()
-            for name in archive.namelist()
-            if name.startswith("documentation/licenses/")
-        }
-        libraries = [name for name in archive.namelist() if name.endswith(".dll")]
-    overview = texts.pop("license.txt")
-    assert all(f"see {name}" in overview for name in texts)
-    assert overview.count("see ") == len(texts)
-    assert "BSD 3-Clause License" in texts.pop("m4e_fmi.txt")
-    if not native:
-        assert "MIT License" in texts.pop("pythonfmu.txt")
-    elif libraries:
-        assert "Zope Public License" in texts.pop("mingw-w64.txt")
-    assert texts == {}
+def version(fmu: Path) -> str:
+    return str(fmpy.read_model_description(str(fmu)).fmiVersion)[0]
 
 
 class Page(HTMLParser):
@@ -140,10 +111,14 @@ def whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.mark.parametrize("fmi", ["2", "3"])
 def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
     """Components, connections and all variables; every link leads to a file in the archive."""
-    assert main(["build", "--single", "system.yaml", "--fmi", fmi]) == 0
-    path = whole / "build" / "carts.fmu"
+    path, made = whole / "build" / "carts.fmu", []
+    for _ in range(2):
+        assert main(["build", "--single", "system.yaml", "--fmi", fmi]) == 0
+        made.append(path.read_bytes())
+    assert made[0] == made[1]
     found = contents(path)
-    page = Page(found["documentation/index.html"].decode())
+    text = found["documentation/index.html"].decode()
+    page = Page(text)
     assert page.open == []
     assert "carts_ref.csv" in page.loaded
     assert all(f"documentation/{link}" in found for link in page.loaded)
@@ -151,7 +126,6 @@ def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
     assert {v.name for v in description.modelVariables} <= set(page.codes)
     assert {"a", "b", "push", "a.body.cart", "place"} <= set(page.codes)
     assert set(load_system(whole / "system.yaml").connections) <= set(page.codes)
-    text = found["documentation/index.html"].decode()
     assert "Two carts &amp; a &quot;table&quot; &lt;held&gt;" in text
     assert "kind table" in text
     assert text.count("cart.model.yaml") == 2
@@ -161,20 +135,12 @@ def test_the_page_of_a_whole_system(fmi: str, whole: Path) -> None:
 
 
 def test_what_is_left_open_is_on_the_page(whole: Path) -> None:
-    assert main(["build", "--single", "system.yaml", "--open", "push"]) == 0
-    text = contents(whole / "build" / "carts.fmu")["documentation/index.html"].decode()
+    build, path = ["build", "--single", "system.yaml"], whole / "build" / "carts.fmu"
+    assert main([*build, "--open", "push"]) == 0
+    text = contents(path)["documentation/index.html"].decode()
     assert "left out: what it gives are inputs" in text
-    assert main(["build", "--single", "system.yaml", "--no-documentation"]) == 0
-    found = contents(whole / "build" / "carts.fmu")
-    assert "documentation/index.html" not in found
-
-
-def test_the_same_system_gives_the_same_bytes(whole: Path) -> None:
-    made = []
-    for _ in range(2):
-        assert main(["build", "--single", "system.yaml"]) == 0
-        made.append((whole / "build" / "carts.fmu").read_bytes())
-    assert made[0] == made[1]
+    assert main([*build, "--no-documentation"]) == 0
+    assert "documentation/index.html" not in contents(path)
 
 
 def contents(path: Path) -> dict[str, bytes]:
@@ -182,20 +148,23 @@ def contents(path: Path) -> dict[str, bytes]:
         return {name: archive.read(name) for name in archive.namelist()}
 
 
-def test_no_finding(fmu: Path) -> None:
-    assert validate_fmu(str(fmu)) == []
-
-
 def test_the_page_stands_alone_and_names_everything(fmu: Path) -> None:
-    page = Page(contents(fmu)["documentation/index.html"].decode())
+    """Of FMI 3.0 arrays, not their elements by the names of FMI 2.0; elements only of states."""
+    assert validate_fmu(str(fmu)) == []
+    text = contents(fmu)["documentation/index.html"].decode()
+    page, description = Page(text), fmpy.read_model_description(str(fmu))
     assert page.open == []
     assert page.loaded == ["double_pendulum_ref.csv", "licenses/license.txt"]
     assert "msubsup" in page.tags  # a power of what has an index
     assert "script" not in page.tags
     assert {"svg", "math", "table"} <= page.tags
-    description = fmpy.read_model_description(str(fmu))
-    assert {v.name for v in description.modelVariables} <= set(page.codes)
-    assert {"body.upper", "point.tip", "knee"} <= set(page.codes)  # connectors
+    listed = set(re.findall(r'<td class="name"><code>(.*?)</code>', text))
+    assert listed == {v.name for v in description.modelVariables}
+    if version(fmu) == "2":
+        assert {"body.upper", "point.tip", "knee"} <= set(page.codes)  # connectors
+    else:
+        assert "body.upper.x" not in page.codes
+        assert "<code>body.upper.position</code>[2]" in text
 
 
 def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
@@ -207,12 +176,14 @@ def test_the_equations_are_those_of_the_model(fmu: Path) -> None:
     }
     shared = next(line for line in lines if line in ("w1=L2m", "w1=mL2"))
     assert f"M2,2=J+{shared[:2]}4" in lines
-    assert "q2=θ2knee.q" in lines
-    assert "u2=θ.2knee.u" in lines
+    name = "knee" if version(fmu) == "2" else "joint.elbow"
+    assert {f"q2=θ2{name}.q", f"u2=θ.2{name}.u"} <= lines
 
 
 def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
-    picture = Image.open(io.BytesIO(contents(fmu)["model.png"]))
+    name = "model.png" if version(fmu) == "2" else "terminalsAndIcons/icon.png"
+    assert [n for n in contents(fmu) if n.endswith(".png")] == [name]
+    picture = Image.open(io.BytesIO(contents(fmu)[name]))
     assert picture.size == (256, 256)
     assert not picture.info  # neither date nor version
     colours = picture.convert("RGB").getcolors(maxcolors=1 << 16) or []
@@ -254,24 +225,24 @@ def test_the_drawing_is_rounded_in_its_places_only(tmp_path: Path) -> None:
         np.testing.assert_allclose(after, before, rtol=0, atol=0.005 + 1e-9)
 
 
-def test_the_reference_series_is_what_the_fmu_gives(fmu: Path) -> None:
+def test_the_reference_series_is_what_the_fmu_gives(fmu: Path, tmp_path: Path) -> None:
     """FMPy's run of the default experiment, whose steps are others; the tolerance is 1e-10 per
-    step, of some 20 in 2 s, and digits after the tenth are not written."""
-    files = contents(fmu)
-    rows = list(csv.reader(files["documentation/double_pendulum_ref.csv"].decode().splitlines()))
-    table = np.array(rows[1:], float)
+    step, of some 20 in 2 s, and digits after the tenth are not written. Arrays are one column."""
+    files, path = contents(fmu), tmp_path / "ref.csv"
+    path.write_bytes(files["documentation/double_pendulum_ref.csv"])
+    table = read_csv(path)
     lines = files["documentation/double_pendulum_ref.opt"].decode().splitlines()
     settings = dict(line.split(", ") for line in lines)
     assert float(settings["StopTime"]) == 2.0
     description = fmpy.read_model_description(str(fmu))
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
-    assert rows[0] == ["time", *outputs]
-    found = fmpy.simulate_fmu(
-        str(fmu), stop_time=2.0, output_interval=float(settings["StepSize"]), output=outputs
-    )
-    for k, name in enumerate(rows[0]):
-        scale = max(1.0, np.abs(table[:, k]).max())
-        np.testing.assert_allclose(found[name], table[:, k], rtol=0, atol=1e-8 * scale)
+    assert list(table.dtype.names or ()) == ["time", *outputs]
+    assert version(fmu) == "2" or table.dtype["body.upper.position"].shape == (2,)
+    step = float(settings["StepSize"])
+    found = fmpy.simulate_fmu(str(fmu), stop_time=2.0, output_interval=step, output=outputs)
+    for name in table.dtype.names or ():
+        scale = max(1.0, np.abs(table[name]).max())
+        np.testing.assert_allclose(found[name], table[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
@@ -290,55 +261,22 @@ def test_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     assert len(digests) == 1
 
 
-class TestFmi3:
-    def test_the_icon_is_elsewhere(self, fmu3: Path) -> None:
-        assert validate_fmu(str(fmu3)) == []
-        names = contents(fmu3).keys()
-        assert "terminalsAndIcons/icon.png" in names
-        assert "model.png" not in names
-
-    def test_the_page_has_the_variables_of_this_fmu(self, fmu3: Path) -> None:
-        """Arrays, not their elements by the names of FMI 2.0; elements only of states."""
-        text = contents(fmu3)["documentation/index.html"].decode()
-        found = set(re.findall(r'<td class="name"><code>(.*?)</code>', text))
-        description = fmpy.read_model_description(str(fmu3))
-        assert found == {v.name for v in description.modelVariables}
-        assert "body.upper.x" not in Page(text).codes
-        assert "<code>body.upper.position</code>[2]" in text
-
-    def test_states_that_are_elements(self) -> None:
-        """Of a free body, whose coordinates are the elements of its position."""
-        sea = {"sea": Joint("floating", "hull")}
-        free = Model("free", bodies={"hull": Body(mass=1.0, inertia=1.0)}, joints=sea)
-        program = model_program(free)
-        files = fmu_documentation(free, program, Options(native=True, fmi="3"))
-        assert "body.hull.position[2]" in files["documentation/index.html"].decode()
-
-    def test_the_page_of_a_model_in_space(self) -> None:
-        """Six equations for seven coordinates: a quaternion's rate is told apart."""
-        sea = {"sea": Joint("floating", "hull")}
-        hull = {"hull": Body(1.0, (1.0, 2.0, 2.5), shape=Sphere(0.5))}
-        free = Model("free", bodies=hull, joints=sea, dimensions=3)
-        files = fmu_documentation(free, model_program(free), Options(native=True, fmi="3"))
-        text = files["documentation/index.html"].decode()
-        assert "but for quaternions" in text
-        assert "body.hull.quaternion[4]" in Page(text).codes
-        assert "roll, pitch and yaw" in text
-        rows = re.findall(r"<msub><mi>M</mi><mrow><mn>(\d)</mn><mo>,</mo><mn>(\d)</mn>", text)
-        assert {row for pair in rows for row in pair} == set("123456")
-
-    def test_the_reference_series_is_read_by_fmpy(self, fmu3: Path, tmp_path: Path) -> None:
-        """With a column for each array, as in FMPy's own results; tolerances as above."""
-        path = tmp_path / "ref.csv"
-        path.write_bytes(contents(fmu3)["documentation/double_pendulum_ref.csv"])
-        table = read_csv(path)
-        assert table.dtype["body.upper.position"].shape == (2,)
-        times = table["time"]
-        found = fmpy.simulate_fmu(str(fmu3), stop_time=2.0, output_interval=times[1] - times[0])
-        assert table.dtype.names == found.dtype.names
-        for name in table.dtype.names or ():
-            scale = max(1.0, np.abs(table[name]).max())
-            np.testing.assert_allclose(found[name], table[name], rtol=0, atol=1e-8 * scale)
+def test_the_page_of_free_bodies() -> None:
+    """Coordinates are elements; in space six equations for seven: a quaternion's rate is apart."""
+    sea, options = {"sea": Joint("floating", "hull")}, Options(native=True, fmi="3")
+    flat = Model("free", bodies={"hull": Body(mass=1.0, inertia=1.0)}, joints=sea)
+    files = fmu_documentation(flat, model_program(flat), options)
+    assert "body.hull.position[2]" in files["documentation/index.html"].decode()
+    hull = {"hull": Body(1.0, (1.0, 2.0, 2.5), shape=Sphere(0.5))}
+    free = Model("free", bodies=hull, joints=sea, dimensions=3)
+    text = fmu_documentation(free, model_program(free), options)[
+        "documentation/index.html"
+    ].decode()
+    assert "but for quaternions" in text
+    assert "body.hull.quaternion[4]" in Page(text).codes
+    assert "roll, pitch and yaw" in text
+    rows = re.findall(r"<msub><mi>M</mi><mrow><mn>(\d)</mn><mo>,</mo><mn>(\d)</mn>", text)
+    assert {row for pair in rows for row in pair} == set("123456")
 
 
 def test_a_default_experiment_that_fails_is_told(tmp_path: Path) -> None:

@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.fmu_instance import Instance
+from support.fmu_instances import FILES, Instance
 from support.runtime_programs import waves
 
-from m4e_fmi.fmu import build_fmu
-from m4e_fmi.program import Program, Recorder, Variable, rate_entries
+from m4e_fmi.program import Recorder, Variable, rate_entries
 from m4e_fmi.program.functions import minimum, sqrt
 from m4e_fmi.runtime.engine import Control, Engine
 from m4e_fmi.runtime.integrator import Integrator
 
 METHODS = pytest.mark.parametrize("method", ["dop853", "rk45", "rodas"])
-BACKENDS = pytest.mark.parametrize("native", [True, False], ids=["native", "python"])
+KINDS = pytest.mark.parametrize("kind", FILES)
 H = 0.0625  # s; sums of it are exact
 STATES = ["x", "v", "y"]
 Open = Callable[..., Instance]
 
 
 @pytest.fixture
-def open_fmu(tmp_path: Path) -> Iterator[Open]:
-    opened: list[Instance] = []
+def held(load: Open) -> Open:
+    """`held(kind, program, method)`: an instance of `waves`, or another program, initialised."""
 
-    def make(program: Program, *, native: bool, method: str = "dop853") -> Instance:
-        place = tmp_path / str(len(opened))
-        path = build_fmu(program, place.with_suffix(".fmu"), native=native, method=method)
-        opened.append(Instance(path, place).__enter__().initialise())
-        return opened[-1]
+    def made(kind: str, method: str = "dop853", program: object = None) -> Instance:
+        return load(kind, program or waves(), built={"method": method}).initialise()
 
-    yield make
-    for instance in opened:
-        instance.__exit__(None, None, None)
+    return made
 
 
 def rows(instance: Instance, first: int, last: int) -> list[list[float]]:
@@ -43,7 +36,7 @@ def rows(instance: Instance, first: int, last: int) -> list[list[float]]:
     found = []
     for k in range(first, last):
         instance.step(k * H, H)
-        found.append(list(instance.get([*STATES, "elevation", "force"]).values()))
+        found.append(instance.get([*STATES, "elevation", "force"]))
     return found
 
 
@@ -59,71 +52,65 @@ def uncut(method: str, steps: int) -> tuple[np.ndarray, int]:
     return np.array([*first, *rest]), integrator.report.accepted + integrator.report.rejected
 
 
-@BACKENDS
+@KINDS
 @METHODS
-def test_steps_are_those_of_one_integration(open_fmu: Open, method: str, native: bool) -> None:
+def test_steps_are_those_of_one_integration(held: Open, method: str, kind: str) -> None:
     expected, attempts = uncut(method, 60)
     assert attempts < 60 or method != "dop853"  # it pays
-    found = np.array(rows(open_fmu(waves(), native=native, method=method), 0, 60))
+    found = np.array(rows(held(kind, method), 0, 60))
     np.testing.assert_array_equal(found[:, :3], expected)
 
 
-@BACKENDS
-def test_what_is_set_counts_from_then_on(open_fmu: Open, native: bool) -> None:
+@KINDS
+@pytest.mark.parametrize(("name", "value"), [("push", 3.0), ("height", 0.2)])
+def test_what_is_set_counts_from_then_on(held: Open, kind: str, name: str, value: float) -> None:
     """The same value changes no bit; another one is that of an integration from there."""
-    one, other, third = (open_fmu(waves(), native=native) for _ in range(3))
+    one, other = held(kind), held(kind)
     for k in range(1, 31):
         other.set({"push": 0.1, "height": 0.05})
         assert rows(one, k - 1, k) == rows(other, k - 1, k)
-    rows(third, 0, 30)
-    for name, value in (("push", 3.0), ("height", 0.2)):
-        engine = Engine(waves())
-        engine.set_inputs([value if name == "push" else 0.1])
-        engine.set_parameters([value if name == "height" else 0.05])
-        instance = one if name == "push" else third
-        start = list(instance.get(STATES).values())
-        times = [30 * H, 40 * H]
-        exact = engine.simulate(times, states=start, control=Control(rtol=1e-12, atol=1e-12))
-        instance.set({name: value})
-        found = rows(instance, 30, 40)[-1][:3]
-        np.testing.assert_allclose(found, exact.states[-1], atol=1e-7)
-        assert np.abs(np.array(rows(other, 30, 40)[-1][:3]) - found).max() > 1e-3
-        other = open_fmu(waves(), native=native)
-        rows(other, 0, 30)
+    engine = Engine(waves())
+    engine.set_inputs([value if name == "push" else 0.1])
+    engine.set_parameters([value if name == "height" else 0.05])
+    control = Control(rtol=1e-12, atol=1e-12)
+    exact = engine.simulate([30 * H, 40 * H], states=one.get(STATES), control=control)
+    one.set({name: value})
+    found = rows(one, 30, 40)[-1][:3]
+    np.testing.assert_allclose(found, exact.states[-1], atol=1e-7)
+    assert np.abs(np.array(rows(other, 30, 40)[-1][:3]) - found).max() > 1e-3
 
 
-@BACKENDS
+@KINDS
 @METHODS
-def test_saved_states_bring_back_every_bit(open_fmu: Open, method: str, native: bool) -> None:
+def test_saved_states_bring_back_every_bit(held: Open, method: str, kind: str) -> None:
     """Also within a step of the integrator, also as bytes, in the same or in a new instance."""
-    undisturbed = rows(open_fmu(waves(), native=native, method=method), 0, 40)
-    instance = open_fmu(waves(), native=native, method=method)
+    undisturbed, instance = rows(held(kind, method), 0, 40), held(kind, method)
     for k in range(20):
         assert rows(instance, k, k + 1) == [undisturbed[k]]
-        saved = instance.fmu.getFMUstate()
+        saved = instance.save()
         if k % 5 == 0:
             instance.set({"push": 4.0})
             rows(instance, k + 1, k + 4)
-        instance.fmu.setFMUstate(saved)
-    saved = instance.fmu.serializeFMUstate(instance.fmu.getFMUstate())
+        instance.restore(saved)
+    content = instance.pack(instance.save())
     assert rows(instance, 20, 40) == undisturbed[20:]
-    other = open_fmu(waves(), native=native, method=method)
+    other = held(kind, method)
     rows(other, 0, 7)
-    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(saved))
+    other.restore(other.unpack(content))
     assert rows(other, 20, 40) == undisturbed[20:]
     other.fmu.reset()
     other.initialise()
     assert rows(other, 0, 40) == undisturbed
 
 
-@BACKENDS
+@KINDS
 @pytest.mark.parametrize("method", ["dop853", "rk45"])  # rodas takes the slope of one side
-def test_corners_in_time_are_not_stepped_across(open_fmu: Open, method: str, native: bool) -> None:
+def test_corners_in_time_are_not_stepped_across(held: Open, method: str, kind: str) -> None:
     """x' = min(t, 1/2): a polynomial on either side, exact where a step ends at t = 1/2."""
     r = Recorder("ramp", "")
     r.state(Variable("x", "1", ""))
     r.rate("x", minimum(r.time, 0.5))
-    instance = open_fmu(r.program(), native=native, method=method)
+    instance = held(kind, method, r.program())
     for k in range(16):
         instance.step(k * H, H)
         t = (k + 1) * H
@@ -131,14 +118,14 @@ def test_corners_in_time_are_not_stepped_across(open_fmu: Open, method: str, nat
         assert instance["x"] == pytest.approx(exact, abs=1e-14)
 
 
-@BACKENDS
+@KINDS
 @METHODS
-def test_the_end_of_what_is_defined(open_fmu: Open, method: str, native: bool) -> None:
+def test_the_end_of_what_is_defined(held: Open, method: str, kind: str) -> None:
     """x' = sqrt(1 - t) has no value after t = 1; steps up to there succeed."""
     r = Recorder("end", "")
     r.state(Variable("x", "1", ""))
     r.rate("x", sqrt(1.0 - r.time))
-    instance = open_fmu(r.program(), native=native, method=method)
+    instance = held(kind, method, r.program())
     for k in range(16):
         instance.step(k * H, H)
         exact = 2.0 / 3.0 * (1.0 - (1.0 - (k + 1) * H) ** 1.5)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from ctypes import POINTER, byref, c_bool, c_double, c_int32, c_size_t, c_uint, c_uint8, c_uint64
-from pathlib import Path
 from typing import Any
 
 import pytest
-from support.fmu3_instance import Instance3
-from support.plane import plane
+from fmpy import fmi3
+from support.fmu_instances import Instance
 
-from m4e_fmi.fmu import build_fmu
 from m4e_fmi.runtime.platforms import this_platform
 
 OK, ERROR = 0, 3
@@ -85,25 +83,17 @@ ELSEWHERE = {
 }
 
 
-@pytest.fixture(scope="module")
-def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("phases")
-    return build_fmu(plane(), folder / "plane.fmu", native=True, fmi="3")
-
-
 @pytest.fixture(params=PHASES)
-def instance(request: Any, path: Path, tmp_path: Path) -> Iterator[Instance3]:
-    more: dict[str, Any] = {}
-    if request.param == "CoSimulation":
-        more["intermediateUpdate"] = lambda *_: _CALLBACK[-1]()
-    with Instance3(path, tmp_path / "plane", kind=request.param, **more) as opened:
-        yield opened
+def instance(request: Any, load: Callable[..., Instance]) -> Instance:
+    if request.param == "ModelExchange":
+        return load("native 3, exchange", "plane")
+    return load("native 3", "plane", intermediateUpdate=lambda *_: _CALLBACK[-1]())
 
 
 _CALLBACK: list[Callable[[], None]] = [lambda: None]
 
 
-def calls(instance: Instance3, state: Any) -> dict[str, tuple[Any, ...]]:
+def calls(instance: Instance, state: Any) -> dict[str, tuple[Any, ...]]:
     """Function → sound arguments, for the variable of the two forces where there is a choice."""
     r = instance.references
     force, a = (c_uint * 1)(r["body.ball.force"]), (c_uint * 1)(r["body.ball.acceleration"])
@@ -112,9 +102,9 @@ def calls(instance: Instance3, state: Any) -> dict[str, tuple[Any, ...]]:
     pair, quad = (c_double * 2)(0.0, 0.0), (c_double * 4)(0.3, 1.3, 0.0, 0.0)
     flags = [byref(c_bool()) for _ in range(5)]
     number, size = byref(c_double()), c_size_t()
-    instance.fmu.fmi3SerializedFMUStateSize(instance.fmu.component, state, byref(size))
+    instance.call("SerializedFMUStateSize", state, byref(size))
     content = (c_uint8 * size.value)()
-    instance.fmu.fmi3SerializeFMUState(instance.fmu.component, state, content, size)
+    instance.call("SerializeFMUState", state, content, size)
     count = c_size_t()
     instance.call("GetNumberOfVariableDependencies", a[0], byref(count))
     n = count.value
@@ -155,8 +145,6 @@ def calls(instance: Instance3, state: Any) -> dict[str, tuple[Any, ...]]:
 
 
 def _of_other_types(r: Any, one: Any) -> dict[str, tuple[Any, ...]]:
-    from fmpy import fmi3
-
     room = {kind: (getattr(fmi3, f"fmi3{kind}") * 1)() for kind in TYPES}
     decimals, counters = (c_double * 1)(), (c_uint64 * 1)()
     sizes, binary = (c_size_t * 1)(), (POINTER(c_uint8) * 1)()
@@ -182,7 +170,7 @@ def expected(name: str, phase: str, kind: str) -> int:
     return OK if phase in {**ALLOWED, **table}.get(name, set()) else ERROR
 
 
-def test_every_exported_function_is_in_the_table(instance: Instance3) -> None:
+def test_every_exported_function_is_in_the_table(instance: Instance) -> None:
     (binary,) = instance.folder.glob(f"binaries/{this_platform().name}/*")
     listed = subprocess.run(
         ["nm", "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True
@@ -192,8 +180,8 @@ def test_every_exported_function_is_in_the_table(instance: Instance3) -> None:
     assert {name[4:] for name in names if name.startswith("fmi3")} == tables
 
 
-def test_every_function_in_every_state(instance: Instance3) -> None:
-    fmu, kind = instance.fmu, instance.kind
+def test_every_function_in_every_state(instance: Instance) -> None:
+    fmu, kind = instance.fmu, ("ModelExchange" if instance.exchange else "CoSimulation")
     names = sorted({*ALLOWED, *ONLY_STEPPING, *ONLY_EXCHANGE, *NONE_THERE} - {"GetVersion"})
     checked: list[str] = []
     wrong: list[tuple[str, str, int]] = []  # no assertion leaves a callback
@@ -235,13 +223,13 @@ def test_every_function_in_every_state(instance: Instance3) -> None:
     assert set(checked) == set(PHASES[kind])
 
 
-def test_no_instance_is_an_error(instance: Instance3) -> None:
+def test_no_instance_is_an_error(instance: Instance) -> None:
     for name, arguments in calls(instance, instance.fmu.getFMUState()).items():
         assert getattr(instance.fmu.dll, f"fmi3{name}")(None, *arguments) == ERROR
     instance.fmu.dll.fmi3FreeInstance(None)
 
 
-def test_nowhere_to_put_answers(instance: Instance3) -> None:
+def test_nowhere_to_put_answers(instance: Instance) -> None:
     """Null pointers in place of each argument that is one: an error, or no need of it."""
     state = instance.fmu.getFMUState()
     for name, arguments in calls(instance, state).items():

@@ -22,7 +22,7 @@ from doc_tools.run_page import run_page
 from m4e_fmi import code_hash, doctor
 from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.cosim.preparation import components
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
 from m4e_fmi.program.python_form import load_python
 
@@ -101,19 +101,6 @@ def test_its_only_connection_is_missed_when_left_out(tmp_path: Path) -> None:
     assert prepare(system, build_directory=tmp_path).warnings == ()
     (line,) = prepare(replace(system, connections=()), build_directory=tmp_path).warnings
     assert line == "float, hydraulics: no component is connected with another"
-
-
-@pytest.mark.usefixtures("site")
-def test_mistakes_in_the_file_are_told_before_it_is_called(tmp_path: Path) -> None:
-    text = (EXAMPLE / "system.yaml").read_text().replace("area: 0.02", "area: -1")
-    (tmp_path / "system.yaml").write_text(text.replace("rod: rod", "rot: rod"))
-    shutil.copy(EXAMPLE / "float.model.yaml", tmp_path)
-    with pytest.raises(InputError) as caught:
-        load_system(tmp_path / "system.yaml")
-    told = str(caught.value)
-    assert "missing key 'rod'" in told
-    assert "unknown key 'rot'" in told
-    assert "area: expected greater than 0, got -1" in told
 
 
 @pytest.mark.usefixtures("site")

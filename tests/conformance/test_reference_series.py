@@ -22,34 +22,23 @@ from m4e_fmi.program import Program
 
 FMUS = Path(__file__).parents[2] / "fmus" / "m4e_fmus"
 STOP, STEP, EVERY = 20.0, 0.05, 10  # s, s, steps between rows of the series
-REST = {
-    "linear_pto": (0.0, -3.0),
-    "joint_pid": (0.0, 0.0),
-    "mooring": (-4.0, -2.0),
-    "hydrodynamics": (0.0, -1.2),
-    "morison": (0.0, -6.0),
-    "sea": (0.0, -1.0),
-    "hull_pressure": (0.0, -1.2),
-    "sum": (1.0, 2.0),
-    "table": (0.0, 0.0),
-    "wind": (0.0, 12.0),
+MOVED: dict[str, tuple[tuple[float, float], list[str]]] = {
+    "linear_pto": ((0.0, -3.0), ["pto"]),
+    "joint_pid": ((0.0, 0.0), ["elbow"]),
+    "mooring": ((-4.0, -2.0), ["fairlead"]),
+    "hydrodynamics": ((0.0, -1.2), ["float"]),
+    "morison": ((0.0, -6.0), ["spar"]),
+    "sea": ((0.0, -1.0), ["fairlead"]),
+    "hull_pressure": ((0.0, -1.2), ["float"]),
+    "sum": ((1.0, 2.0), ["float", "barge"]),
+    "table": ((0.0, 0.0), []),
+    "wind": ((0.0, 12.0), ["mast"]),
 }
+"""Kind → position at rest, connectors that move."""
 # Nine digits are written, and solvers repeat to rounding: with other BLAS kernels and numbers of
 # threads the same nine come out. The hydrodynamics is in deep water for that: in finite depth the
 # fit of Capytaine's kernel makes 1e-7 of rounding errors on one machine, 1e-5 between machines.
 TOLERANCE = 1e-6
-CONNECTORS = {
-    "linear_pto": ["pto"],
-    "joint_pid": ["elbow"],
-    "mooring": ["fairlead"],
-    "hydrodynamics": ["float"],
-    "morison": ["spar"],
-    "sea": ["fairlead"],
-    "hull_pressure": ["float"],
-    "sum": ["float", "barge"],
-    "table": [],
-    "wind": ["mast"],
-}
 
 
 def motion(rest: tuple[float, float], t: np.ndarray) -> dict[str, np.ndarray]:
@@ -87,8 +76,9 @@ def stepped(kind: str, folder: Path) -> dict[bool, np.ndarray]:
 def series(kind: str, fmu: Path) -> np.ndarray:
     t = np.arange(round(STOP / STEP) + 1) * STEP
     names = {v.name for v in fmpy.read_model_description(str(fmu)).modelVariables}
-    moved = motion(REST[kind], t)
-    columns = {f"{c}.{key}": value for c in CONNECTORS[kind] for key, value in moved.items()}
+    rest, connectors = MOVED[kind]
+    moved = motion(rest, t)
+    columns = {f"{c}.{key}": value for c in connectors for key, value in moved.items()}
     columns = {"time": t, **{k: v for k, v in columns.items() if k in names}}
     signals = np.array(
         list(zip(*columns.values(), strict=True)), dtype=[(name, float) for name in columns]
@@ -99,7 +89,7 @@ def series(kind: str, fmu: Path) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("kind", sorted(REST))
+@pytest.mark.parametrize("kind", sorted(MOVED))
 def test_reference_series(kind: str, tmp_path: Path, request: pytest.FixtureRequest):
     both = stepped(kind, tmp_path)
     for native in both.values():

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import itertools
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,13 +32,6 @@ def boxes(outcome: Outcome) -> tuple[Path, Results]:
     assert outcome.path is not None
     path = outcome.path.with_suffix(".report.html")
     return report_of_run(outcome.path, path), load(outcome.path)
-
-
-def press(page: Page, key: str, code: str = "", **more: Any) -> None:
-    text = {"text": key} if len(key) == 1 else {}
-    for kind in ("keyDown", "keyUp"):
-        given = {**more, **(text if kind == "keyDown" else {})}
-        page.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **given)
 
 
 def cursor_time(page: Page) -> float:
@@ -78,8 +70,7 @@ def test_slider_and_cursor_are_one_time(page: Page, boxes: tuple[Path, Results])
     path, results = boxes
     opened(page, path)
     one = page.value("document.querySelector('.animation canvas').toDataURL()")
-    page.value("{ const slider = document.querySelector('.slider'); slider.value = 4.03;"
-               "slider.dispatchEvent(new Event('input')); }")  # fmt: skip
+    page.choose(".slider", 4.03)
     assert cursor_time(page) == pytest.approx(4.03, abs=0.01)
     shown = page.value("document.querySelector('.readout output').textContent")
     name = page.value("report.plots.panels[0].names[0]")
@@ -134,14 +125,14 @@ def test_all_that_a_mouse_does_keys_do(page: Page, boxes: tuple[Path, Results]) 
     opened(page, path)
     page.value("document.querySelector('.plot').focus()")
     for _ in range(3):
-        press(page, "ArrowRight")
+        page.press("ArrowRight")
     assert page.value("report.player.time()") == pytest.approx(results.time[3])
-    press(page, "End")
+    page.press("End")
     assert cursor_time(page) == pytest.approx(results.time[-1], abs=0.01)
-    press(page, "Home")
-    press(page, "ArrowRight", modifiers=8)
+    page.press("Home")
+    page.press("ArrowRight", modifiers=8)
     assert page.value("report.plots.now") == pytest.approx(0.1 * results.time[-1])
-    press(page, "+", "NumpadAdd")
+    page.press("+", "NumpadAdd")
     settled(page)
     ranges = page.value(
         "[...document.querySelectorAll('.plot')].map(p => p._fullLayout.xaxis.range)"
@@ -149,20 +140,15 @@ def test_all_that_a_mouse_does_keys_do(page: Page, boxes: tuple[Path, Results]) 
     assert len(ranges) > 2
     assert ranges[0][1] - ranges[0][0] < 0.8 * results.time[-1]
     assert all(one == ranges[0] for one in ranges)
-    press(page, "0", "Digit0")
+    page.press("0", "Digit0")
     settled(page)
     assert page.value("report.plots.range") == [0.0, results.time[-1]]
     # every control has a name, and is reached by Tab in the order of the page
-    nameless = page.value(
-        "[...document.querySelectorAll('button, select, input, [tabindex=\"0\"]')].filter(e =>"
-        "!e.closest('[hidden]') && !(e.textContent.trim() || e.getAttribute('aria-label') ||"
-        "e.labels?.[0]?.textContent.trim())).map(e => e.outerHTML)"
-    )
-    assert nameless == []
+    assert page.nameless() == []
     page.value("document.querySelector('.search').focus()")
-    press(page, "Tab")
+    page.press("Tab")
     assert page.value("document.activeElement.className") == "where"
-    press(page, "Tab")
+    page.press("Tab")
     assert page.value("document.activeElement.tagName") == "SUMMARY"
     assert page.complaints == []
 
@@ -170,8 +156,7 @@ def test_all_that_a_mouse_does_keys_do(page: Page, boxes: tuple[Path, Results]) 
 def test_variables_are_found_and_shown(page: Page, boxes: tuple[Path, Results]) -> None:
     opened(page, boxes[0])
     count = page.value("report.plots.panels.length")
-    page.value("{ const search = document.querySelector('.search'); search.value = 'cube omega_x';"
-               "search.dispatchEvent(new Event('input')); }")  # fmt: skip
+    page.choose(".search", "cube omega_x")
     assert page.value("document.querySelector('.found').textContent") == "1 found"
     page.value("document.querySelector('.groups input').click()")
     settled(page)
@@ -241,28 +226,21 @@ def test_light_and_dark_follow_the_system_or_the_reader(
     page: Page, boxes: tuple[Path, Results], scheme: str
 ) -> None:
     other = {"light": "dark", "dark": "light"}[scheme]
-    features = [{"name": "prefers-color-scheme", "value": scheme}]
-    page.call("Emulation.setEmulatedMedia", features=features)
-    try:
+    with page.emulated(scheme=scheme):
         opened(page, boxes[0])
         corner = page.picture()[2, 2].mean()
         assert corner > 230 if scheme == "light" else corner < 50
         ink = page.value("document.querySelector('.plot')._fullLayout.font.color")
-        page.value(f"{{ const choice = document.querySelector('.theme'); choice.value = '{other}';"
-                   "choice.dispatchEvent(new Event('change')); }")  # fmt: skip
+        page.choose(".theme", other)
         settled(page)
         corner = page.picture()[2, 2].mean()
         assert corner < 50 if scheme == "light" else corner > 230
         assert page.value("document.querySelector('.plot')._fullLayout.font.color") != ink
         assert page.complaints == []
-    finally:
-        page.call("Emulation.setEmulatedMedia", features=[])
 
 
 def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Results]) -> None:
-    size = {"width": 420, "height": 800, "deviceScaleFactor": 1, "mobile": True}
-    page.call("Emulation.setDeviceMetricsOverride", **size)
-    try:
+    with page.emulated(width=420, mobile=True):
         opened(page, boxes[0])
         page.value("report.spectra.draw()")
         settled(page)
@@ -284,7 +262,7 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         page.value("document.querySelector('.plot').scrollIntoView()")
         strip = page.value("document.querySelector('.docked').getBoundingClientRect().top")
         assert page.value("document.querySelector('.plot').getBoundingClientRect().bottom") < strip
-        assert strip > 0.6 * size["height"]
+        assert strip > 0.6 * 800
         assert page.value("document.documentElement.scrollWidth") == 420
         page.value("scrollTo(0, document.body.scrollHeight)")
         assert page.value("document.querySelector('main').getBoundingClientRect().bottom") < strip
@@ -293,5 +271,3 @@ def test_it_fits_a_narrow_window_and_paper(page: Page, boxes: tuple[Path, Result
         assert pdf.startswith(b"%PDF")
         assert len(pdf) > 100_000  # curves, not empty frames
         assert page.complaints == []
-    finally:
-        page.call("Emulation.clearDeviceMetricsOverride")

@@ -33,11 +33,7 @@ def shown(page: Page, sea: Path) -> Page:
 
 
 def choose(page: Page, selector: str, value: object) -> None:
-    """Choose a value as a reader does."""
-    page.value(
-        f"{{ const part = document.querySelector('{selector}'); part.value = '{value}';"
-        "part.dispatchEvent(new Event(part.type === 'range' ? 'input' : 'change')); }"
-    )
+    page.choose(selector, value)
     settled(page)
 
 
@@ -76,8 +72,7 @@ def test_keys_choose_a_design_and_its_run(shown: Page) -> None:
     page = shown
     page.value("document.querySelector('#results .chart').focus()")
     for key in ("ArrowRight", "ArrowUp", "ArrowUp", "Enter"):
-        for kind in ("keyDown", "keyUp"):
-            page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key)
+        page.press(key)
     settled(page)
     told = page.value("document.querySelector('#results .cell').textContent")
     assert told.startswith("Hs 3 m, Tp 8 s, damping 5: ")
@@ -95,12 +90,7 @@ def test_keys_choose_a_design_and_its_run(shown: Page) -> None:
     assert "without the start-up (until 30 s)" in page.value(
         "document.querySelector('.spectra .told').textContent"
     )
-    nameless = page.value(
-        "[...document.querySelectorAll('button, select, input, [tabindex=\"0\"]')].filter(e =>"
-        "!e.closest('[hidden]') && !(e.textContent.trim() || e.getAttribute('aria-label') ||"
-        "e.labels?.[0]?.textContent.trim())).map(e => e.outerHTML)"
-    )
-    assert nameless == []
+    assert page.nameless() == []
     assert page.complaints == []
 
 
@@ -166,11 +156,7 @@ def choices(page: Page) -> None:
 def test_choices_change_what_is_shown_in_a_narrow_window_and_on_paper(
     page: Page, sea: Path
 ) -> None:
-    size = {"width": 420, "height": 800, "deviceScaleFactor": 1, "mobile": True}
-    page.call("Emulation.setDeviceMetricsOverride", **size)
-    features = [{"name": "prefers-color-scheme", "value": "dark"}]
-    page.call("Emulation.setEmulatedMedia", features=features)
-    try:
+    with page.emulated(width=420, mobile=True, scheme="dark"):
         opened(page, sea)
         assert page.value("document.documentElement.scrollWidth") == 420
         ink = page.value("document.querySelector('#results .chart')._fullLayout.font.color")
@@ -183,9 +169,6 @@ def test_choices_change_what_is_shown_in_a_narrow_window_and_on_paper(
         assert len(pdf) > 100_000  # maps and curves
         choices(page)
         assert page.complaints == []
-    finally:
-        page.call("Emulation.clearDeviceMetricsOverride")
-        page.call("Emulation.setEmulatedMedia", features=[])
 
 
 def test_many_points_are_drawn_where_a_part_of_webgl_is_missing(page: Page, tmp_path: Path) -> None:

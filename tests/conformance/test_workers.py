@@ -1,4 +1,7 @@
-"""FMUs in workers that do harm: the run ends with the right words, its rows kept, nothing left."""
+"""FMUs in workers that do harm: what is said, what is left, and who is disturbed.
+
+All kinds of faults in all calls: test_faulty_runs.py.
+"""
 
 from __future__ import annotations
 
@@ -24,33 +27,6 @@ from m4e_fmi.results.results_file import load
 
 Fmus = Callable[[str], Path]
 SHORT = Host(call=1.0, end=1.0)
-HARM = {
-    "segv": "was ended by SIGSEGV",
-    "abort": "was ended by SIGABRT",
-    "trap": "was ended by SIG(ILL|TRAP)",
-    "divide": "was ended by SIGFPE",
-    "overflow": "was ended by SIGSEGV",
-    "heap": "was ended by SIGABRT",
-    "kill": "was ended by SIGKILL",
-    "exit": "ended with exit code 0",
-    "_exit": "ended with exit code 0",
-    "pthread_exit": "ended with exit code 0|did not return within 1 s",
-    "stop": "did not return within 1 s",
-    "spin": "did not return within 1 s",
-    "sleep": "did not return within 1 s",
-    "fork_crash": "was ended by SIGABRT",
-}
-"""By fault (trouble.h): how the process ends, as a pattern."""
-QUICK = ("segv", "exit", "pthread_exit", "stop", "fork_crash")
-CALLS = {
-    "instantiate": "fmi2Instantiate",
-    "initialise": "fmi2ExitInitializationMode",
-    "set": "fmi2SetReal",
-    "get": "fmi2GetReal",
-    "step": "fmi2DoStep",
-    "terminate": "fmi2Terminate",
-    "free": "fmi2FreeInstance",
-}
 
 
 @pytest.fixture
@@ -108,29 +84,6 @@ def test_runs_undisturbed(armed: Fmus, c_fmu: Fmus, tmp_path: Path) -> None:
     assert children() == []
 
 
-@pytest.mark.parametrize(
-    "fault",
-    [f if f in QUICK else pytest.param(f, marks=pytest.mark.verify) for f in HARM],
-)
-def test_harm_in_a_step_ends_the_run(armed: Fmus, c_fmu: Fmus, tmp_path: Path, fault: str) -> None:
-    mass = armed("mass+state+armed")
-    prepared = masses(mass, c_fmu("spring+state"))
-    run(prepared, results=tmp_path / "whole.nc")
-    trouble_file(mass).write_text(f"step {fault} 0.5")
-    began = time.monotonic()
-    with pytest.raises(RunError, match=HARM[fault]) as caught:
-        run(prepared, results=tmp_path / "broken.nc")
-    assert time.monotonic() - began < 5.0
-    assert "body (mass_state_armed.fmu)" in str(caught.value)
-    assert "fmi2DoStep" in str(caught.value)
-    assert "t = 0.5 s" in str(caught.value)
-    whole, broken = rows_of(tmp_path / "whole.nc"), rows_of(tmp_path / "broken.nc")
-    for name, values in broken.items():
-        assert len(values) >= 50
-        assert (values == whole[name][: len(values)]).all()
-    assert children() == []
-
-
 def test_the_words_on_a_lost_process_depend_on_its_end(armed: Fmus, c_fmu: Fmus) -> None:
     """SIGKILL comes from outside; without memory an FMU ends in some way of its own."""
     mass = armed("mass+state+armed")
@@ -147,44 +100,6 @@ def test_the_words_on_a_lost_process_depend_on_its_end(armed: Fmus, c_fmu: Fmus)
     assert faulty.startswith("the FMU is faulty")
     limit = "it may have met its limit of memory, 500 MB (`limits` of the component); else "
     assert hungry == limit + faulty
-
-
-@pytest.mark.parametrize(
-    "fault", ["segv", *(pytest.param(f, marks=pytest.mark.verify) for f in ("exit", "sleep"))]
-)
-@pytest.mark.parametrize("call", CALLS)
-def test_harm_in_every_call_ends_the_run(armed: Fmus, c_fmu: Fmus, call: str, fault: str) -> None:
-    mass = armed("mass+state+armed")
-    prepared = masses(mass, c_fmu("spring+state"))
-    trouble_file(mass).write_text(f"{call} {fault} 0.5")
-    with pytest.raises(RunError, match=HARM[fault]) as caught:
-        run(prepared)
-    assert CALLS[call] in str(caught.value)
-    assert "body (mass_state_armed.fmu)" in str(caught.value)
-    assert children() == []
-
-
-@pytest.mark.parametrize(
-    "fault",
-    ["fork", "litter"]
-    + [
-        pytest.param(f, marks=pytest.mark.verify) for f in ("thread", "print", "folder", "rounding")
-    ],
-)
-def test_harm_to_the_process_alone_does_not_matter(
-    armed: Fmus, c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    mass = armed("mass+state+armed")
-    prepared = masses(mass, c_fmu("spring+state"))
-    run(prepared, results=tmp_path / "whole.nc")
-    trouble_file(mass).write_text(f"step {fault} 0.5")
-    run(prepared, results=tmp_path / "harmed.nc")
-    whole, harmed = rows_of(tmp_path / "whole.nc"), rows_of(tmp_path / "harmed.nc")
-    if fault != "rounding":  # it rounds in another way itself
-        assert all((harmed[name] == whole[name]).all() for name in whole)
-    assert not (tmp_path / "litter.txt").exists()
-    assert children() == []
 
 
 @pytest.mark.parametrize("call", ["terminate", "free"])

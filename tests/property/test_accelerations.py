@@ -15,7 +15,7 @@ import sympy as sp
 from support.energy_rates import imbalance
 from support.planar_loads import interpolated, random_loads
 from support.planar_trees import DIGITS, Numbers, Reference, random_tree
-from support.programs import Evaluated
+from support.programs import Evaluated, random_values
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Model
@@ -31,19 +31,11 @@ BLOCKS, TREES = 10, 20
 """So many tests of so many trees."""
 
 
-def random_values(program: Program, seed: int) -> dict[str, float]:
-    """Random states, inputs, parameters and added mass: unsymmetric, but positive definite."""
-    r = random.Random(seed)
-    groups = (program.inputs, program.states)
-    values = {v.name: r.uniform(-1, 1) for group in groups for v in group}
-    values["time"] = r.uniform(-1.5, 3)
-    for parameter in program.parameters:
-        if not parameter.name.startswith("added_mass"):
-            values[parameter.name] = parameter.start * r.uniform(0.9, 1.1)
-            continue
-        i, j = parameter.name.removeprefix("added_mass[").removesuffix("]").split(",")
-        values[parameter.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
-    return values
+def all_random(program: Program, seed: int) -> dict[str, float]:
+    """Random states, inputs, added mass, parameters and time."""
+    r = random.Random(seed + 1000)
+    values = {v.name: v.start * r.uniform(0.9, 1.1) for v in program.parameters}
+    return values | random_values(program, seed) | {"time": r.uniform(-1.5, 3)}
 
 
 def velocity_rates(program: Program) -> list[int]:
@@ -53,7 +45,7 @@ def velocity_rates(program: Program) -> list[int]:
 
 def check(model: Model, seed: int, algorithms: list[type[ClosedForm] | type[Recursion]]) -> None:
     programs = [recorded(model, topology(model), algorithm) for algorithm in algorithms]
-    values = random_values(programs[0], seed)
+    values = all_random(programs[0], seed)
     with mpmath.workdps(DIGITS):
         reference = Reference(model, values)
         expected = reference.accelerations()
@@ -93,6 +85,11 @@ def errors(program: Program, values: dict[str, float], expected: list[Any]) -> t
     independent="from positions alone, mpmath in 50 digits",
     tolerance="1e-13",
 )
+@pytest.mark.verifies(
+    "accelerations of the equations of motion of 200 trees",
+    published="Sabet and Diaz-Flores Caminero, Eq. (5)",
+    tolerance="1e-43",
+)
 @pytest.mark.parametrize("block", range(BLOCKS))
 def test_trees(block: int) -> None:
     for seed in range(TREES * block, TREES * (block + 1)):
@@ -108,7 +105,7 @@ def test_what_people_read_is_what_runs(seed: int) -> None:
     """Mass matrix, forcing, energy and powers of the symbolic equations, in 50 digits."""
     model = random_tree(300 + seed, size=3)
     equations = Equations(model)
-    values = random_values(program := model_program(model), seed)
+    values = all_random(program := model_program(model), seed)
     values |= {v.name: 0.0 for v in program.inputs}
     symbols = [*equations.q, *equations.u, sp.Symbol("t", real=True)]
     symbols += [sp.Symbol(name, real=True) for name in model.parameters]
@@ -156,12 +153,9 @@ def test_inputs_that_are_zero_change_no_bit(seed: int) -> None:
     full, bare = Engine(model_program(model), outputs=names), Engine(without)
     r = random.Random(seed)
     for _ in range(20):
-        x = [r.uniform(-1, 1) for _ in full.program.states]
-        p = [v.start for v in full.program.parameters]
-        for k, v in enumerate(full.program.parameters):
-            if v.name.startswith("added_mass"):
-                i, j = v.name[len("added_mass[") : -1].split(",")
-                p[k] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
+        drawn = random_values(full.program, r.randrange(10**6))
+        x = [drawn[v.name] for v in full.program.states]
+        p = [drawn.get(v.name, v.start) for v in full.program.parameters]
         for engine in (full, bare):
             engine.set_parameters(p)
         assert full.rates(0.3, x).tolist() == bare.rates(0.3, x).tolist()

@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 import pytest
 from support.planar_trees import random_tree
-from support.programs import Evaluated
+from support.programs import Evaluated, random_values
 from support.spatial_trees import spatial_tree
 from support.tape_values import exact_values
 
@@ -24,16 +24,6 @@ from m4e_fmi.program.tape import BINARY, UNARY
 
 STEP = mpmath.mpf("1e-30")  # quotients are off by its square, and need 60 of the 100 digits
 DIGITS = 100
-
-
-def random_values(program: Program, seed: int) -> dict[str, float]:
-    r = random.Random(seed)
-    values = {v.name: r.uniform(-1, 1) for v in (*program.inputs, *program.states)}
-    for v in program.parameters:
-        diagonal = len(set(v.name[len("added_mass[") : -1].split(","))) == 1
-        water = r.uniform(2, 3) if diagonal else r.uniform(-0.1, 0.1)
-        values[v.name] = water if v.name.startswith("added_mass") else v.start
-    return values
 
 
 def quotients(
@@ -58,10 +48,12 @@ def largest_error(found: Sequence[Any], expected: Sequence[Any]) -> float:
     return float(max(differences) / (1 + max(map(abs, expected))))
 
 
-def check_tangent(
-    program: Program, values: Mapping[str, float], along: Mapping[str, float]
-) -> None:
-    """The tangent `along` a direction is that of difference quotients, at `values` by name."""
+def check_tangent(program: Program, seed: int, *, time: float = 0.0) -> None:
+    """The tangent along all states, inputs, parameters and the time is a difference quotient."""
+    r = random.Random(seed)
+    values = {v.name: v.start for v in program.parameters} | random_values(program, seed)
+    values["time"] = time
+    along = {name: r.uniform(-1, 1) for name in values}
     expected = quotients(program, [*program.rates, *program.results], values, along)
     change = tangent(program, along)
     directions = {f"d({name})": value for name, value in along.items()}
@@ -85,10 +77,7 @@ def test_tangents_of_trees(seed: int, algorithm: str) -> None:
     program = recorded(model, topology(model), kind)
     if algorithm == "through it":
         program = replace(program, solutions=())
-    values = random_values(program, seed) | {"time": 0.7}
-    r = random.Random(seed)
-    along = {name: r.uniform(-1, 1) for name in values}
-    check_tangent(program, values, along)
+    check_tangent(program, seed, time=0.7)
 
 
 @pytest.mark.verifies(
@@ -101,9 +90,7 @@ def test_tangents_of_trees(seed: int, algorithm: str) -> None:
 def test_tangents_in_space(seed: int, algorithm: type[Recursion] | type[ClosedForm]) -> None:
     model = spatial_tree(200 + seed, size=2 + seed)
     program = recorded(model, topology(model), algorithm)
-    values, r = random_values(program, seed), random.Random(seed)
-    along = {name: r.uniform(-1, 1) for name in values}
-    check_tangent(program, values, along)
+    check_tangent(program, seed)
 
 
 @pytest.mark.verifies(

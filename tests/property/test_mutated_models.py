@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 from support.flap_file import TEXT, WAVE
 
 from m4e_fmi.errors import InputError
@@ -43,8 +44,11 @@ loads:
   s: {type: tension_spring, points: [tip, end], law: 3*l + l**3, length: 1}
 """,
 )
-GOLDEN = Path(__file__).parents[1] / "golden" / "model_errors"
-WRONG = tuple(path.read_text("utf-8") for path in sorted(GOLDEN.glob("*.model.yaml")))
+CORPUS = Path(__file__).parents[1] / "corpus" / "model.yaml"
+WRONG = tuple(
+    case["files"]["a.model.yaml"]
+    for case in YAML(typ="safe", pure=True).load(CORPUS.read_text("utf-8"))["cases"].values()
+)
 EXECUTED = "executed"
 WORDS = (
     *(

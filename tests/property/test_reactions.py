@@ -6,7 +6,6 @@ its joints exert are the program's outputs.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -14,7 +13,7 @@ from typing import Any
 import mpmath
 import pytest
 from support.planar_trees import DIGITS, Reference, random_tree
-from support.programs import Evaluated
+from support.programs import Evaluated, random_values
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Model
@@ -26,17 +25,6 @@ from m4e_fmi.program import Program
 
 ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}
 WRENCH = ("reaction_x", "reaction_z", "reaction_moment")
-
-
-def random_values(program: Program, seed: int) -> dict[str, float]:
-    r = random.Random(seed)
-    groups = (program.inputs, program.states)
-    values = {v.name: r.uniform(-1, 1) for group in groups for v in group}
-    for parameter in program.parameters:
-        if parameter.name.startswith("added_mass"):
-            i, j = parameter.name.removeprefix("added_mass[").removesuffix("]").split(",")
-            values[parameter.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
-    return values
 
 
 class CutFree(Reference):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import random
 from typing import Any
 
 import mpmath
 import pytest
 from support.energy_rates import imbalance
-from support.programs import Evaluated
+from support.programs import Evaluated, random_values
 from support.spatial_trees import DIGITS, SpatialReference, spatial_tree
 from support.tape_values import exact_values
 
@@ -21,16 +20,6 @@ from m4e_fmi.program import Program
 ALGORITHMS = (Recursion, ClosedForm)
 BLOCKS, TREES = 10, 4
 EXACT, DOUBLES = 1e-40, 1e-12
-
-
-def random_values(program: Program, seed: int) -> dict[str, float]:
-    r = random.Random(seed)
-    groups = (program.inputs, program.states)
-    values = {v.name: r.uniform(-1, 1) for group in groups for v in group}
-    for name in (v.name for v in program.parameters if v.name.startswith("added_mass")):
-        i, j = name.removeprefix("added_mass[").removesuffix("]").split(",")
-        values[name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
-    return values
 
 
 def found_in(

@@ -113,6 +113,43 @@ class Page:
             self.mouse("mouseMoved", x, y, button="left", buttons=1)
         self.mouse("mouseReleased", *end, button="left", clickCount=1)
 
+    def press(self, key: str, code: str = "", **more: Any) -> None:
+        """A key of the keyboard, pressed and released."""
+        text = {"text": key} if len(key) == 1 else {}
+        for kind in ("keyDown", "keyUp"):
+            given = {**more, **(text if kind == "keyDown" else {})}
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code or key, **given)
+
+    def choose(self, selector: str, value: object) -> None:
+        """Choose a value of a control as a reader does."""
+        self.value(
+            f"{{ const part = document.querySelector('{selector}'); part.value = '{value}';"
+            "const typed = ['range', 'search'].includes(part.type) ? 'input' : 'change';"
+            "part.dispatchEvent(new Event(typed)); }"
+        )
+
+    def nameless(self) -> list[str]:
+        """Controls that are seen and have no name for those who cannot see them."""
+        return self.value(
+            "[...document.querySelectorAll('button, select, input, [tabindex=\"0\"]')].filter(e =>"
+            "!e.closest('[hidden]') && !(e.textContent.trim() || e.getAttribute('aria-label') ||"
+            "e.labels?.[0]?.textContent.trim())).map(e => e.outerHTML)"
+        )
+
+    @contextmanager
+    def emulated(self, *, width: int = 0, scheme: str = "", mobile: bool = False) -> Iterator[None]:
+        """Within it the window is `width` × 800 px, the system's colours are light or dark."""
+        size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": mobile}
+        features = [{"name": "prefers-color-scheme", "value": scheme}] if scheme else []
+        self.call("Emulation.setEmulatedMedia", features=features)
+        if width:
+            self.call("Emulation.setDeviceMetricsOverride", **size)
+        try:
+            yield
+        finally:
+            self.call("Emulation.clearDeviceMetricsOverride")
+            self.call("Emulation.setEmulatedMedia", features=[])
+
     def picture(self) -> np.ndarray:
         """What is seen, (height, width, 3) bytes [1]."""
         shot = self.call("Page.captureScreenshot", format="png")

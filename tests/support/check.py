@@ -31,7 +31,7 @@ SECONDS = 45.0
 """Time after which no test starts; one may last ten seconds, those that are longer are slow."""
 MOST_FILES = 20
 """Test files that are collected."""
-KINDS = ("unit", "property", "golden", "conformance", "verification")
+KINDS = ("unit", "corpus", "property", "golden", "conformance", "verification")
 
 
 def changed_files() -> list[Path]:

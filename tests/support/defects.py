@@ -6,8 +6,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import fmpy
-from support.c_fmus.compiled import compiled
+from support.c_fmus.compiled import packed
 
 HERE = Path(__file__).parent / "c_fmus"
 NAME = "oscillator"
@@ -226,20 +225,12 @@ def _scalar(reference: int) -> str:
 
 def build(folder: Path, defect: Defect | None = None) -> Path:
     """The FMU with `defect`, or without a fault, in `folder`."""
-    library = folder / (NAME + fmpy.sharedLibraryExtension)
-    headers = Path(fmpy.__file__).parent / "c-code"
-    flags = [f"-DDEFECT_{defect.macro}"] if defect and defect.macro else []
-    command = ["-O0", "-shared", "-fPIC", "-w", f"-I{headers}", *flags]
-    compiled([*command, str(HERE / "oscillator.c"), "-lm"], library)
     text = description()
     if defect and defect.change[0]:
         assert defect.change[0] in text
         text = text.replace(*defect.change)
-    path = folder / f"{NAME}.fmu"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(XML, text)
-        archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
-    return path
+    flags = [f"-DDEFECT_{defect.macro}"] if defect and defect.macro else []
+    return packed(folder, NAME, text, ["-O0", *flags, str(HERE / "oscillator.c"), "-lm"])
 
 
 def planted(path: Path, changed: Path, old: bytes, new: bytes, member: str = XML) -> Path:

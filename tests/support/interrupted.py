@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from netCDF4 import Dataset
 
-from m4e_fmi.cosim import Network
+from m4e_fmi.cosim import Network, System, run
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 
 OF_THE_RUN = {"created"}
@@ -54,3 +54,22 @@ def copied_at(results: Path, times: list[float], into: Path) -> Callable[[float,
                 shutil.copy(file, folder / file.name)
 
     return observe
+
+
+def check_resumed(whole: System, folder: Path, interval: float, times: list[float]) -> list[str]:
+    """The run, one with checkpoints, and those that go on from copies of it, give one file.
+
+    The copies are taken at `times` [s]. The first lines that each of these runs tells.
+    """
+    plain, file, told = folder / "plain.nc", folder / "results.nc", list[str]()
+    run(whole, results=plain)
+    saving = whole.changed(checkpoint_interval=interval)
+    run(saving, results=file, observers=[copied_at(file, times, folder)])
+    assert differences(plain, file) == []
+    for place in range(len(times)):
+        lines: list[str] = []
+        again = folder / str(place) / file.name
+        run(saving, results=again, resume=True, tell=lines.append)
+        assert differences(plain, again) == []
+        told.append(lines[0])
+    return told

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from m4e_adapters.hydrodynamics.seas.system_seas import water_program
 from m4e_adapters.hydrodynamics.seas.water.moving_water import MovingWater
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
@@ -9,6 +11,18 @@ from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.water_course import WaterCourse
 from m4e_fmi.files.document import Document
 from m4e_fmi.program.python_form import load_python
+
+ROPE = """\
+water: {density: 0, depth: 1000}
+line_types:
+  rope: {diameter: 1.0e-3, mass_per_length: 1.0e-3, axial_stiffness: 1.0e+9, axial_damping: 0,
+         drag_coefficient: 0, added_mass_coefficient: 0}
+anchors: {top: [0, 0]}
+fairleads: [bob]
+lines:
+  rope: {type: rope, from: top, to: bob, unstretched_length: 100.5, segments: 1}
+"""
+"""One segment that hangs from the origin, 1e9 N stiff."""
 
 
 def course(made: Mooring, *, in_space: bool) -> WaterCourse | None:
@@ -29,16 +43,37 @@ def course(made: Mooring, *, in_space: bool) -> WaterCourse | None:
     return WaterCourse(water)
 
 
+def mooring_of(text: str) -> Mooring:
+    """The mooring of a section of a system file."""
+    return mooring(Document.parse(text).validate(MooringConfig))
+
+
 def line_system(text: str) -> LineSystem:
     """The lines of a mooring section."""
-    config = Document.parse(text).validate(MooringConfig)
-    made = mooring(config)
-    return LineSystem(
-        made.text,
-        fairleads=[None if f.moves_in_space else f.y for f in made.fairleads],
-        lines=list(made.lines),
-        time_step=made.time_step,
-        net=made.net,
-        bed=made.bed,
-        course=course(made, in_space=config.dimensions == 3),
-    )
+    return lines_of(mooring_of(text))
+
+
+def lines_of(made: Mooring, **more: Any) -> LineSystem:
+    """The lines of a mooring; `more` as `LineSystem` has it."""
+    fairleads = made.fairleads
+    in_space = any(f.moves_in_space for f in fairleads)
+    given = {
+        "fairleads": [None if f.moves_in_space else f.y for f in fairleads],
+        "lines": list(made.lines),
+        "time_step": made.time_step,
+        "net": made.net,
+        "at_rest": made.at_rest,
+        "names": [f.name for f in fairleads],
+        "placed": [f.name for f in fairleads if f.placed],
+        "bed": made.bed,
+        "notes": made.notes,
+        "course": course(made, in_space=in_space),
+    }
+    return LineSystem(made.text, **{**given, **more})
+
+
+def started(made: Mooring, **more: Any) -> LineSystem:
+    """The lines of a mooring, started with the fairleads at their places, at rest."""
+    lines, places = lines_of(made, **more), [f.place for f in made.fairleads]
+    lines.start(places, [(0.0,) * len(place) for place in places])
+    return lines

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from m4e_adapters.hydrodynamics.geometry.panels import Panels
 
 
@@ -23,7 +25,7 @@ def obj(panels: Panels) -> str:
 
 def msh2(panels: Panels) -> str:
     """Gmsh 2.2, with a point and a line as Gmsh has them."""
-    nodes = [f"{k} {x:.9g} {y:.9g} {z:.9g}" for k, (x, y, z) in enumerate(panels.vertices, 1)]
+    nodes = _numbered(panels)
     elements = ["1 15 2 0 1 1", "2 1 2 0 1 1 2"]
     for number, face in enumerate(panels.faces, 3):
         corners = _distinct(face)
@@ -57,7 +59,7 @@ def msh4(panels: Panels) -> str:
 def nemoh(panels: Panels) -> str:
     """Nemoh, without symmetry."""
     lines = ["2 0"]
-    lines += [f"{k} {x:.9g} {y:.9g} {z:.9g}" for k, (x, y, z) in enumerate(panels.vertices, 1)]
+    lines += _numbered(panels)
     lines += ["0 0 0 0", *(" ".join(str(k + 1) for k in face) for face in panels.faces), "0 0 0 0"]
     return "\n".join(lines) + "\n"
 
@@ -65,7 +67,7 @@ def nemoh(panels: Panels) -> str:
 def hydrostar(panels: Panels) -> str:
     """Hydrostar, without symmetry."""
     lines = ["PROJECT: test", "SYMMETRY: 0", "COORDINATES"]
-    lines += [f"{k} {x:.9g} {y:.9g} {z:.9g}" for k, (x, y, z) in enumerate(panels.vertices, 1)]
+    lines += _numbered(panels)
     lines += ["ENDCOORDINATES", "PANEL TYPE 0"]
     lines += [" ".join(str(k + 1) for k in _distinct(face)) for face in panels.faces]
     return "\n".join([*lines, "ENDPANEL", "ENDFILE"]) + "\n"
@@ -75,7 +77,7 @@ def hams(panels: Panels) -> str:
     """HAMS, without symmetry."""
     lines = ["title", "", "# panels, nodes, symmetries"]
     lines += [f"{len(panels.faces)} {len(panels.vertices)} 0 0", "", "# nodes"]
-    lines += [f"{k} {x:.9g} {y:.9g} {z:.9g}" for k, (x, y, z) in enumerate(panels.vertices, 1)]
+    lines += _numbered(panels)
     lines += ["", "", "# panels"]
     for number, face in enumerate(panels.faces, 1):
         corners = _distinct(face)
@@ -83,16 +85,48 @@ def hams(panels: Panels) -> str:
     return "\n".join(lines) + "\n"
 
 
-WRITERS: dict[str, Callable[[Panels], str]] = {
+def stl(panels: Panels) -> str:
+    """ASCII STL."""
+    corners = "\n".join(
+        "facet normal 0 0 0 outer loop "
+        + " ".join("vertex " + " ".join(f"{x:.9g}" for x in p) for p in t)
+        + " endloop endfacet"
+        for t in _triangles(panels).tolist()
+    )
+    return f"solid hull\n{corners}\nendsolid hull\n"
+
+
+def binary_stl(panels: Panels) -> bytes:
+    """Binary STL that begins with "solid", as those of some programs do."""
+    triangles = _triangles(panels).astype("<f4")
+    facets = np.zeros((len(triangles), 50), dtype=np.uint8)
+    facets[:, 12:48] = np.ascontiguousarray(triangles.reshape(-1, 9)).view(np.uint8)
+    return b"solid hull".ljust(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
+
+
+WRITERS: dict[str, Callable[[Panels], str | bytes]] = {
     "hull.gdf": gdf,
     "hull.obj": obj,
     "two.msh": msh2,
     "four.msh": msh4,
     "hull.nemoh": nemoh,
+    "hull.dat": nemoh,
     "hull.hst": hydrostar,
     "hull.pnl": hams,
+    "ascii.stl": stl,
+    "binary.STL": binary_stl,
 }
 """By the name of a file."""
+
+
+def _triangles(panels: Panels) -> np.ndarray:
+    """Those (n, 3, 3) [m] with an area."""
+    triangles = panels.triangles
+    return triangles[[len({tuple(p) for p in t}) == 3 for t in triangles.tolist()]]
+
+
+def _numbered(panels: Panels) -> list[str]:
+    return [f"{k} {x:.9g} {y:.9g} {z:.9g}" for k, (x, y, z) in enumerate(panels.vertices, 1)]
 
 
 def _distinct(face: object) -> list[int]:

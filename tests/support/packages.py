@@ -26,11 +26,11 @@ UNITS = """\
 </ssd:Units>"""
 
 
-def description(system: str, rest: str = "", *, units: str = UNITS, version: str = "1.0") -> str:
+def description(system: str, rest: str = "", *, units: str = UNITS) -> str:
     """SystemStructure.ssd with the content of its root system, and what follows that."""
     return (
         f'<?xml version="1.0" encoding="UTF-8"?>\n<ssd:SystemStructureDescription {SPACES} '
-        f'version="{version}" name="pair">\n<ssd:System name="root">\n{system}\n</ssd:System>\n'
+        f'version="1.0" name="pair">\n<ssd:System name="root">\n{system}\n</ssd:System>\n'
         f"{units}\n{rest}\n</ssd:SystemStructureDescription>\n"
     )
 

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Iterable, Mapping
 
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.python_form import load_python
 
 Values = Mapping[str, float]
+
+
+def random_values(program: Program, seed: int) -> dict[str, float]:
+    """Random states, inputs and added mass, which is not symmetric, but positive definite."""
+    r = random.Random(seed)
+    values = {v.name: r.uniform(-1, 1) for v in (*program.inputs, *program.states)}
+    for name in (v.name for v in program.parameters if v.name.startswith("added_mass")):
+        i, j = name.removeprefix("added_mass[").removesuffix("]").split(",")
+        values[name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
+    return values
 
 
 class Evaluated:

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-from support.fmu_instance import Instance
+from support.fmu_instances import Instance
 
 STEPS, H = 8, 0.05
 Values = dict[str, list[float]]
@@ -41,7 +41,7 @@ def life(fmu: Path, folder: Path) -> Iterator[list[float]]:
         for k in range(STEPS):
             instance.set({name: math.sin(k + j) for j, name in enumerate(inputs)})
             instance.step(k * H, H)
-            yield list(instance.get(names).values())
+            yield instance.get(names)
 
 
 def mixed(fmus: list[Path], seed: int) -> Values:

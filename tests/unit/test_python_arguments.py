@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,7 @@ from m4e_fmi.cosim import Simulation, System
 from m4e_fmi.fmu import read_description
 from m4e_fmi.model import Body, Joint, Model, Point
 from m4e_fmi.report import animate, draw_model, plot_simulation, write_simulation
+from m4e_fmi.simulate import Watch
 
 SYSTEM = System("s", (), (), Simulation(1.0, 0.1))
 PENDULUM = Model(
@@ -34,6 +36,7 @@ PENDULUM = Model(
     joints={"pin": Joint("revolute", "rod", joint_to_child=(0.0, -1.0))},
     points={"tip": Point("rod", (0.0, -1.0))},
 )
+SWING = partial(simulate, PENDULUM, stop_time=1.0)
 MISTAKES: tuple[tuple[Callable[..., Any], dict, str, str], ...] = (
     (SYSTEM.changed, {"stepsize": 0.1}, "unknown setting 'stepsize'", "'step_size'"),
     (SYSTEM.changed, {"step_size": np.array([0.1])}, "step_size: expected a number", "10 ms"),
@@ -46,6 +49,15 @@ MISTAKES: tuple[tuple[Callable[..., Any], dict, str, str], ...] = (
     (load, {"path": 3}, "path of a file, got int", "name"),
     (modes, {"linear": PENDULUM}, "expected a Linearization, got Model", "linearize(model)"),
     (simulate, {"system": PENDULUM, "stop_time": "1 s"}, "stop time must be a number", "seconds"),
+    (SYSTEM.changed, {"stop_time": 1e9, "step_size": 0.01}, "at most", "shorter run"),
+    (simulate, {"system": PENDULUM, "stop_time": 1e300}, "up to 4e+09", "shorten"),
+    (SWING, {"output_interval": 1e-9}, "at most", "take 1e-08 s"),
+    (SWING, {"method": "rk4", "step_size": 0.0}, "step size must be positive", ""),
+    (SWING, {"method": "rk45", "step_size": 0.1}, "rk45 chooses its steps", ""),
+    (SWING, {"method": "dop854"}, "dop854", "did you mean 'dop853'"),
+    (SWING, {"start_values": {"joint.pin.qq": 1.0}}, "joint.pin.qq", "did you mean"),
+    (SWING, {"events": [Watch("joint.pin.qq")]}, "joint.pin.qq", "did you mean"),
+    (SWING, {"events": ["joint.pin.u"], "method": "python"}, "finds no events", ""),
     (
         Model,
         {"name": "m", "bodies": [Body(1, 1)], "joints": []},

@@ -6,47 +6,18 @@ by `tests/unit/test_planted_faults.py`.
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from support.planted_faults import FAULTS
+from support.planted_faults import FAULTS, copy_tree, outcome
 
 ROOT = Path(__file__).parents[2]
-PARTS = ("m4e_fmi", "adapters", "fmus", "tests", "examples", "docs", "pyproject.toml")
-LEFT_OUT = shutil.ignore_patterns("__pycache__", "build", "generated", "*.fmu", "benchmark")
-LONGEST = 900.0
-"""Seconds for the tests of one fault."""
 
 
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the source tree."""
-    copy = tmp_path_factory.mktemp("tree")
-    for part in PARTS:
-        source = ROOT / part
-        if source.is_dir():
-            shutil.copytree(source, copy / part, ignore=LEFT_OUT)
-        else:
-            shutil.copy(source, copy)
-    return copy
-
-
-def outcome(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
-    """Exit code and output of pytest in the copy, up to the first failure."""
-    paths = [str(tree / "tests" / name) for name in tests.split()]
-    packages = os.pathsep.join(str(tree / part) for part in (".", "adapters", "fmus"))
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", *paths],
-        cwd=tree,
-        env={**os.environ, "PYTHONPATH": packages},
-        capture_output=True,
-        text=True,
-        timeout=LONGEST,
-    )
+    return copy_tree(ROOT, tmp_path_factory.mktemp("tree"))
 
 
 @pytest.mark.parametrize("tests", sorted({fault.tests for fault in FAULTS.values()}))

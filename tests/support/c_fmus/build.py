@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-import fmpy
-from support.c_fmus.compiled import compiled
+from support.c_fmus.compiled import packed
 
 HERE = Path(__file__).parent
 UNITS = {
@@ -345,19 +343,11 @@ def build(name: str, folder: Path, linked: Sequence[str] = ()) -> Path:
     model, *options = name.split("+")
     source, variables = MODELS[model]
     name = "_".join([model, *options])
-    library = folder / (name + fmpy.sharedLibraryExtension)
-    headers = Path(fmpy.__file__).parent / "c-code"
     flags = ["-DMOVES"] if model == "moving_partner" else []
     flags += [f"-D{OPTIONS[option][0]}" for option in options if OPTIONS[option][0]]
-    flags += armed(folder / name, options)
-    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}"]
-    command += [f'-DMODEL="{source}"', *flags, str(HERE / "shell.c"), "-lm", *linked]
-    compiled(command, library)
-    fmu = folder / f"{name}.fmu"
-    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", describe(name, variables, options))
-        archive.write(library, f"binaries/{fmpy.platform}/{library.name}")
-    return fmu
+    flags += [*armed(folder / name, options), str(HERE / "shell.c"), "-lm", *linked]
+    text = describe(name, variables, options)
+    return packed(folder, name, text, ["-O1", f'-DMODEL="{source}"', *flags])
 
 
 def armed(fmu: Path, options: Sequence[str]) -> list[str]:

@@ -6,6 +6,7 @@ import hashlib
 import os
 import shutil
 import subprocess
+import zipfile
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,25 @@ import fmpy
 
 HERE = Path(__file__).parent
 KEPT = Path(__file__).parents[3] / "build" / "c_fmus"
+
+
+def packed(
+    folder: Path, name: str, text: str, arguments: Sequence[str], platform: str = fmpy.platform
+) -> Path:
+    """The FMU `name` with a description and the library that the compiler makes of `arguments`."""
+    library = folder / (name + fmpy.sharedLibraryExtension)
+    headers = Path(fmpy.__file__).parent / "c-code"
+    compiled(["-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *arguments], library)
+    return archived(library, text, platform)
+
+
+def archived(library: Path, text: str, platform: str = fmpy.platform) -> Path:
+    """The FMU beside a library, of its name, with a description."""
+    fmu = library.with_suffix(".fmu")
+    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("modelDescription.xml", text)
+        archive.write(library, f"binaries/{platform}/{library.name}")
+    return fmu
 
 
 def compiled(command: Sequence[str], library: Path) -> None:

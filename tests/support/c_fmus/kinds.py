@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
-from support.c_fmus.compiled import compiled
+from support.c_fmus.compiled import packed
 
 HERE = Path(__file__).parent
 ITEMS = {"off": 1, "slow": 2, "fast": 3}
@@ -85,18 +84,11 @@ def build_kinds(version: int, options: Sequence[str], folder: Path) -> Path:
     """The FMU of FMI `version`, in `folder`."""
     name = "_".join(["kinds", *options, f"fmi{version}"])
     text = (describe_1, describe_2, describe_3)[version - 1](name, options)
-    library = folder / (name + fmpy.sharedLibraryExtension)
-    headers = Path(fmpy.__file__).parent / "c-code"
-    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-DVERSION={version}"]
-    command += [f"-DIDENTIFIER={name}", *(f"-D{OPTIONS[option]}" for option in options)]
+    flags = [f"-D{OPTIONS[option]}" for option in options]
     sources = [HERE / "kinds.c", *([HERE / "absent_3.c"] if version == 3 else [])]
-    compiled([*command, *map(str, sources), "-lm"], library)
-    fmu = folder / f"{name}.fmu"
+    command = ["-O1", f"-DVERSION={version}", f"-DIDENTIFIER={name}", *flags, *map(str, sources)]
     platform = fmpy.platform_tuple if version == 3 else fmpy.platform
-    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", text)
-        archive.write(library, f"binaries/{platform}/{library.name}")
-    return fmu
+    return packed(folder, name, text, [*command, "-lm"], platform)
 
 
 def _items(*, numbered: bool) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import fmpy
 from support.c_fmus.build import HERE, MODELS, OPTIONS, UNITS, V, armed
-from support.c_fmus.compiled import compiled
+from support.c_fmus.compiled import packed
 
 OPTIONS_1 = {
     "inputs": 'canInterpolateInputs="true"',
@@ -111,12 +110,7 @@ def build_version(version: str, name: str, folder: Path) -> Path:
     name = "_".join([model, *options, f"fmi{version}"])
     if model in SPECIAL:
         sources, flags = [HERE / f"{model}_3.c", HERE / "absent_3.c"], []
-        structure = (
-            (BALL, BALL_OUTPUTS, "")
-            if model == "ball"
-            else (GALLERY, GALLERY_OUTPUTS, GALLERY_TYPES)
-        )
-        text = description_3(name, *structure, options)
+        text = description_3(name, *SPECIAL[model], options)
     else:
         source, variables = MODELS[model]
         sources = (
@@ -128,15 +122,7 @@ def build_version(version: str, name: str, folder: Path) -> Path:
     flags += [f"-D{FLAGS[option]}" for option in options if FLAGS[option]]
     flags += armed(folder / name, options)
     platform = fmpy.platform if version == "1" else fmpy.platform_tuple
-    library = folder / (name + fmpy.sharedLibraryExtension)
-    headers = Path(fmpy.__file__).parent / "c-code"
-    command = ["-O1", "-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *flags]
-    compiled([*command, *map(str, sources), "-lm"], library)
-    fmu = folder / f"{name}.fmu"
-    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", text)
-        archive.write(library, f"binaries/{platform}/{library.name}")
-    return fmu
+    return packed(folder, name, text, ["-O1", *flags, *map(str, sources), "-lm"], platform)
 
 
 def description_1(name: str, variables: Sequence[V], options: Sequence[str] = ()) -> str:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import subprocess
-import zipfile
 from pathlib import Path
 
 import fmpy
 from support.c_fmus.build import HERE as HONEST
 from support.c_fmus.build import MODELS, OPTIONS, describe
+from support.c_fmus.compiled import archived
 from support.c_fmus.versions import description_1, scalars_3
 
 HERE = Path(__file__).parent
@@ -28,11 +28,7 @@ def build_faulty(version: int, name: str, folder: Path) -> Path:
     _compile(version, flags, folder, stem, library)
     text = {1: description_1, 2: describe, 3: scalars_3}[version](stem, variables, options)
     platform = fmpy.platform_tuple if version == 3 else fmpy.platform
-    fmu = folder / f"{stem}.fmu"
-    with zipfile.ZipFile(fmu, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("modelDescription.xml", text)
-        archive.write(library, f"binaries/{platform}/{library.name}")
-    return fmu
+    return archived(library, text, platform)
 
 
 def _compile(version: int, flags: list[str], folder: Path, stem: str, library: Path) -> None:

@@ -8,15 +8,9 @@ from pathlib import Path
 
 from support.driven import driven
 from support.plane import plane
+from support.sanitized import FUZZERS, sanitized, written
 
-from m4e_fmi.fmu.export.from_program import describe, with_rates
-from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_fmu_files
-from m4e_fmi.fmu.export.options import Options
-from m4e_fmi.runtime.compiler import SHELL_SOURCES, SOURCES, compiler, shell_sources
-
-SOURCE = Path(__file__).parents[2] / "fuzz" / "fuzz_shell.c"
-FLAGS = ("-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-Werror", "-fsanitize=address,undefined",
-         "-fno-sanitize-recover=all", "-DM4E_STATIC")  # fmt: skip
+from m4e_fmi.runtime.compiler import shell_sources
 
 
 @dataclass(frozen=True)
@@ -42,24 +36,10 @@ class ShellFuzzer:
         return first
 
 
-def shell_fuzzer(folder: Path) -> ShellFuzzer | None:
-    """The fuzzer with two FMUs in `folder`; None if the compiler has no sanitizers."""
-    words = []
-    for fmi, program in (("2", with_rates(driven())), ("3", with_rates(plane()))):
-        files = native_fmu_files(program, describe(program), Options(native=True, fmi=fmi))
-        for name, content in files.items():
-            path = folder / fmi / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-        words.append((f"{folder / fmi / 'resources'}/", files[SETTINGS].decode().split()[0]))
-    fuzzer = folder / "fuzz_shell"
-    sources = [str(SOURCE), *map(str, shell_sources())]
-    includes = ["-I", str(SOURCES), "-I", str(SHELL_SOURCES)]
-    command = [*(compiler() or ["cc"]), *FLAGS, *includes, "-o", str(fuzzer), *sources, "-lm"]
-    built = subprocess.run(command, capture_output=True, text=True, check=False)
-    if "cannot find" in built.stderr and "asan" in built.stderr:
-        return None
-    if built.returncode:
-        raise RuntimeError(built.stderr)
-    (folder2, token2), (folder3, token3) = words
-    return ShellFuzzer(fuzzer, (folder2, folder3, token2, token3))
+def shell_fuzzer(folder: Path) -> ShellFuzzer:
+    """The fuzzer with two FMUs in `folder`; the test is skipped without sanitizers."""
+    given = (("2", driven()), ("3", plane()))
+    tokens = [written(program, fmi, folder / fmi)[1] for fmi, program in given]
+    sources = [FUZZERS / "fuzz_shell.c", *shell_sources()]
+    program = sanitized(folder / "fuzz_shell", sources)
+    return ShellFuzzer(program, (*(f"{folder / fmi / 'resources'}/" for fmi in "23"), *tokens))

@@ -10,9 +10,11 @@ import pytest
 from support.chains import hanging_chain
 
 from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
+from m4e_fmi.analysis.response.linear_equations import Held
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, Joint, Model, Point, TensionDamper, TensionSpring
+from m4e_fmi.model.elements import Quantity
 from m4e_fmi.program import Program, Recorder, Variable
 
 G = 9.81
@@ -34,149 +36,130 @@ def hung(*, damping: float = 0.0, stiffness: float = 200.0) -> Model:
 
 
 def pendulum(q: float = 0.0) -> Model:
-    return Model(
-        name="pendulum",
+    pin = Joint("revolute", "rod", joint_to_child=(0, -0.5), initial={"q": q})
+    return Model("pendulum", {"rod": Body(2.0, 0.3)}, {"pin": pin}, gravity=G)
+
+
+def floating(gravity: float = G) -> Model:
+    """A body that nothing holds."""
+    air = Joint("floating", "stone", initial={"x": 100.0})
+    return Model("free", {"stone": Body(1e5, 1e5)}, {"air": air}, gravity=gravity)
+
+
+def test_a_mass_on_a_spring_with_an_input() -> None:
+    point = equilibrium(hung(), at={"joint.rail.u": 4.0})
+    assert point["joint.rail.q"] == pytest.approx(1.0 + 2 * G / 200.0, rel=1e-14)
+    assert point["joint.rail.u"] == 0.0
+    point = equilibrium(hung(), at={"joint.rail.effort": 50.0})
+    assert point["joint.rail.q"] == pytest.approx(1.0 + (2 * G + 50.0) / 200.0, rel=1e-14)
+    linear = linearize(hung(), at=point)
+    assert linear.point["joint.rail.effort"] == 50.0
+    assert linear.rates == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+@pytest.mark.parametrize("nearest", [False, True])
+def test_a_pendulum_held_by_an_effort(nearest: bool) -> None:
+    """sin θ = τ/(m g l); Newton alone would jump away. With τ > m g l no angle balances it."""
+    at = {"joint.pin.effort": 0.9 * 2.0 * G * 0.5}
+    point = equilibrium(pendulum(q=1.56), at=at, nearest=nearest)
+    assert np.sin(point["joint.pin.q"]) == pytest.approx(0.9, rel=1e-12)
+    assert nearest or point["joint.pin.q"] == pytest.approx(np.arcsin(0.9), rel=1e-12)
+    with pytest.raises(RunError, match=r"no equilib.*joint\.pin\.u is") as lost:
+        equilibrium(pendulum(q=0.3), at={"joint.pin.effort": 12.0}, nearest=nearest)
+    assert "start nearer" in lost.value.remedy
+
+
+@pytest.mark.parametrize("start", [0.1, 0.5 * np.pi, 3.0])
+def test_a_pendulum_settles_below_and_stands_where_that_is_nearest(start: float) -> None:
+    assert equilibrium(pendulum(q=start))["joint.pin.q"] == pytest.approx(0.0, abs=1e-14)
+    point = equilibrium(pendulum(q=3.0), nearest=True)
+    assert point["joint.pin.q"] == pytest.approx(np.pi, rel=1e-14)
+    assert not modes(linearize(pendulum(), at=point)).stable
+    assert modes(linearize(pendulum())).stable
+    # a start that is an equilibrium is found as it is
+    assert equilibrium(pendulum(q=np.pi))["joint.pin.q"] == np.pi
+
+
+@pytest.mark.parametrize("size", [2, 9])
+def test_a_chain_settles_hanging(size: int) -> None:
+    """From where it lies along X, and folded: no link stands."""
+    for angle in (0.5 * np.pi, 3.0):
+        at = {f"joint.j{k}.q": angle * (-1) ** k for k in range(size)}
+        found = equilibrium(hanging_chain(size), at=at)
+        turns = found.states[0::2] / (2 * np.pi)
+        assert turns == pytest.approx(np.round(turns), abs=1e-13)
+
+
+def test_a_mass_on_a_line() -> None:
+    """100 t on a stiff line, held out level with the hook: l = l₀ + m g/k below it."""
+    ends = {"hook": Point("ground", (0, 0)), "eye": Point("stone", (0, 0.01))}
+    line = TensionSpring(("hook", "eye"), 1e7, 100.5)
+    found = equilibrium(replace(floating(), points=ends, loads={"line": line}))
+    assert found["body.stone.x"] == pytest.approx(0.0, abs=1e-12)
+    assert found["body.stone.theta"] == pytest.approx(0.0, abs=1e-12)
+    assert found["body.stone.z"] == pytest.approx(-(100.5 + 1e5 * G / 1e7) - 0.01, rel=1e-13)
+    with pytest.raises(RunError, match=r"nothing holds it there.*stone\.vz is -9\.81 m/s2"):
+        equilibrium(floating())
+
+
+def test_what_nothing_holds_stays_where_it_is() -> None:
+    """A cart with a pendulum: the cart is at rest anywhere; settling takes it along."""
+    model = Model(
+        name="cart",
         gravity=G,
-        bodies={"rod": Body(2.0, 0.3)},
-        joints={"pin": Joint("revolute", "rod", joint_to_child=(0, -0.5), initial={"q": q})},
+        bodies={"cart": Body(1.0, 1.0), "rod": Body(1.0, 0.1)},
+        joints={
+            "rail": Joint("prismatic", "cart", direction=(1, 0), initial={"q": 7.0}),
+            "pin": Joint("revolute", "rod", "cart", joint_to_child=(0, -0.5), initial={"q": 0.4}),
+        },
     )
+    point = equilibrium(model, nearest=True)
+    assert point["joint.rail.q"] == pytest.approx(7.0, abs=1e-12)
+    assert point["joint.pin.q"] == pytest.approx(0.0, abs=1e-13)
+    assert equilibrium(model)["joint.rail.q"] == pytest.approx(6.9, abs=0.03)
 
 
-class TestEquilibrium:
-    def test_a_mass_on_a_spring(self) -> None:
-        point = equilibrium(hung(), at={"joint.rail.u": 4.0})
-        assert point["joint.rail.q"] == pytest.approx(1.0 + 2 * G / 200.0, rel=1e-14)
-        assert point["joint.rail.u"] == 0.0
+BARS = {
+    "hinge": Joint("revolute", "bar", axis=(0, 1, 0)),
+    "ball": Joint("spherical", "bar"),
+    "universal": Joint("universal", "bar", axis=(0, 1, 0), second_axis=(0, 0, 1)),
+}
+COORDINATE = {"hinge": "q", "ball": "theta", "universal": "q1", "plane": "q"}
 
-    def test_inputs_and_parameters_count(self) -> None:
-        point = equilibrium(hung(), at={"joint.rail.effort": 50.0})
-        assert point["joint.rail.q"] == pytest.approx(1.0 + (2 * G + 50.0) / 200.0, rel=1e-14)
-        linear = linearize(hung(), at=point)
-        assert linear.point["joint.rail.effort"] == 50.0
-        assert linear.rates == pytest.approx([0.0, 0.0], abs=1e-12)
 
-    def test_a_start_far_away(self) -> None:
-        """A pendulum held by an effort: sin θ = τ/(m g l); Newton alone would jump away."""
-        effort = 0.9 * 2.0 * G * 0.5
-        at = {"joint.pin.effort": effort}
-        point = equilibrium(pendulum(q=1.56), at=at, nearest=True)
-        assert np.sin(point["joint.pin.q"]) == pytest.approx(0.9, rel=1e-12)
-        settled = equilibrium(pendulum(q=1.56), at=at)
-        assert settled["joint.pin.q"] == pytest.approx(np.arcsin(0.9), rel=1e-12)
+@pytest.mark.parametrize("nearest", [False, True])
+@pytest.mark.parametrize("start", [0.0, 1e-9, 1e-5, 3.0])
+@pytest.mark.parametrize("kind", COORDINATE)
+def test_bars_held_out_level_fall(kind: str, start: float, nearest: bool) -> None:
+    """There, to first order, no turn changes what gravity does."""
+    initial: dict[str, Quantity] = {COORDINATE[kind]: start}
+    if kind == "plane":
+        bodies = {"bar": Body(2.0, 0.1), "next": Body(1.0, 0.1)}
+        first = Joint("revolute", "bar", joint_to_child=(1.0, 0.0), initial=initial)
+        second = Joint("revolute", "next", "bar", (1.0, 0.0), (1.0, 0.0), initial=initial)
+        model = Model(name="bars", bodies=bodies, joints={"pin": first, "knee": second})
+    else:
+        pin = replace(BARS[kind], joint_to_child=(1.0, 0.0, 0.0), initial=initial)
+        bar = Body(2.0, (0.1, 0.1, 0.1))
+        model = Model(name="bar", bodies={"bar": bar}, joints={"pin": pin}, dimensions=3)
+    point = equilibrium(model, nearest=nearest)
+    if kind == "ball":
+        sine = 2 * point["joint.pin.e0"] * point["joint.pin.e2"]
+    else:
+        sine = np.sin(point[f"joint.pin.{COORDINATE[kind]}"])
+    assert sine == pytest.approx(1.0, abs=1e-12)  # it hangs down
 
-    @pytest.mark.parametrize("start", [0.1, 0.5 * np.pi, 3.0])
-    def test_a_pendulum_settles_below(self, start: float) -> None:
-        assert equilibrium(pendulum(q=start))["joint.pin.q"] == pytest.approx(0.0, abs=1e-14)
 
-    def test_the_unstable_one_is_the_nearest(self) -> None:
-        point = equilibrium(pendulum(q=3.0), nearest=True)
-        assert point["joint.pin.q"] == pytest.approx(np.pi, rel=1e-14)
-        assert not modes(linearize(pendulum(), at=point)).stable
-        assert modes(linearize(pendulum())).stable
-        # a start that is an equilibrium is found as it is
-        assert equilibrium(pendulum(q=np.pi))["joint.pin.q"] == np.pi
-
-    @pytest.mark.parametrize("size", [2, 9, 30])
-    def test_a_chain_settles_hanging(self, size: int) -> None:
-        """From where it lies along X, and folded: no link stands."""
-        for angle in (0.5 * np.pi, 3.0):
-            at = {f"joint.j{k}.q": angle * (-1) ** k for k in range(size)}
-            found = equilibrium(hanging_chain(size), at=at)
-            turns = found.states[0::2] / (2 * np.pi)
-            assert turns == pytest.approx(np.round(turns), abs=1e-13)
-
-    def test_a_mass_on_a_line(self) -> None:
-        """100 t on a stiff line, held out level with the hook: l = l₀ + m g/k below it."""
-        model = Model(
-            name="moored",
-            gravity=G,
-            bodies={"stone": Body(1e5, 1e5)},
-            joints={"air": Joint("floating", "stone", initial={"x": 100.0})},
-            points={"hook": Point("ground", (0, 0)), "eye": Point("stone", (0, 0.01))},
-            loads={"line": TensionSpring(("hook", "eye"), 1e7, 100.5)},
-        )
-        found = equilibrium(model)
-        assert found["body.stone.x"] == pytest.approx(0.0, abs=1e-12)
-        assert found["body.stone.theta"] == pytest.approx(0.0, abs=1e-12)
-        assert found["body.stone.z"] == pytest.approx(-(100.5 + 1e5 * G / 1e7) - 0.01, rel=1e-13)
-
-    def test_what_nothing_holds_stays_where_it_is(self) -> None:
-        """A cart with a pendulum: the cart is at rest anywhere."""
-        model = Model(
-            name="cart",
-            gravity=G,
-            bodies={"cart": Body(1.0, 1.0), "rod": Body(1.0, 0.1)},
-            joints={
-                "rail": Joint("prismatic", "cart", direction=(1, 0), initial={"q": 7.0}),
-                "pin": Joint(
-                    "revolute", "rod", "cart", joint_to_child=(0, -0.5), initial={"q": 0.4}
-                ),
-            },
-        )
-        point = equilibrium(model, nearest=True)
-        # the rates need no motion of the cart
-        assert point["joint.rail.q"] == pytest.approx(7.0, abs=1e-12)
-        assert point["joint.pin.q"] == pytest.approx(0.0, abs=1e-13)
-        # settling, the pendulum takes the cart along
-        assert equilibrium(model)["joint.rail.q"] == pytest.approx(6.9, abs=0.03)
-
-    @pytest.mark.parametrize("nearest", [False, True])
-    @pytest.mark.parametrize("start", [0.0, 1e-9, 1e-5, 3.0])
-    @pytest.mark.parametrize("kind", ["plane", "hinge", "ball", "universal"])
-    def test_bars_held_out_level_fall(self, kind: str, start: float, nearest: bool) -> None:
-        """There, to first order, no turn changes what gravity does."""
-        inertia, arm = (0.1, 0.1, 0.1), (1.0, 0.0, 0.0)
-        if kind == "plane":
-            bodies = {"bar": Body(2.0, 0.1), "next": Body(1.0, 0.1)}
-            first = Joint("revolute", "bar", joint_to_child=(1.0, 0.0), initial={"q": start})
-            second = Joint("revolute", "next", "bar", (1.0, 0.0), (1.0, 0.0), initial={"q": start})
-            model = Model(name="bars", bodies=bodies, joints={"pin": first, "knee": second})
-        else:
-            joint = {
-                "hinge": Joint("revolute", "bar", axis=(0, 1, 0), initial={"q": start}),
-                "ball": Joint("spherical", "bar", initial={"theta": start}),
-                "universal": Joint(
-                    "universal", "bar", axis=(0, 1, 0), second_axis=(0, 0, 1), initial={"q1": start}
-                ),
-            }[kind]
-            joints = {"pin": replace(joint, joint_to_child=arm)}
-            model = Model(
-                name="bar", bodies={"bar": Body(2.0, inertia)}, joints=joints, dimensions=3
-            )
-        point = equilibrium(model, nearest=nearest)
-        if kind == "ball":
-            sine = 2 * point["joint.pin.e0"] * point["joint.pin.e2"]
-        else:
-            sine = np.sin(point["joint.pin.q1" if kind == "universal" else "joint.pin.q"])
-        assert sine == pytest.approx(1.0, abs=1e-12)  # it hangs down
-
-    def test_a_falling_body_has_none(self) -> None:
-        model = Model(
-            name="stone",
-            gravity=G,
-            bodies={"stone": Body(1.0, 1.0)},
-            joints={"air": Joint("floating", "stone")},
-        )
-        with pytest.raises(RunError, match=r"nothing holds it there.*stone\.vz is -9\.81 m/s2"):
-            equilibrium(model)
-
-    def test_too_much_load(self) -> None:
-        """τ > m g l: no angle balances it."""
-        for nearest in (False, True):
-            with pytest.raises(RunError, match=r"no equilib.*joint\.pin\.u is") as lost:
-                equilibrium(pendulum(q=0.3), at={"joint.pin.effort": 12.0}, nearest=nearest)
-            assert "start nearer" in lost.value.remedy
-
-    def test_states_without_velocity(self) -> None:
-        r = Recorder("tank", "two tanks")
-        flow = r.input(Variable("flow", "m3/s", "inflow", start=2.0))
-        a = r.state(Variable("a", "m", "level", start=1.0))
-        b = r.state(Variable("b", "m", "level", start=1.0))
-        r.rate("a", flow - (a - b))
-        r.rate("b", (a - b) - b * b)
-        point = equilibrium(r.program())
-        assert point["b"] == pytest.approx(2.0**0.5, rel=1e-13)
-        assert point["a"] == pytest.approx(2.0 + 2.0**0.5, rel=1e-13)
+def test_states_without_velocity() -> None:
+    r = Recorder("tank", "two tanks")
+    flow = r.input(Variable("flow", "m3/s", "inflow", start=2.0))
+    a = r.state(Variable("a", "m", "level", start=1.0))
+    b = r.state(Variable("b", "m", "level", start=1.0))
+    r.rate("a", flow - (a - b))
+    r.rate("b", (a - b) - b * b)
+    point = equilibrium(r.program())
+    assert point["b"] == pytest.approx(2.0**0.5, rel=1e-13)
+    assert point["a"] == pytest.approx(2.0 + 2.0**0.5, rel=1e-13)
 
 
 def test_rates_that_jump_by_rounding() -> None:
@@ -192,48 +175,35 @@ def test_a_program_without_states() -> None:
     r.output(Variable("y", "1", "output"), 2.0 * r.input(Variable("u", "1", "input", start=3.0)))
     program = r.program()
     linear = linearize(program, at=equilibrium(program), inputs=["u"], outputs=["y"])
-    assert linear.D == 2.0
-    assert linear.values == 6.0
+    assert (linear.D, linear.values) == (2.0, 6.0)
     assert modes(linear).eigenvalues.size == 0
     assert frequency_response(linear, 1.0).of("y", "u") == 2.0
 
 
-class TestModes:
-    def test_damping_ratio(self) -> None:
-        """m q̈ + c q̇ + k q = 0: ω = √(k/m), ζ = c/2√(k m)."""
-        point = equilibrium(hung(damping=4.0))
-        found = modes(linearize(hung(damping=4.0), at=point))
-        assert found.frequencies == pytest.approx([10.0], rel=1e-13)
-        assert found.damping_ratios == pytest.approx([4.0 / (2 * np.sqrt(400.0))], rel=1e-12)
-        assert found.eigenvalues.imag > 0
-        assert found.shapes == pytest.approx(np.array([[1.0]]))
+def test_damping_ratios() -> None:
+    """m q̈ + c q̇ + k q = 0: ω = √(k/m), ζ = c/2√(k m); overdamped λ = (−c ± √(c² − 4 k m))/2m."""
+    found = modes(linearize(hung(damping=4.0), at=equilibrium(hung(damping=4.0))))
+    assert found.frequencies == pytest.approx([10.0], rel=1e-13)
+    assert found.damping_ratios == pytest.approx([4.0 / (2 * np.sqrt(400.0))], rel=1e-12)
+    assert found.eigenvalues.imag > 0
+    assert found.shapes == pytest.approx(np.array([[1.0]]))
+    found = modes(linearize(hung(damping=50.0), at={"joint.rail.q": 1.0 + 2 * G / 200.0}))
+    root = np.sqrt(50.0**2 - 4 * 400.0)
+    expected = [(-50.0 + root) / 4, (-50.0 - root) / 4]
+    assert found.eigenvalues == pytest.approx(expected, rel=1e-12)
+    assert found.damping_ratios == pytest.approx([1.0, 1.0])
 
-    def test_more_than_critical_damping(self) -> None:
-        """Two real eigenvalues, each listed: λ = (−c ± √(c² − 4 k m))/2m."""
-        found = modes(linearize(hung(damping=50.0), at={"joint.rail.q": 1.0 + 2 * G / 200.0}))
-        root = np.sqrt(50.0**2 - 4 * 400.0)
-        expected = [(-50.0 + root) / 4, (-50.0 - root) / 4]
-        assert found.eigenvalues == pytest.approx(expected, rel=1e-12)
-        assert found.damping_ratios == pytest.approx([1.0, 1.0])
 
-    def test_order_and_shapes(self) -> None:
-        """Two equal masses between walls, springs k, κ, k: in phase first, then against."""
-        found = modes(linearize(two_masses()))
-        assert found.frequencies == pytest.approx([2.0, np.sqrt(4.0 + 2 * 1.5)], rel=1e-13)
-        assert found.shapes == pytest.approx(np.array([[1.0, 1.0], [1.0, -1.0]]), abs=1e-12)
-        assert np.abs(found.left.conj().T @ found.right) == pytest.approx(np.eye(2), abs=1e-12)
-
-    def test_a_free_body_has_zero_eigenvalues(self) -> None:
-        model = Model(
-            name="free",
-            gravity=0.0,
-            bodies={"body": Body(1.0, 1.0)},
-            joints={"air": Joint("floating", "body")},
-        )
-        found = modes(linearize(model))
-        assert np.array_equal(found.eigenvalues, np.zeros(6))
-        assert np.isnan(found.damping_ratios).all()
-        assert found.stable
+def test_order_and_shapes_of_modes() -> None:
+    """Two equal masses between walls, springs k, κ, k: in phase first, then against."""
+    found = modes(linearize(two_masses()))
+    assert found.frequencies == pytest.approx([2.0, np.sqrt(4.0 + 2 * 1.5)], rel=1e-13)
+    assert found.shapes == pytest.approx(np.array([[1.0, 1.0], [1.0, -1.0]]), abs=1e-12)
+    assert np.abs(found.left.conj().T @ found.right) == pytest.approx(np.eye(2), abs=1e-12)
+    free = modes(linearize(floating(gravity=0.0)))
+    assert np.array_equal(free.eigenvalues, np.zeros(6))
+    assert np.isnan(free.damping_ratios).all()
+    assert free.stable
 
 
 def two_masses(damping: float = 0.0) -> Program:
@@ -249,52 +219,47 @@ def two_masses(damping: float = 0.0) -> Program:
     return r.program()
 
 
-class TestFrequencyResponse:
-    def test_one_mass(self) -> None:
-        """1/(k − m ω² + iωc): with e^{+iωt} the motion lags."""
-        linear = linearize(hung(damping=4.0), at=equilibrium(hung()), inputs=["joint.rail.effort"])
-        omega = np.array([0.0, 5.0, 10.0, 20.0])
-        found = frequency_response(linear, omega)
-        expected = 1 / (200.0 - 2 * omega**2 + 4j * omega)
-        assert found.values.shape == (4, 2, 1)
-        response = found.of("joint.rail.q", "joint.rail.effort")
-        assert response == pytest.approx(expected, rel=1e-12)
-        assert (response.imag <= 0).all()
-        assert found.of("joint.rail.u", "joint.rail.effort") == pytest.approx(1j * omega * expected)
-        assert found.unit("joint.rail.q", "joint.rail.effort") == "(m)/(N)"
+def test_the_response_of_one_mass() -> None:
+    """1/(k − m ω² + iωc): with e^{+iωt} the motion lags."""
+    linear = linearize(hung(damping=4.0), at=equilibrium(hung()), inputs=["joint.rail.effort"])
+    omega = np.array([0.0, 5.0, 10.0, 20.0])
+    found = frequency_response(linear, omega)
+    expected = 1 / (200.0 - 2 * omega**2 + 4j * omega)
+    assert found.values.shape == (4, 2, 1)
+    response = found.of("joint.rail.q", "joint.rail.effort")
+    assert response == pytest.approx(expected, rel=1e-12)
+    assert (response.imag <= 0).all()
+    assert found.of("joint.rail.u", "joint.rail.effort") == pytest.approx(1j * omega * expected)
+    assert found.unit("joint.rail.q", "joint.rail.effort") == "(m)/(N)"
+    with pytest.raises(InputError, match="there is no pull"):
+        found.of("joint.rail.q", "pull")
 
-    def test_the_same_as_python_control(self) -> None:
-        linear = linearize(two_masses(0.3), inputs=["push"], outputs=["b", "va"])
-        omega = np.linspace(0.5, 4.0, 8)
-        found = frequency_response(linear, omega)
-        assert found.values == pytest.approx(
-            np.moveaxis(linear.to_control()(1j * omega, squeeze=False), -1, 0), rel=1e-11
-        )
 
-    def test_an_antiresonance(self) -> None:
-        """The first mass stands still at the frequency of the second alone: √(4 + 1.5)."""
-        linear = linearize(two_masses(), inputs=["push"], outputs=["a", "b"])
-        found = frequency_response(linear, [np.sqrt(5.5)])
-        assert abs(found.of("a", "push")[0]) < 1e-14
-        assert found.of("b", "push") == pytest.approx(-1 / 1.5, rel=1e-12)
+def test_the_response_of_two_masses() -> None:
+    """As python-control has it; the first stands still at that of the second alone: √(4 + 1.5)."""
+    linear = linearize(two_masses(0.3), inputs=["push"], outputs=["b", "va"])
+    omega = np.linspace(0.5, 4.0, 8)
+    found = frequency_response(linear, omega)
+    theirs = np.moveaxis(linear.to_control()(1j * omega, squeeze=False), -1, 0)
+    assert found.values == pytest.approx(theirs, rel=1e-11)
+    linear = linearize(two_masses(), inputs=["push"], outputs=["a", "b"])
+    found = frequency_response(linear, [np.sqrt(5.5)])
+    assert abs(found.of("a", "push")[0]) < 1e-14
+    assert found.of("b", "push") == pytest.approx(-1 / 1.5, rel=1e-12)
 
-    def test_an_undamped_resonance(self) -> None:
-        """A free mass at ω = 0, which is one of its natural frequencies to the last bit."""
-        r = Recorder("free", "a free mass of 1 kg")
-        push = r.input(Variable("push", "N", "force"))
-        r.state(Variable("x", "m", "position"))
-        v = r.state(Variable("v", "m/s", "velocity", derivative_of="x"))
-        r.rate("x", v)
-        r.rate("v", push)
-        linear = linearize(r.program(), inputs=["push"])
-        assert frequency_response(linear, 2.0).of("x", "push") == pytest.approx(-0.25)
-        with pytest.raises(RunError, match="undamped natural frequency"):
-            frequency_response(linear, [1.0, 0.0])
 
-    def test_unknown_names(self) -> None:
-        found = frequency_response(linearize(two_masses(), inputs=["push"]), 1.0)
-        with pytest.raises(InputError, match="there is no pull"):
-            found.of("a", "pull")
+def test_an_undamped_resonance() -> None:
+    """A free mass at ω = 0, which is one of its natural frequencies to the last bit."""
+    r = Recorder("free", "a free mass of 1 kg")
+    push = r.input(Variable("push", "N", "force"))
+    r.state(Variable("x", "m", "position"))
+    v = r.state(Variable("v", "m/s", "velocity", derivative_of="x"))
+    r.rate("x", v)
+    r.rate("v", push)
+    linear = linearize(r.program(), inputs=["push"])
+    assert frequency_response(linear, 2.0).of("x", "push") == pytest.approx(-0.25)
+    with pytest.raises(RunError, match="undamped natural frequency"):
+        frequency_response(linear, [1.0, 0.0])
 
 
 def test_what_moves_away_for_ever_is_named(
@@ -310,9 +275,21 @@ def test_what_moves_away_for_ever_is_named(
     told = capsys.readouterr().err
     assert "at the start it is unstable: a negative stiffness moves joint.roll.q away" in told
     assert "or take --nearest" in told
-    assert main(["equilibrium", str(path), "--nearest"]) == 0
-    system = tmp_path / "system.yaml"
-    text = "name: one\ncomponents: {ship: {model: ship.model.yaml}}\nconnections: []\n"
-    system.write_text(f"{text}simulation: {{stop_time: 1, step_size: 0.1}}\n", encoding="utf-8")
-    assert main(["equilibrium", str(system)]) == 1
-    assert "loads of other FMUs" not in capsys.readouterr().err
+    assert main(["equilibrium", str(path), "--nearest", "--json"]) == 0
+    told = capsys.readouterr().err
+    assert told.count(f"note: the equilibrium is unstable: a motion grows ({50**0.5:.3g} 1/s)") == 1
+
+
+def test_a_mean_moves_where_it_is_held_only() -> None:
+    """Place and velocity of a body on a spring, and of one that nothing holds in place.
+
+    A mean that a sea sets free would pass for settled: its step is not zero.
+    """
+    spring = np.array([[0.0, 1, 0, 0], [-4.0, -0.3, 0, 0], [0, 0, 0, 1.0], [0, 0, 0, -0.2]])
+    change = np.array([0.0, 2.0, 0.0, 0.0])
+    step = Held.by(spring).step(spring, change)
+    np.testing.assert_allclose(step, [0.5, 0.0, 0.0, 0.0], atol=1e-15)
+    free = spring.copy()
+    free[1, 0] = 0.0
+    with pytest.raises(RunError, match="does not hold it in this sea"):
+        Held.by(spring).step(free, change)

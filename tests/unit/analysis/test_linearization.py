@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import random
-import sys
 from typing import Any
 
 import control
@@ -11,27 +9,17 @@ import numpy as np
 import pytest
 import sympy as sp
 from support.planar_trees import random_tree
-from support.programs import Evaluated
+from support.programs import Evaluated, random_values
 
-from m4e_fmi.analysis import Linearizer, SymbolicLinearization, linearize
+from m4e_fmi.analysis import SymbolicLinearization, linearize
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.model import Body, BodyForce, Joint, Model, Parameter, Point, TensionSpring
 from m4e_fmi.multibody import model_program
-from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.program import Recorder, Variable
 
 STEP = 1e-6
 QUOTIENT = 1e-8
 """Of central differences with STEP in doubles: STEP² and 1e-16/STEP, times values up to 1e2."""
-
-
-def random_values(program: Program, seed: int) -> dict[str, float]:
-    r = random.Random(seed)
-    values = {v.name: r.uniform(-1, 1) for v in (*program.inputs, *program.states)}
-    for v in program.parameters:
-        if v.name.startswith("added_mass"):
-            i, j = v.name.removeprefix("added_mass[").removesuffix("]").split(",")
-            values[v.name] = r.uniform(2, 3) if i == j else r.uniform(-0.1, 0.1)
-    return values
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -130,19 +118,6 @@ def test_efforts_are_generalised_forces(coordinate: Any) -> None:
     assert pytest.approx(linear.mechanical.M.T, rel=1e-14) == linear.mechanical.M
 
 
-def test_without_inputs_the_outputs_are_the_states() -> None:
-    linear = linearize(cart())
-    names = ["joint.rail.q", "joint.pivot.q", "joint.rail.u", "joint.pivot.u"]
-    assert [v.name for v in linear.states] == names
-    assert [v.name for v in linear.coordinates] == names[:2]
-    assert linear.B.shape == (4, 0)
-    assert linear.D.shape == (4, 0)
-    assert np.array_equal(linear.C, np.eye(4))
-    symbolic = SymbolicLinearization(cart())
-    assert sp.eye(4) == symbolic.C
-    assert symbolic.B.shape == symbolic.D.shape == (4, 0)
-
-
 def test_other_states_come_last() -> None:
     r = Recorder("actuator", "a mass behind a slow actuator")
     command = r.input(Variable("command", "N", "command"))
@@ -154,19 +129,10 @@ def test_other_states_come_last() -> None:
     r.rate("v", force - 4.0 * x)
     linear = linearize(r.program(), inputs=["command"])
     assert [v.name for v in linear.states] == ["x", "v", "force"]
+    assert np.array_equal(linear.C, np.eye(3))  # outputs are the states
     assert np.array_equal(linear.A, [[0, 1, 0], [-4, 0, 1], [0, 0, -2]])
     assert np.array_equal(linear.B, [[0], [0], [2]])
     assert linear.mechanical is None
-
-
-def test_a_linearizer_goes_on() -> None:
-    linearizer = Linearizer(cart(), inputs=["joint.rail.effort"])
-    for q in (0.0, 0.4):
-        at = {"joint.pivot.q": q, "m": 0.7}
-        first = linearizer.at(at)
-        second = linearize(cart(), at=at, inputs=["joint.rail.effort"])
-        assert np.array_equal(first.A, second.A)
-        assert np.array_equal(first.B, second.B)
 
 
 def test_a_derivative_that_is_not_finite() -> None:
@@ -183,48 +149,27 @@ def test_a_derivative_that_is_not_finite() -> None:
     assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
 
 
-def test_without_the_compiled_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    compiled = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
-    monkeypatch.setattr("m4e_fmi.analysis.points.library", lambda: None)
-    plain = linearize(cart(), at={"joint.pivot.q": 0.4, "joint.pivot.u": 1.0})
-    # the same operations in the same order; sin and cos of two libraries
-    assert pytest.approx(compiled.A, rel=1e-14) == plain.A
-    assert plain.values == pytest.approx(compiled.values, rel=1e-14)
-
-
 def test_to_control() -> None:
     linear = linearize(cart(), inputs=["joint.rail.effort"], outputs=["body.pole.x"])
     system = linear.to_control()
     assert isinstance(system, control.StateSpace)
     assert system.state_labels == [v.name.replace(".", "_") for v in linear.states]
-    assert system.input_labels == ["joint_rail_effort"]
-    assert system.output_labels == ["body_pole_x"]
+    assert (system.input_labels, system.output_labels) == (["joint_rail_effort"], ["body_pole_x"])
     assert np.array_equal(system.A, linear.A)
     assert np.array_equal(system.D, linear.D)
 
 
-def test_to_control_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "control", None)
-    with pytest.raises(RunError, match=r"pip install 'm4e_fmi\[control\]'"):
-        linearize(cart()).to_control()
-
-
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    "given",
     [
-        ({"inputs": ["joint.rail.efort"]}, "no input or parameter joint.rail.efort"),
-        ({"outputs": ["body.pole.y"]}, "no output or state body.pole.y"),
-        ({"at": {"joint.pivot.qq": 0.0}}, "no parameter, input or state 'joint.pivot.qq'"),
+        {"inputs": ["joint.rail.efort"]},
+        {"outputs": ["body.pole.y"]},
+        {"at": {"joint.pivot.qq": 0.0}},
     ],
 )
-def test_unknown_names(arguments: dict, message: str) -> None:
-    with pytest.raises(InputError, match=f"cart_pole has {message}") as refused:
-        linearize(cart(), **arguments)
-    assert "did you mean" in str(refused.value)
-
-
-def test_unknown_names_in_symbols() -> None:
-    with pytest.raises(InputError, match="no input joint"):
-        SymbolicLinearization(cart(), inputs=["joint.rail.efort"]).mechanical  # noqa: B018
-    with pytest.raises(InputError, match="no output or state body"):
-        SymbolicLinearization(cart(), outputs=["body.pole.y"]).C  # noqa: B018
+def test_unknown_names(given: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match=r"cart_pole has no .*\n.*did you mean"):
+        linearize(cart(), **given)
+    if "at" not in given:
+        with pytest.raises(InputError, match="no"):
+            SymbolicLinearization(cart(), **given).D  # noqa: B018

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
-import time
+from argparse import Namespace
 from dataclasses import fields
 from pathlib import Path
 
@@ -17,9 +14,8 @@ import pytest
 from support.command_line import EXAMPLES, FLEXIBLE, PENDULUM, copied, refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.shared import log, log_handlers, progress
-from m4e_fmi.cli.shared.events import KINDS, Progress, as_json
-from m4e_fmi.signals import Terminated
+from m4e_fmi.cli.shared import log, log_handlers
+from m4e_fmi.cli.shared.events import KINDS
 
 PAGE = EXAMPLES.parent / "docs" / "logs.md"
 SIMULATE = ["simulate", PENDULUM, "--stop-time", "0.5", "--no-plot"]
@@ -106,18 +102,6 @@ def test_an_error_is_told_with_its_place(here, capsys):
     assert told.endswith("exit code 2\n")
 
 
-@pytest.mark.usefixtures("here")
-def test_a_signal_is_told_with_its_exit_code(capsys, monkeypatch):
-    def interrupted(*_: object, **__: object) -> None:
-        raise Terminated(signal.SIGTERM)
-
-    monkeypatch.setattr("m4e_fmi.simulate.simulate", interrupted)
-    assert called(*SIMULATE, "--events") == 128 + signal.SIGTERM
-    found = events(capsys)
-    assert one(found, "error")["kind"] == "interrupted"
-    assert one(found, "end")["exit_code"] == 128 + signal.SIGTERM
-
-
 def test_quiet_leaves_warnings_and_errors(system, capsys):
     assert called("run", system, "--stop-time", "0.2", "--quiet") == 0
     out, err = capsys.readouterr()
@@ -132,34 +116,24 @@ def test_quiet_leaves_warnings_and_errors(system, capsys):
 def test_a_warning_among_lines_of_progress_is_kept(capsys, quiet):
     with log_handlers.logged() as one_log:
         one_log.open(_options(quiet=quiet), [])
-        for line in ("hydro: warning: coarse panels", "hydro: 2 of 7", "hydro: 10 of 20", "built"):
+        for line in ("hydro: warning: too coarse: 3 of 40", "hydro: 2 of 7", "hydro: 10 of 20"):
             log.say(line)
+        log.say("built")
         log.warn("warning: a body floats")
         log.note("settled: mooring")
         log.show("a table\n 3 of 4")
     out, err = capsys.readouterr()
     if quiet:
         assert out == ""
-        assert err.splitlines() == ["hydro: warning: coarse panels", "warning: a body floats"]
+        assert err.splitlines() == ["hydro: warning: too coarse: 3 of 40", "warning: a body floats"]
     else:
         # of lines that count, every tenth
         assert out.splitlines()[1:] == ["hydro: 10 of 20", "built", "a table", " 3 of 4"]
         assert err.splitlines() == ["warning: a body floats", "settled: mooring"]
 
 
-def _options(**given: object):
-    import argparse
-
-    return argparse.Namespace(**given)
-
-
-def test_a_warning_that_ends_with_a_count_is_no_progress(capsys):
-    with log_handlers.logged():
-        log.say("mooring: warning: segments are too long: 3 of 40")
-        log.say("mooring: segment 3 of 40")
-    out = capsys.readouterr().out
-    assert "too long: 3 of 40" in out
-    assert "segment 3" not in out
+def _options(**given: object) -> Namespace:
+    return Namespace(**given)
 
 
 @pytest.mark.usefixtures("here")
@@ -175,37 +149,10 @@ def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
     assert all("\x1b" not in e.get("text", "") for e in told)
 
 
-def test_a_log_is_not_written_over_other_files(here, capsys):
-    path = copied(here, PENDULUM)
-    before = path.read_text()
-    assert "a log cannot be written as" in refused(
-        capsys, "simulate", path, "--log-file", path.name
-    )
-    assert path.read_text() == before
-
-
-def test_an_error_imports_nothing_heavy():
-    code = (
-        "import sys\nfrom m4e_fmi.cli import main\nmain(['run', 'x.yaml', '--log-file', 'a.csv'])\n"
-        "print([m for m in ('tqdm', 'sympy', 'm4e_fmi.report') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "a log cannot be written as" in done.stderr
-    assert done.stdout.strip() == "[]"
-
-
 @pytest.mark.usefixtures("here")
 def test_a_wrong_log_file_is_an_event_too(capsys):
     assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
     assert [event["event"] for event in events(capsys)] == ["start", "error", "end"]
-
-
-@pytest.mark.usefixtures("here")
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name")
-def test_a_log_that_cannot_be_written_is_told(capsys):
-    os.mkfifo("pipe.log")
-    assert called(*SIMULATE, "--log-file", "pipe.log") == 1
-    assert "pipe.log: cannot be written: it is not a regular file" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("here")
@@ -218,48 +165,6 @@ def test_a_log_that_is_full_ends_with_a_warning(capsys):
         log.say("one")
         log.say("two")
     assert capsys.readouterr().err.count("the log ends here: a.log") == 1
-
-
-def test_progress_is_told_about_once_a_second(capsys, monkeypatch):
-    clock = [0.0]
-    monkeypatch.setattr(time, "perf_counter", lambda: clock[0])
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(events=True), [])
-        with progress.progress(10.0, start=2.0) as told:
-            for k in range(41):
-                clock[0] = 0.1 * k
-                told(2.0 + 0.2 * k)
-    found = [json.loads(line) for line in capsys.readouterr().out.splitlines()[1:]]
-    assert [round(e["time"], 9) for e in found] == [2.0, 4.0, 6.0, 8.0, 10.0]
-    assert [round(e["fraction"], 9) for e in found] == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert found[-1]["speed"] == pytest.approx(2.0)
-
-
-@pytest.mark.parametrize(("quiet", "terminal"), [(False, True), (True, True), (False, False)])
-def test_a_bar_is_drawn_on_terminals_only_and_not_when_quiet(monkeypatch, quiet, terminal):
-    error = io.StringIO()
-    error.isatty = lambda: terminal  # type: ignore[method-assign]
-    monkeypatch.setattr("sys.stderr", error)
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(quiet=quiet), [])
-        with progress.progress(2.0) as told:
-            told(1.0)
-            told(2.0)
-    assert ("of 2 s simulated" in error.getvalue()) is (terminal and not quiet)
-
-
-@pytest.mark.usefixtures("here")
-def test_no_handler_is_left_behind():
-    before = list(log.LOG.handlers)
-    assert called(*SIMULATE, "--log-file", "a.log") == 0
-    assert log.LOG.handlers == before
-
-
-def test_numbers_that_are_not_finite_are_null():
-    line = as_json(Progress(float("nan"), float("inf"), 1.0), 0.0)
-    assert json.loads(line) == {
-        "event": "progress", "time": None, "fraction": None, "speed": 1.0, "wall_time": 0.0,
-    }  # fmt: skip
 
 
 def test_the_page_names_every_field():

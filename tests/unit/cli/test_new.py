@@ -13,7 +13,7 @@ import pytest
 from support.command_line import refused
 
 from m4e_fmi.cli import main
-from m4e_fmi.cli.new.starts import KINDS, LONGEST, TEMPLATES
+from m4e_fmi.cli.new.starts import KINDS, TEMPLATES
 from m4e_fmi.cosim import load_system
 from m4e_fmi.files.document import Document
 from m4e_fmi.results.results_file import load
@@ -100,47 +100,6 @@ def test_code_that_is_written_passes_the_checks(here):
     subprocess.run(format_, check=True)
     python = ("--pythonpath", sys.executable)
     subprocess.run([BIN / "pyright", *python, "my_controller.py", "my_adapter"], check=True)
-
-
-@pytest.mark.parametrize(
-    ("name", "remedy"),
-    [
-        ("bü oje", "take bu_oje"),
-        ("2bodies", "take my_2bodies"),
-        ("浮体", "take my"),
-        ("", "take my"),
-        ("../up", "take up"),
-        ("NUL", "take my_NUL"),
-        ("x" * (LONGEST + 1), f"may have {LONGEST}"),
-    ],
-)
-def test_a_wrong_name_gets_a_remedy(here, capsys, name, remedy):
-    assert remedy in refused(capsys, "new", "system", name)
-    assert list(here.iterdir()) == []
-
-
-def test_a_name_of_python_is_none_for_code(here, capsys):
-    for name in ("class", "random", "numpy"):
-        assert f"take my_{name}" in refused(capsys, "new", "controller", name) or name == "numpy"
-    assert "installed already" in refused(capsys, "new", "adapter", "numpy")
-    assert list(here.iterdir()) == []
-    assert main(["new", "model", "random"]) == 0
-
-
-def test_no_file_is_overwritten(here, capsys):
-    """All that are there are told, and none of the others is written."""
-    for name in ("wec.system.yaml", "wec_float.model.yaml"):
-        (here / name).write_text("mine")
-    text = refused(capsys, "new", "system", "wec")
-    assert "wec.system.yaml: is there already" in text
-    assert "2 problems" in text
-    (here / "wec.system.yaml").unlink()
-    refused(capsys, "new", "system", "wec")
-    assert [path.name for path in here.iterdir()] == ["wec_float.model.yaml"]
-    assert (here / "wec_float.model.yaml").read_text() == "mine"
-    assert "is not a folder" in refused(
-        capsys, "new", "model", "a", "--folder", "wec_float.model.yaml"
-    )
 
 
 def test_a_study_is_written_beside_its_system(here, capsys):

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from support.small_study import SYSTEM, Here, written_study
+from support.small_study import Here, written_study
 
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system
 from m4e_fmi.study import load_study, run_study
 from m4e_fmi.study.systems.names import named
 
+Said = Callable[..., str]
 STUDY = """\
 name: carts
 model: cart.model.yaml
@@ -19,70 +20,48 @@ simulation: {stop_time: 0.5}
 vary: {k: [30, 40], joint.hinge.u: [0, 1]}
 wanted: {swing: {variable: joint.hinge.q, statistic: maximum}}
 """
-SEA = """\
-class Sea:
-    parameters = {"ramp_time": (5.0, "s")}
-    outputs = {"force": "N"}
-
-    def calculate(self, t, v):
-        return {"force": t / v.ramp_time}
-"""
 EXAMPLE = Path(__file__).parents[3] / "examples/power_matrix/study.yaml"
 
 
 @pytest.mark.usefixtures("here")
-def test_a_study_prints_tables_and_writes_its_files(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_study_prints_tables_and_writes_its_files(said: Said) -> None:
     written_study(Path(), STUDY)
-    assert main(["study", "study.yaml"]) == 0
-    text = capsys.readouterr().out
+    text = said("study", "study.yaml")
     assert "carts: 4 runs, 4 made" in text
     assert "swing [rad]: maximum of joint.hinge.q" in text
     assert Path("build/carts.nc").is_file()
     assert Path("build/carts.png").is_file()
-    assert main(["study", "study.yaml", "--output-file", "t.csv", "--no-plot"]) == 0
-    assert "0 made, 4 kept from before" in capsys.readouterr().out
+    assert "0 made, 4 kept from before" in said(
+        "study", "study.yaml", "--output-file", "t.csv", "--no-plot"
+    )
     assert len(Path("t.csv").read_text("utf-8").splitlines()) == 5
 
 
 @pytest.mark.usefixtures("here")
-def test_a_study_writes_its_report(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_study_writes_its_report(said: Said) -> None:
     written_study(Path(), f"{STUDY}series: [joint.hinge.q]\n")
-    assert main(["study", "study.yaml", "--no-plot", "--report"]) == 0
-    assert "carts.report.html" in capsys.readouterr().out
+    assert "carts.report.html" in said("study", "study.yaml", "--no-plot", "--report")
     page = Path("build/carts.report.html").read_text("utf-8")
     assert "m4e-fmi study study.yaml --no-plot --report" in page
     assert "carts: 4 runs, 4 made" in page
     assert "cart.model.yaml" in page
     given = ["study", "study.yaml", "--output-file", "t.csv", "--report", "r.html"]
-    assert main(given) == 2
-    assert "--report is made from a netCDF file" in capsys.readouterr().err
-    assert main(["study", "study.yaml", "--report", "r.pdf"]) == 2
+    assert "--report is made from a netCDF file" in said(*given, code=2)
+    said("study", "study.yaml", "--report", "r.pdf", code=2)
 
 
 @pytest.mark.usefixtures("here")
-def test_a_failed_run_is_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_failed_run_is_exit_code_1(said: Said) -> None:
     written_study(Path(), STUDY.replace("[0, 1]", "[0, 1.e+300]"))
-    assert main(["study", "study.yaml", "--no-plot"]) == 1
-    text = capsys.readouterr().out
+    text = said("study", "study.yaml", "--no-plot", code=1)
     assert "2 of 4 runs failed:\n  k 30, u 1e+300: cart at t = 0 s" in text
     assert "failed" in text
 
 
 @pytest.mark.usefixtures("here")
-def test_a_wrong_study_is_exit_code_2(capsys: pytest.CaptureFixture[str]) -> None:
-    written_study(Path(), STUDY.replace("{k:", "{kk:"))
-    assert main(["study", "study.yaml"]) == 2
-    assert "study.yaml:4:8: the model has no parameter, start value or key 'kk'" in (
-        capsys.readouterr().err
-    )
-    assert not Path("build/carts.nc").exists()
-
-
-@pytest.mark.usefixtures("here")
-def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_makes_no_file(said: Said) -> None:
     written_study(Path(), STUDY)
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    text = capsys.readouterr().out
+    text = said("study", "study.yaml", "--dry-run")
     assert "carts: 4 runs" in text
     assert "k: the start value k [N/m]" in text
     assert "4 runs are members of ensembles" in text
@@ -90,24 +69,12 @@ def test_a_dry_run_makes_no_file(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.usefixtures("here")
-def test_a_dry_run_of_single_simulations_makes_one_of_them(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    written_study(Path(), STUDY.replace("0.5}", "0.5, method: rodas}"))
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    text = capsys.readouterr().out
-    assert "4 runs are single simulations" in text
-    assert "by 1 of the runs" in text
-
-
-@pytest.mark.usefixtures("here")
 def test_a_dry_run_of_a_system_names_fmus_that_are_built(
-    capsys: pytest.CaptureFixture[str],
+    said: Said,
 ) -> None:
     text = "name: s\nsystem: system.yaml\nvary: {pto.damping: [1, 2], push.beyond: [held, error]}\n"
     written_study(Path(), f"{text}wanted: {{f: {{variable: pto.force, statistic: mean}}}}\n")
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    told = capsys.readouterr().out
+    told = said("study", "study.yaml", "--dry-run")
     assert "pto: 2 versions share 1 FMUs" in told
     assert "pto.damping: the key damping of the section of pto" in told
     assert "to be built, 0 are there" in told
@@ -115,18 +82,16 @@ def test_a_dry_run_of_a_system_names_fmus_that_are_built(
 
 
 @pytest.mark.usefixtures("here")
-def test_a_dry_run_tells_the_time_or_what_tells_it(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_dry_run_tells_the_time_or_what_tells_it(said: Said) -> None:
     text = "name: s\nsystem: system.yaml\nstart_up: 0\nvary: {push.beyond: [held, error]}\n"
     text += "wanted: {f: {variable: pto.force, statistic: mean}}\n"
     written_study(Path(), text)
 
     def told() -> str:
-        capsys.readouterr()
-        assert main(["study", "study.yaml", "--dry-run"]) == 0
-        return capsys.readouterr().out
+        return said("study", "study.yaml", "--dry-run")
 
     assert "'m4e-fmi build system.yaml' with the same --build-folder builds" in told()
-    assert main(["build", "system.yaml"]) == 0
+    said("build", "system.yaml")
     assert "by a run of 1 s, of the system as its file has it; beside planning" in told()
     run_study(Path("study.yaml"), executor=Here())
     assert "time: none, all runs are kept" in told()
@@ -135,34 +100,13 @@ def test_a_dry_run_tells_the_time_or_what_tells_it(capsys: pytest.CaptureFixture
 
 
 @pytest.mark.usefixtures("here")
-def test_a_dry_run_of_a_system_whose_own_runs_are_shorter_than_its_ramp(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """Short runs are as long as those of the study in the mean."""
-    text = (
-        "name: s\nsystem: system.yaml\n"
-        "vary: {push.beyond: [held, error], simulation.stop_time: [20, 30]}\n"
-        "wanted: {f: {variable: sea.force, statistic: mean}}\n"
-    )
-    system = SYSTEM.replace("connections:", "  sea: {kind: python, file: sea.py}\nconnections:")
-    written_study(Path(), text, system=system)
-    Path("sea.py").write_text(SEA, "utf-8")
-    assert main(["build", "system.yaml"]) == 0
-    capsys.readouterr()
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
-    assert "by a run of 25 s, of the system as its file has it" in capsys.readouterr().out
-
-
-@pytest.mark.usefixtures("here")
-def test_what_does_not_occur_is_told_and_is_no_failure(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_does_not_occur_is_told_and_is_no_failure(said: Said) -> None:
     scatter = "scatter: {file: s.csv, rows: k, columns: joint.hinge.u}\n"
     written_study(Path(), STUDY.replace("vary: {k: [30, 40], joint.hinge.u: [0, 1]}\n", scatter))
     Path("s.csv").write_text("k,0,1\n30,5,0\n40,0,5\n", "utf-8")
-    assert main(["study", "study.yaml", "--dry-run"]) == 0
     line = "2 of 4 sea states do not occur and are not run"
-    assert line in capsys.readouterr().out
-    assert main(["study", "study.yaml", "--no-plot", "--report"]) == 0
-    text = capsys.readouterr().out
+    assert line in said("study", "study.yaml", "--dry-run")
+    text = said("study", "study.yaml", "--no-plot", "--report")
     assert "carts: 2 runs, 2 made" in text
     assert line in text
     assert line in Path("build/carts.report.html").read_text("utf-8")

@@ -84,7 +84,8 @@ def test_a_pipe_in_place_of_a_file_is_named(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a device without end")
-def test_parameters_are_read_up_to_a_limit(tmp_path: Path) -> None:
-    (tmp_path / "p.ssv").symlink_to("/dev/zero")
-    with pytest.raises(InputError, match=r"p.ssv: cannot be read: is longer than 50 MB"):
-        read_parameter_set(tmp_path / "p.ssv")
+@pytest.mark.parametrize(("name", "limit"), [("m.yaml", 10), ("p.ssv", 50)])
+def test_a_file_without_end_is_read_up_to_a_limit(name: str, limit: int, tmp_path: Path) -> None:
+    (tmp_path / name).symlink_to("/dev/zero")
+    with pytest.raises(InputError, match=rf"{name}.* is longer than {limit} MB"):
+        READERS[name](tmp_path / name)

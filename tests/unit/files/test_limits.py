@@ -8,7 +8,6 @@ import pytest
 
 from m4e_fmi.files import limits
 from m4e_fmi.files.limits import LIMITS, MB
-from m4e_fmi.files.yaml_tree import read_yaml
 
 ROOT = Path(__file__).parents[3]
 HEAD = "| file | limited | at most | why |\n|---|---|---|---|\n"
@@ -38,11 +37,3 @@ def test_the_docs_have_the_limits(request: pytest.FixtureRequest) -> None:
 def test_all_limits_are_in_the_table() -> None:
     named = {value for name, value in vars(limits).items() if name.isupper() and name != "LIMITS"}
     assert named - {one.most for one in LIMITS} <= {limits.MB, limits.SMALL}
-
-
-@pytest.mark.parametrize("path", sorted((ROOT / "examples").rglob("*.yaml")), ids=lambda p: p.name)
-def test_examples_are_far_below_the_limits(path: Path) -> None:
-    text = path.read_text("utf-8")
-    _, places = read_yaml(text, path)
-    assert len(text) < limits.LARGEST_YAML / 100
-    assert len(places) < limits.MOST_WRITTEN / 20

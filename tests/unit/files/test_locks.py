@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import errno
-import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,7 +16,6 @@ from typing import Any
 import pytest
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.files import temporary
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.signals import handled
@@ -66,13 +62,6 @@ def test_what_a_living_process_has_is_left_and_a_dead_ones_removed(tmp_path: Pat
     with claimed(tmp_path / "other.nc"), TemporaryFolder(tmp_path) as folder:
         assert len(names(tmp_path)) == 3  # a lock for each, and the folder
         assert folder.is_dir()
-    assert names(tmp_path) == set()
-
-
-def test_a_number_that_another_process_has_by_now_means_nothing(tmp_path: Path) -> None:
-    (tmp_path / ".r.nc.m4e-lock").write_text(f"process {os.getppid()} on here")
-    with claimed(tmp_path / "r.nc"):
-        assert f"process {os.getpid()} on " in (tmp_path / ".r.nc.m4e-lock").read_text()
     assert names(tmp_path) == set()
 
 
@@ -125,14 +114,6 @@ def test_many_processes_take_locks_while_others_sweep(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_temporary_folders_can_be_made_after_others_have_tidied_up(tmp_path: Path) -> None:
-    with TemporaryFolder(tmp_path) as first:
-        shutil.rmtree(first.parent)
-        with TemporaryFolder(tmp_path) as second:
-            assert second.is_dir()
-    assert names(tmp_path) == set()
-
-
 def test_ctrl_c_while_a_folder_is_made_leaves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -146,20 +127,3 @@ def test_ctrl_c_while_a_folder_is_made_leaves_nothing(
     with handled([signal.SIGINT], signal.default_int_handler), pytest.raises(KeyboardInterrupt):
         TemporaryFolder(tmp_path)  # also where Ctrl-C is ignored, as in the background of a shell
     assert names(tmp_path) == set()
-
-
-def test_a_folder_that_cannot_be_made_leaves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usual = Path.mkdir
-
-    def full(self: Path, *arguments: object, **options: object) -> None:
-        if self.name == "0":
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        usual(self, *arguments, **options)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(Path, "mkdir", full)
-    with pytest.raises(OSError, match="No space"):
-        TemporaryFolder(tmp_path)
-    assert names(tmp_path) == set()
-    assert not temporary._places

@@ -47,25 +47,15 @@ OF_ALL = {
 """Modules that read tables for the others."""
 
 SI: dict[str, tuple[str, float]] = {
-    "m": ("length", 1.0),
-    "cm": ("length", 1e-2),
-    "s": ("time", 1.0),
-    "min": ("time", 60.0),
-    "rad": ("angle", 1.0),
-    "deg": ("angle", math.pi / 180.0),
-    "N": ("force", 1.0),
-    "kN": ("force", 1e3),
-    "Hz": ("frequency", 1.0),
-    "rad/s": ("angular frequency", 1.0),
-    "rpm": ("angular frequency", math.pi / 30.0),
-    "m2/Hz": ("energy over frequency", 1.0),
-    "cm2/Hz": ("energy over frequency", 1e-4),
+    "m": ("length", 1.0), "cm": ("length", 1e-2), "s": ("time", 1.0), "min": ("time", 60.0),
+    "rad": ("angle", 1.0), "deg": ("angle", math.pi / 180.0),
+    "N": ("force", 1.0), "kN": ("force", 1e3), "Hz": ("frequency", 1.0),
+    "rad/s": ("angular frequency", 1.0), "rpm": ("angular frequency", math.pi / 30.0),
+    "m2/Hz": ("energy over frequency", 1.0), "cm2/Hz": ("energy over frequency", 1e-4),
     "m2.s/rad": ("energy over angular frequency", 1.0),
-    "N/m2": ("force over area", 1.0),
-    "kN/m2": ("force over area", 1e3),
-    "N.m/m2": ("moment over area", 1.0),
-    "kN.m/m2": ("moment over area", 1e3),
-}
+    "N/m2": ("force over area", 1.0), "kN/m2": ("force over area", 1e3),
+    "N.m/m2": ("moment over area", 1.0), "kN.m/m2": ("moment over area", 1e3),
+}  # fmt: skip
 """Quantity and SI value of units, by hand."""
 GIVEN = ("deg", "cm", "kN", "min", "Hz", "rpm", "cm2/Hz", "kN/m2", "kN.m/m2")
 BRACKETS = [*(f"[{unit}]" for unit in (*GIVEN, "furlong", "-")), *(f"({unit})" for unit in GIVEN)]
@@ -113,14 +103,8 @@ def drift(folder: Path) -> np.ndarray:
     return np.concatenate([found.omega, found.directions, found.values.ravel()])
 
 
-PLAIN = {
-    "length": "m",
-    "angle": "rad",
-    "force": "N",
-    "duration": "s",
-    "rate": "Hz",
-    "speed": "rad/s",
-}
+PLAIN = {"length": "m", "angle": "rad", "force": "N", "duration": "s", "rate": "Hz",
+         "speed": "rad/s"}  # fmt: skip
 """Signals, parameters and records, and their units."""
 WITH_TIME = {"time": "s", **PLAIN}
 
@@ -136,20 +120,13 @@ def signals_by_other_names(folder: Path) -> np.ndarray:
     return np.array([found.times, found.values["f"]])
 
 
-MODEL = """\
+PARAMETERS = "".join(f"  {name}: {{value: 1, unit: {unit}}}\n" for name, unit in PLAIN.items())
+MODEL = f"""\
 name: pendulum
 gravity: 9.81
 parameters:
-  length: {value: 1, unit: m}
-  angle: {value: 1, unit: rad}
-  force: {value: 1, unit: N}
-  duration: {value: 1, unit: s}
-  rate: {value: 1, unit: Hz}
-  speed: {value: 1, unit: rad/s}
-bodies:
-  bob: {mass: 1, inertia: 0.1}
-joints:
-  hinge: {type: revolute, child: bob, joint_to_child: [0, -0.5]}
+{PARAMETERS}bodies: {{bob: {{mass: 1, inertia: 0.1}}}}
+joints: {{hinge: {{type: revolute, child: bob, joint_to_child: [0, -0.5]}}}}
 """
 
 
@@ -209,36 +186,31 @@ BY_OMEGA = {"amplitude": "m", "omega": "rad/s", "phase": "rad", "direction": "de
 OF_DRIFT = {"omega": "rad/s", "direction": "deg"} | dict.fromkeys(("surge", "sway"), "N/m2")
 RECORD = np.stack([0.5 * np.arange(40.0), np.sin(np.arange(40.0))], 1)
 CASES = {**PLAIN, "stop": "s"}
+CSV = "m4e_fmus.table.rows"
+OF_MODELS = "m4e_fmi.model.yaml"
+SPECTRUM = {"omega": "rad/s", "density": "m2.s/rad"}
+DRIFT = np.array([[0.5, 0.0, 1.0, 2.0, 3.0], [1.5, 0.0, 4.0, 5.0, 6.0]])
+COMPARING, MEASURED = "m4e_fmi.analysis.comparison.comparing", "m4e_fmi.results.measured"
 READERS = {
     "wave components": Reader(WAVES, BY_PERIOD, rising(3, 4), components),
     "wave components over omega": Reader(WAVES, BY_OMEGA, rising(3, 4), components),
-    "spectrum": Reader(WAVES, {"omega": "rad/s", "density": "m2.s/rad"}, rising(4, 2), density),
+    "spectrum": Reader(WAVES, SPECTRUM, rising(4, 2), density),
     "spectrum over frequency": Reader(
         WAVES, {"frequency": "Hz", "density": "m2/Hz"}, rising(4, 2), density
     ),
     "record of waves": Reader(WAVES, {"time": "s", "elevation": "m"}, RECORD, record),
     "drift": Reader(
-        "m4e_adapters.hydrodynamics.drift.files",
-        {**OF_DRIFT, "yaw": "N.m/m2"},
-        np.array([[0.5, 0.0, 1.0, 2.0, 3.0], [1.5, 0.0, 4.0, 5.0, 6.0]]),
-        drift,
+        "m4e_adapters.hydrodynamics.drift.files", {**OF_DRIFT, "yaw": "N.m/m2"}, DRIFT, drift
     ),
-    "signals": Reader("m4e_fmus.table.rows", WITH_TIME, rising(4, 7), signals),
+    "signals": Reader(CSV, WITH_TIME, rising(4, 7), signals),
     "signals by other names": Reader(
-        "m4e_fmus.table.rows",
-        {"force": "kN", "time": "s"},
-        rising(4, 2),
-        signals_by_other_names,
+        CSV, {"force": "kN", "time": "s"}, rising(4, 2), signals_by_other_names
     ),
-    "tables of a model": Reader("m4e_fmi.model.yaml", WITH_TIME, rising(4, 7), tables_of_a_model),
-    "table by place": Reader(
-        "m4e_fmi.model.yaml", {"t": "s", "F": "kN"}, rising(4, 2), table_by_place
-    ),
+    "tables of a model": Reader(OF_MODELS, WITH_TIME, rising(4, 7), tables_of_a_model),
+    "table by place": Reader(OF_MODELS, {"t": "s", "F": "kN"}, rising(4, 2), table_by_place),
     "cases of a study": Reader("m4e_fmi.study.given.tables", CASES, rising(3, 7), cases),
-    "compared": Reader("m4e_fmi.analysis.comparison.comparing", WITH_TIME, rising(40, 7), compared),
-    "decay": Reader(
-        "m4e_fmi.results.measured", {"time": "s", "heave": "m"}, RECORD, decay("heave"), "angle"
-    ),
+    "compared": Reader(COMPARING, WITH_TIME, rising(40, 7), compared),
+    "decay": Reader(MEASURED, {"time": "s", "heave": "m"}, RECORD, decay("heave"), "angle"),
 }
 
 
@@ -286,21 +258,13 @@ def test_optional_columns_of_wave_components(tmp_path: Path) -> None:
             components(tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("head", "rows", "columns"),
-    [
-        ("d", 1.0, 1.0),
-        ("d [cm]", 0.01, 1.0),
-        ("d [m/s]", None, None),
-        ("length [cm] / duration [min]", 0.01, 60.0),
-        ("length (cm)\\duration (min)", 0.01, 60.0),
-        ("duration [min] / length [cm]", None, None),
-        ("length / duration [min]", None, None),
-        ("length [cm] / duration", None, None),
-        ("length [cm] / duration [furlong]", None, None),
-        ("length [furlong] / duration [s]", None, None),
-    ],
-)
+@pytest.mark.parametrize(("head", "rows", "columns"), [
+    ("d", 1.0, 1.0), ("d [cm]", 0.01, 1.0), ("d [m/s]", None, None),
+    ("length [cm] / duration [min]", 0.01, 60.0), ("length (cm)\\duration (min)", 0.01, 60.0),
+    *((head, None, None) for head in (
+        "duration [min] / length [cm]", "length / duration [min]", "length [cm] / duration",
+        "length [cm] / duration [furlong]", "length [furlong] / duration [s]")),
+])  # fmt: skip
 def test_units_of_a_scatter_diagram(
     head: str, rows: float | None, columns: float | None, tmp_path: Path
 ) -> None:

@@ -68,13 +68,6 @@ def test_what_other_machines_left_is_removed_after_a_day(tmp_path: Path) -> None
     remove_leftovers(tmp_path / "none")
 
 
-def test_what_this_process_is_writing_stays(tmp_path: Path) -> None:
-    with written(tmp_path / "a.fmu") as part:
-        part.write_text("x")
-        remove_leftovers(tmp_path)
-    assert (tmp_path / "a.fmu").read_text() == "x"
-
-
 def test_builds_at_one_time_leave_a_record_that_fits_or_none(tmp_path: Path) -> None:
     """However the files of two builds come one after the other."""
     fmu = tmp_path / "a.fmu"
@@ -141,10 +134,6 @@ def test_another_version_of_the_compiler_compiles_again(
     assert cached_shared("one", [], source) == first
     compiler.write_text('#!/bin/sh\n# newer\nexec cc "$@"\n')
     assert cached_shared("one", [], source) != first
-
-
-def test_parts_are_named_after_their_process() -> None:
-    assert f"-{os.getpid()}-" in part_prefix()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="containers of Linux")

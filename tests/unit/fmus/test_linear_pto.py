@@ -1,17 +1,11 @@
 """The linear power take-off: direction and sign of its force, its power and energy."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.programs import Evaluated
 
 from m4e_adapters.control import LinearPtoConfig, linear_pto
-from m4e_fmi.cosim import prepare
-from m4e_fmi.errors import InputError
-from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
-from m4e_fmi.program.python_form import load_python
-from m4e_fmus.linear_pto import Config, make
 
 
 def program(**changes) -> Program:
@@ -20,10 +14,11 @@ def program(**changes) -> Program:
 
 
 def outputs(pto: Program, motion: tuple, energy: float = 0.0) -> dict[str, float]:
-    form = load_python(pto)
-    p = [v.start for v in pto.parameters]
-    found = form.outputs(0.0, [energy], list(motion), p, form.constants(p))
-    return dict(zip([v.name for v in pto.outputs], found, strict=True))
+    return Evaluated(pto).outputs({"energy": energy, **moved(pto, motion)})
+
+
+def moved(pto: Program, motion: tuple) -> dict[str, float]:
+    return dict(zip(order(pto), motion, strict=True))
 
 
 def order(pto: Program) -> list[str]:
@@ -61,11 +56,6 @@ def test_in_space():
     assert found["power"] == pytest.approx(20.0)
 
 
-def test_anchor_and_point_have_the_same_dimensions():
-    with pytest.raises(ValueError, match="have 2 and 3 coordinates"):
-        program(rest_length=None, point_at=(1.0, 0.0, -45.0))
-
-
 def test_pretension_pulls_and_a_compressed_spring_pushes():
     found = outputs(program(pretension=10.0, rest_length=10.0), (7.0, 0.0, -42.0, 0.0))
     assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-6.0, -8.0))
@@ -86,12 +76,9 @@ def test_a_damper_opposes_motion_along_the_line_only_and_absorbs_what_the_body_g
 
 
 def test_energy_is_the_integral_of_power():
-    pto = program(damping=7.0)
-    form = load_python(pto)
-    p = [v.start for v in pto.parameters]
-    motion = [7.0, 2.0, -42.0, 3.0]
-    (rate,) = form.rates(0.0, [123.0], motion, p, form.constants(p))
-    assert rate == pytest.approx(outputs(pto, tuple(motion))["power"])
+    pto, motion = program(damping=7.0), (7.0, 2.0, -42.0, 3.0)
+    rates = Evaluated(pto).rates({"energy": 123.0, **moved(pto, motion)})
+    assert rates["energy"] == pytest.approx(outputs(pto, motion)["power"])
 
 
 def test_the_rest_length_follows_from_where_the_point_is_at_rest():
@@ -101,60 +88,3 @@ def test_the_rest_length_follows_from_where_the_point_is_at_rest():
     assert starts["rest_length"] == pytest.approx(10.0)
     assert (starts["p.x"], starts["p.z"]) == (7.0, -42.0)
     assert outputs(pto, (7.0, 0.0, -42.0, 0.0))["p.force_x"] == 0
-
-
-def test_the_kind_makes_the_same_program():
-    config = Config(point="p", anchor=(0.0, -50.0), damping=1.0, rest_length=47.0)
-    made = make(config, name="pto", folder=Path(), progress=lambda _: None)
-    assert made.name == "pto"
-    assert [v.name for v in made.inputs] == ["p.x", "p.vx", "p.z", "p.vz"]
-    assert {v.name: v.start for v in made.inputs}["p.z"] == -3.0
-
-
-GOOD = "point: p\nanchor: [0, -50]\ndamping: 1\nrest_length: 47\n"
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "message", "remedy"),
-    [
-        ("rest_length: 47\n", "", "rest length must be given", "point_at"),
-        ("rest_length: 47", "rest_length: 47\npoint_at: [0, 1]", "given in one way", "rest_length"),
-        ("rest_length: 47", "point_at: [0, -50]", "are both", "move the anchor"),
-        ("damping: 1", "damping: -1", "greater than or equal to 0", ""),
-        ("damping: 1", "dampin: 1", "unknown key 'dampin'", "did you mean 'damping'?"),
-        ("point: p", "point: p.x", "match pattern", ""),
-    ],
-)
-def test_mistakes(before, after, message, remedy):
-    assert before in GOOD
-    with pytest.raises(InputError) as caught:
-        Document.parse(GOOD.replace(before, after)).validate(LinearPtoConfig)
-    matching = [p for p in caught.value.problems if message in p.message]
-    assert len(matching) == 1
-    assert remedy in matching[0].remedy
-
-
-MODEL = """
-name: sled
-gravity: 0
-bodies: {b: {mass: 4, inertia: 1}}
-joints: {j: {type: prismatic, child: b, direction: [1, 0], initial: {u: 1}}}
-points: {p: {body: b, at: [0, 0]}}
-"""
-
-
-@pytest.mark.parametrize(("sign", "count"), [("", 0), (" * -1", 1)])
-def test_a_force_that_is_turned_round_is_warned_of(sign: str, count: int, tmp_path: Path) -> None:
-    (tmp_path / "b.model.yaml").write_text(MODEL)
-    (tmp_path / "s.yaml").write_text(
-        "name: s\ncomponents:\n  b: {model: b.model.yaml}\n"
-        "  pto: {kind: linear_pto, point: p, anchor: [-9, 0], damping: 1, point_at: [0, 0], "
-        "start: {p.x: 5}}\n"
-        "connections:\n  - b.point.p.x -> pto.p.x\n  - b.point.p.vx -> pto.p.vx\n"
-        f"  - pto.p.force_x{sign} -> b.point.p.force_x\n"
-        "simulation: {stop_time: 1, step_size: 0.1}\n"
-    )
-    found = prepare(tmp_path / "s.yaml", build_directory=tmp_path / "build").warnings
-    assert sum("the power is not kept" in line for line in found) == count
-    told = "the start value of pto.p.x has no effect: it is connected to b.point.p.x"
-    assert sum(line.startswith(told) for line in found) == 1

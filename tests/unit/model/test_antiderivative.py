@@ -42,37 +42,14 @@ def check(text: str, places: tuple[float, ...] = PLACES) -> None:
         assert found == pytest.approx(expected, rel=1e-12, abs=1e-12), text
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "k",
-        "k*x",
-        "k*x + c*x**3",
-        "x**12 - k*x**5*(1 + x)",
-        "(k*x + c)**9",
-        "(1 + x + c*x**2)**4",
-        "(k*x + 1)*(x - c)**2/a",
-        "-(x - 2)*3",
-        "k*abs(x)*x",
-        "k*abs(x)**1.5*sign(x)",
-        "c*max(0, x)",
-        "k*max(x - 0.1, 0)**1.5",
-        "k*min(0, a*x + b)",
-        "k*min(0, x)**2",
-        "k*min(x, 0)**3*sign(x)",
-        "k*tanh(x/0.01)",
-        "tanh(a*x + b) + c*atan(2*x) - sin(x)*k",
-        "k*(exp(a*x) - 1)",
-        "k*cos(a*x)/c",
-        "x*(1 + abs(x))",
-        "(1 - abs(x)*c)*x",
-        "abs(a*x - b)**3",
-        "k*sign(x - 1)",
-        "1/(x + 0.05)",
-        "c/(x - 7)**2",
-        "-k/(a*x + b)**3",
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "k", "k*x", "k*x + c*x**3", "x**12 - k*x**5*(1 + x)", "(k*x + c)**9", "(1 + x + c*x**2)**4",
+    "(k*x + 1)*(x - c)**2/a", "-(x - 2)*3", "k*abs(x)*x", "k*abs(x)**1.5*sign(x)", "c*max(0, x)",
+    "k*max(x - 0.1, 0)**1.5", "k*min(0, a*x + b)", "k*min(0, x)**2", "k*min(x, 0)**3*sign(x)",
+    "k*tanh(x/0.01)", "tanh(a*x + b) + c*atan(2*x) - sin(x)*k", "k*(exp(a*x) - 1)",
+    "k*cos(a*x)/c", "x*(1 + abs(x))", "(1 - abs(x)*c)*x", "abs(a*x - b)**3", "k*sign(x - 1)",
+    "1/(x + 0.05)", "c/(x - 7)**2", "-k/(a*x + b)**3",
+])  # fmt: skip
 def test_the_derivative_of_the_integral_is_the_law(text: str) -> None:
     check(text)
 
@@ -82,20 +59,11 @@ def test_laws_of_positive_numbers(text: str) -> None:
     check(text, PLACES[2:])
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "x*tanh(x)",
-        "exp(x**2)",
-        "sin(x)/x",
-        "max(x, x**2)",
-        "x**x",
-        "tan(x)",
-        "abs(x)*abs(x-1)",
-        "((x**2 + 1)**4)**4",  # too long to be multiplied out
-        "*".join(["(1 + abs(x))"] * 100),
-    ],
-)
+@pytest.mark.parametrize("text", [
+    "x*tanh(x)", "exp(x**2)", "sin(x)/x", "max(x, x**2)", "x**x", "tan(x)", "abs(x)*abs(x-1)",
+    "((x**2 + 1)**4)**4",  # too long to be multiplied out
+    "*".join(["(1 + abs(x))"] * 100),
+])  # fmt: skip
 def test_what_is_not_known_is_said_to_be_unknown(text: str) -> None:
     assert antiderivative(parse(text), "x") is None
 
@@ -115,18 +83,8 @@ def test_a_law_that_is_infinite_at_zero_has_no_potential(text: str) -> None:
     assert potential(parse(text), "x", Values(PARAMETERS)) is None
 
 
-TERMS = [
-    "x",
-    "x**2",
-    "abs(x)*x",
-    "max(0, x - b)",
-    "tanh(a*x)",
-    "sin(x + b)",
-    "exp(-a*x)",
-    "atan(x)",
-    "k*x**3",
-    "sign(x)*abs(x)**0.5",
-]
+TERMS = ["x", "x**2", "abs(x)*x", "max(0, x - b)", "tanh(a*x)", "sin(x + b)", "exp(-a*x)",
+         "atan(x)", "k*x**3", "sign(x)*abs(x)**0.5"]  # fmt: skip
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)

@@ -137,12 +137,6 @@ def test_what_has_no_derivative_is_refused(load: Load) -> None:
         sensitivity(model, of=["der(body.block.vx)"], by=["body.block.vx"])
 
 
-def test_a_slack_rope_has_a_derivative() -> None:
-    linear = linearize(flying(rope=TensionStop(ENDS, 1e3, upper=2.0, damping=3.0)))
-    assert linear.mechanical is not None
-    assert not linear.mechanical.K.any()
-
-
 def test_what_passes_through_is_drawn(tmp_path: Path) -> None:
     spring, damper = TensionSpring(ENDS, stiffness=50.0, length=0.0), TensionDamper(ENDS, 1.0)
     model = sliding(spring=spring, damper=damper, foot=Bushing(ENDS, 1.0))

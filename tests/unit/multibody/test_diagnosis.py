@@ -61,17 +61,6 @@ def test_start_values_must_be_finite(value: float) -> None:
         simulate(arm(), stop_time=0.1, start_values={"k": value})
 
 
-def test_a_number_out_of_scale_is_named() -> None:
-    with pytest.raises(RunError, match=r"t = 0 s.*joint\.elbow\.u is 1e\+200"):
-        simulate(arm(), stop_time=0.1, start_values={"joint.elbow.u": 1e200})
-
-
-def test_a_load_that_overflows_is_named() -> None:
-    model = replace(arm(), loads={"pull": PointForce("hand", ("exp(200 * k * (1 + t))", 0.0))})
-    with pytest.raises(RunError, match=r"t = 0 s.*load pull cannot be computed: math range error"):
-        simulate(model, stop_time=1.0, start_values={"k": 5.0})
-
-
 def test_a_pole_names_load_and_time() -> None:
     model = replace(arm(), loads={"pull": PointForce("hand", ("k / t", 0.0))})
     with pytest.raises(RunError, match=r"arm at t = 0 s.*load pull cannot be computed: .*division"):

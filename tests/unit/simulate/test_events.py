@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.errors import InputError
-from m4e_fmi.model import Body, Joint, JointEffort, JointStop, Model, Table, TensionStop
-from m4e_fmi.model.elements import Point
-from m4e_fmi.multibody import model_program
+from m4e_fmi.model import Body, Joint, JointEffort, JointStop, Model, Table
 from m4e_fmi.simulate import Watch, simulate
 
 G, STIFFNESS = 9.81, 1e4
@@ -62,49 +59,6 @@ def test_a_terminal_event_ends_the_simulation(method: str) -> None:
     assert "watched.joint.fall.u" not in result.values
 
 
-def test_events_are_the_same_with_progress_and_change_nothing() -> None:
-    alone = simulate(ball(), stop_time=2.0)
-    told: list[float] = []
-    watched = simulate(ball(), stop_time=2.0, events=[Watch(GAP)], progress=told.append)
-    np.testing.assert_array_equal(alone["joint.fall.q"], watched["joint.fall.q"])
-    assert len(watched.events) == 4
-    assert told[-1] == 2.0
-
-
-def test_a_name_alone_is_watched_in_both_directions() -> None:
-    named, watched = (simulate(ball(), stop_time=1.0, events=[e]) for e in (GAP, Watch(GAP)))
-    assert [event.time for event in named.events] == [event.time for event in watched.events]
-    assert len(named.events) == 2
-
-
-def test_events_that_cannot_be() -> None:
-    with pytest.raises(InputError, match=r"did you mean 'load\.floor\.gap'"):
-        simulate(ball(), stop_time=1.0, events=[Watch("load.flor.gap")])
-    with pytest.raises(InputError, match="finds no events"):
-        simulate(ball(), stop_time=1.0, events=[Watch(GAP)], method="python")
-
-
-def test_gaps_are_to_the_nearer_limit() -> None:
-    joint = Joint("prismatic", "a", direction=(1.0, 0.0), initial={"q": 0.7})
-    hinge = Joint("revolute", "b", "a", coordinate="relative", initial={"q": 0.3})
-    model = Model(
-        "two",
-        {"a": Body(1.0, 1.0), "b": Body(1.0, 1.0)},
-        {"rail": joint, "hinge": hinge},
-        {"end": Point("a", (1.0, 0.0)), "wall": Point("ground", (4.0, 0.0))},
-        {
-            "rails": JointStop("rail", 1.0, -0.5, 1.0),
-            "turns": JointStop("hinge", 1.0, upper=0.25),
-            "rope": TensionStop(("end", "wall"), 1.0, lower=2.0, upper=5.0),
-        },
-    )
-    result = simulate(model, stop_time=0.01)
-    gaps = [result[f"load.{name}.gap"][0] for name in ("rails", "turns", "rope")]
-    assert gaps == pytest.approx([0.3, -0.05, 0.3], abs=1e-15)
-    units = [result.variables[f"load.{name}.gap"].unit for name in ("rails", "turns", "rope")]
-    assert units == ["m", "rad", "m"]
-
-
 TIMES = np.arange(0.0, 10.1, 0.25)
 FORCES = np.where(np.arange(TIMES.size) % 2, 1.0, -1.0) * np.linspace(1.0, 3.0, TIMES.size)
 
@@ -147,11 +101,3 @@ def test_steps_end_at_the_rows_of_tables(method: str) -> None:
     ]
     # each of 40 smooth pieces is off by some 1e-8; across a kink the order is lost
     assert errors[0] < min(1e-7, errors[1])
-
-
-def test_a_program_of_a_model_has_its_kinks() -> None:
-    model, program = (
-        simulate(system, stop_time=10.0, output_interval=0.7)["joint.rail.q"]
-        for system in (driven(), model_program(driven(), inputs=()))
-    )
-    assert model.tolist() == program.tolist()

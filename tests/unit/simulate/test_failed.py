@@ -113,15 +113,3 @@ def test_a_signal_leaves_rows(
     kept = m4e.load("r.nc")
     np.testing.assert_allclose(kept.time, np.arange(4) * 0.1, atol=1e-12)
     assert kept.attributes["ended"] == told
-
-
-def test_a_single_row_replaces_no_results(fuse: str, capsys: pytest.CaptureFixture[str]) -> None:
-    short = ["simulate", fuse, "--no-plot", "--output-file", "r.nc"]
-    assert main([*short, "--stop-time", "0.5"]) == 0
-    before = Path("r.nc").read_bytes()
-    assert main([*short, "--output-interval", "0.6"]) == 1
-    assert "made no step: r.nc is as it was" in capsys.readouterr().err
-    assert Path("r.nc").read_bytes() == before
-    Path("r.nc").unlink()
-    assert main([*short, "--output-interval", "0.6", "--report"]) == 1
-    assert "results until t = 0 s are in r.nc (1 row)" in capsys.readouterr().err

@@ -9,8 +9,6 @@ import pytest
 from m4e_fmi.analysis import linearize
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model
-from m4e_fmi.multibody import model_program
-from m4e_fmi.multibody.diagnosis import diagnosis
 from m4e_fmi.simulate import simulate
 
 MODEL = """
@@ -78,15 +76,3 @@ def test_numbers_that_become_wrong(
     assert error.value.problems[0].line == line
     with pytest.raises(InputError, match=message):
         linearize(model, at=given)
-
-
-def test_wrong_numbers_set_at_run_time_are_diagnosed(model: Model) -> None:
-    """As in an FMU, where another tool sets the parameter."""
-    values = {v.name: v.start for v in model_program(model).parameters}
-    assert diagnosis(model, values | {"tilt": 0.0}, 0.0) == "joints.j.axis: the axis has no length"
-
-
-def test_moments_of_inertia_have_a_lower_limit(model: Model) -> None:
-    limits = {v.name: v.minimum for v in model_program(model).parameters}
-    assert limits["Izz"] == 0.0
-    assert limits["Ixy"] == -float("inf")

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from m4e_fmi.statistics import STATISTICS, Spectrum, Statistic, peaks
+from m4e_fmi.statistics import STATISTICS, Statistic, peaks
 from m4e_fmi.units import parse_unit
 
 EVERY = list(STATISTICS.values())
@@ -82,18 +82,6 @@ def test_units_can_be_read(unit: str) -> None:
         assert found.factor == pytest.approx(given.factor**2)
 
 
-def test_a_statistic_is_shown_in_a_line() -> None:
-    assert all(len(repr(one).splitlines()) == 1 for one in EVERY)
-    assert repr(STATISTICS["mean"].explained(TIME, WAVE)) == (
-        "Explained(1 values, 0 of them not defined)"
-    )
-
-
-@pytest.mark.parametrize(("unit", "squared"), [("m²", "m4"), ("N·m", "N2.m2"), ("m/s²", "m2/s4")])
-def test_units_with_other_characters_are_squared(unit: str, squared: str) -> None:
-    assert STATISTICS["spectral_moment_0"].unit(unit) == squared
-
-
 def test_a_level_that_is_touched_is_risen_above_from_there() -> None:
     """A row at the level itself: not yet above it, and counted once."""
     time = np.arange(5.0)
@@ -107,11 +95,3 @@ def test_a_row_at_the_level_begins_a_cycle() -> None:
     found = peaks(np.arange(8.0), record, level=0.0)
     assert found.crossings.tolist() == [0.5, 5.0]
     assert found.crests.tolist() == [1.0]
-
-
-def test_the_peak_of_a_spectrum_is_between_its_frequencies() -> None:
-    """The parabola through the logarithms is exact for a bell: 0.3 of a step beyond the third."""
-    omega = 0.1 * np.arange(8.0)
-    density = np.exp(-(((omega - 0.33) / 0.1) ** 2))
-    found = Spectrum(omega, density, 10.0, 100.0, 1.0)
-    assert found.peak_period == pytest.approx(2.0 * np.pi / 0.33, rel=1e-12)

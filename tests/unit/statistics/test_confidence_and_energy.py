@@ -60,18 +60,6 @@ def test_the_error_of_annual_energy_is_its_scatter() -> None:
     assert said == pytest.approx(scatter, rel=3.5 / np.sqrt(2000) + 0.02)
 
 
-def test_probabilities_and_shapes_are_checked() -> None:
-    for power, probability in (
-        ([[1.0], [2.0]], [0.7, 0.7]),
-        ([[1.0], [2.0]], [-0.1, 0.7]),
-        ([[1.0], [2.0]], [0.5]),
-        ([1.0, 2.0], [0.5, 0.5]),
-        ([[1.0]], [np.nan]),
-    ):
-        with pytest.raises(InputError):
-            annual_energy(power, probability)
-
-
 def test_power_matrix() -> None:
     found = power_matrix(
         [1.0, 1.5, 2.0, 3.0, 9.0], [6.0, 6.5, 8.0, 9.0, 6.0], [10.0, 20.0, 40.0, np.nan, 1.0],

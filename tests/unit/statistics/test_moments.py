@@ -37,31 +37,12 @@ def test_rows_count_as_long_as_they_last() -> None:
     assert STATISTICS["percentile"].compute(time, values, percent=50) == pytest.approx([1.0])
 
 
-def test_percentiles_and_time_above_of_a_ramp() -> None:
-    time = np.linspace(0.0, 10.0, 1001)
-    assert STATISTICS["percentile"].compute(time, time, percent=90) == pytest.approx([9.0])
-    assert STATISTICS["time_above"].compute(time, time, level=7.5) == pytest.approx([0.25])
-
-
 def test_impacts_are_counted_by_their_rises_above_a_level() -> None:
     """Contact at the beginning has not risen; one that stays is one; the level is not above it."""
     time = np.arange(9.0)
     force = np.array([5.0, 0.0, 2.0, 3.0, 0.0, 1.0, 0.0, 4.0, 4.0])
     assert STATISTICS["number_above"].compute(time, force, level=1.0) == pytest.approx([2.0])
     assert STATISTICS["number_above"].compute(time, -force, level=1.0) == pytest.approx([0.0])
-
-
-def test_one_row_and_rows_that_are_not_finite_are_explained() -> None:
-    one = STATISTICS["mean"].explained([1.0], [[2.0], [3.0]])
-    assert np.isnan(one.values).all()
-    assert "no duration" in one.reasons[0]
-    assert STATISTICS["maximum"].compute([1.0], [[2.0], [3.0]]).tolist() == [2.0, 3.0]
-    values = np.stack([SINE, SINE])
-    values[1, [7, 9]] = np.nan, np.inf
-    found = STATISTICS["maximum"].explained(TIME, values)
-    assert found.values[0] == pytest.approx(3.0)
-    assert np.isnan(found.values[1])
-    assert found.reasons == ("", f"2 of 2001 rows are not finite, the first at t = {TIME[7]:g} s")
 
 
 def test_wrong_arrays_and_parameters_are_refused() -> None:

@@ -188,8 +188,8 @@ class Revolved(Section):
                 "leave the point out if it closes a flat end, which is closed anyway; two parts "
                 "that do not touch are two bodies",
             )
-        if max(radii) == 0:
-            raise rejected("the profile has no radius above 0", order)
+        if max(radii) < SMALLEST:
+            raise rejected(f"the profile has no radius of {SMALLEST} m or more", order)
         if self.hole is not None and (radii[0] < self.hole or min(radii[1:]) <= self.hole):
             text = f"the profile has a radius of {min(radii):g} m, in the hole of {self.hole:g} m"
             raise rejected(text, "write the outer surface only; flat ends are closed to the hole")

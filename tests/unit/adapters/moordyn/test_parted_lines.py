@@ -6,11 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.lines_in_waves import mooring_of, started
 
-from m4e_adapters.moordyn import Mooring, MooringConfig, mooring
-from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_fmi.cosim import load, run
-from m4e_fmi.files.document import Document
 
 LINES = """\
 water: {density: 1025, depth: 300}
@@ -36,27 +34,9 @@ simulation: {{stop_time: 5, step_size: 0.1, algorithm: jacobi}}
 """
 
 
-def made(text: str) -> Mooring:
-    return mooring(Document.parse(text).validate(MooringConfig))
-
-
-def started(text: str, *, parting: list[tuple[int, int, int]]) -> LineSystem:
-    of = made(text)
-    lines = LineSystem(
-        of.text,
-        fairleads=[0.0],
-        lines=of.lines,
-        time_step=of.time_step,
-        net=of.net,
-        parting=parting,
-    )
-    lines.start([(-4.0, -2.0)], [(0.0, 0.0)])
-    return lines
-
-
 def test_forces_without_a_line_are_those_of_the_others() -> None:
-    both = started(LINES + OTHER, parting=[(0, 1, 0), (1, 1, 0)])
-    alone = started(LINES, parting=[])
+    both = started(mooring_of(LINES + OTHER), parting=[(0, 1, 0), (1, 1, 0)])
+    alone = started(mooring_of(LINES))
     force, fairlead, anchor = both.without({1: 1.0})
     assert force[0] == pytest.approx(alone.force[0], rel=1e-9)
     assert fairlead == [both.fairlead_tension[0], 0.0]

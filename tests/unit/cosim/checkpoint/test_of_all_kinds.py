@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.interrupted import copied_at, differences
+from support.interrupted import check_resumed, copied_at, differences
 from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Action, Component, FmuFile, Simulation, System, run
@@ -92,17 +92,8 @@ def scenario(c_fmu: Fmus) -> System:
 def test_the_bits_are_those_of_the_undisturbed_run(
     c_fmu: Fmus, tmp_path: Path, make: Callable[[Fmus], System]
 ) -> None:
-    whole = make(c_fmu)
-    saving = whole.changed(checkpoint_interval=0.3)
-    plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
-    run(whole, results=plain)
-    run(saving, results=file, observers=[copied_at(file, [1.25, 2.75], tmp_path)])
-    assert differences(plain, file) == []
-    for place in "01":
-        again, told = tmp_path / place / file.name, list[str]()
-        run(saving, results=again, resume=True, tell=told.append)
-        assert told[0] == f"the run goes on at t = {(1.2, 2.7)[int(place)]:g} s"
-        assert differences(plain, again) == []
+    told = check_resumed(make(c_fmu), tmp_path, 0.3, [1.25, 2.75])
+    assert told == [f"the run goes on at t = {time:g} s" for time in (1.2, 2.7)]
 
 
 def test_the_check_at_half_the_step_makes_the_run_again(c_fmu: Fmus, tmp_path: Path) -> None:

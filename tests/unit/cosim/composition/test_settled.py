@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_fmi.analysis import equilibrium, linearize, modes, trimmed
+from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import (
     System,
     at_equilibrium,
     load_system,
-    program_start_warnings,
     run,
     system_program,
 )
-from m4e_fmi.cosim.composition.at_rest import AtRest
-from m4e_fmi.cosim.preparation.trial_instances import Instances
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu import read_description
+from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program
 
 Fmus = Callable[[str], Path]
@@ -62,17 +57,16 @@ simulation: {stop_time: 1, step_size: 0.001}
 MASS = """\
 name: mass
 gravity: 9.80665
-parameters: {m: {value: 10, unit: kg}}
-bodies: {mass: {mass: m, inertia: 1}}
+bodies: {mass: {mass: 10, inertia: 1}}
 joints: {free: {type: floating, child: mass, initial: {x: 0.1, z: -2.1}}}
 points: {tip: {body: mass, at: [0, 0]}}
 """
 G = 9.80665
 
 
-def system(folder: Path, fmu: Path, text: str, start: str = "", more: str = "") -> Path:
+def system(folder: Path, fmu: Path, text: str, start: str = "") -> Path:
     (folder / "cart.model.yaml").write_text(CART, encoding="utf-8")
-    line = f"{{fmu: {fmu}, start: {{{start}}}{more}}}"
+    line = f"{{fmu: {fmu}, start: {{{start}}}}}"
     parts = f"  cart: {{model: cart.model.yaml}}\n  line: {line}\n"
     text = f"name: held\ncomponents:\n{parts}{text}simulation: {{stop_time: 1, step_size: 0.1}}\n"
     path = folder / "system.yaml"
@@ -122,76 +116,36 @@ def test_what_has_to_settle(c_fmu: Fmus, tmp_path: Path, model: str) -> None:
     assert any("settled in 25.6 s with its inputs held" in line for line in told)
 
 
-def test_a_variable_without_unit_fits_any(c_fmu: Fmus, tmp_path: Path) -> None:
-    """Also in what is told of the start of a simulation."""
-    given = load_system(system(tmp_path, c_fmu("bare_spring"), MOTION, "stiffness: 30"))
-    program = system_program(given, settled=["line"], build_directory=tmp_path)
-    assert equilibrium(program)["cart.joint.rail.q"] == pytest.approx(20 / 80, rel=1e-9)
-    assert program_start_warnings(given, program) == ()
-
-
-@pytest.mark.parametrize(("away", "settles"), [(1e-3, True), (0.1, False)])
-def test_a_small_swing_settles_to_its_mean(
-    c_fmu: Fmus, tmp_path: Path, away: float, settles: bool
-) -> None:
-    """1 kg on 10 N/m, without damping, pulled by 2 N: it swings about 0.2 m for ever."""
-    text = f"components: {{mass: {{fmu: {c_fmu('mass')}, start: {{stiffness: 10, "
-    text += f"body.m.x: {0.2 + away}}}}}}}\nconnections: []\n"
-    path = tmp_path / "system.yaml"
-    path.write_text(f"name: one\n{text}simulation: {{stop_time: 1, step_size: 0.01}}\n")
-    given = load_system(path)
-    description = read_description(c_fmu("mass"))
-    new = Instances(
-        given.components[0], description, replace(given.simulation, stop_time=1e6), None
-    )
-    at_rest = AtRest(new, [description.variables["body.m.x"]])
-    if settles:
-        rest = at_rest.at({"body.m.force_x": 2.0})
-        assert rest.values == pytest.approx([0.2], abs=1e-5)
-        assert rest.swing == pytest.approx(2e-3, rel=0.01)
-    else:
-        with pytest.raises(RunError, match="does not settle"):
-            at_rest.at({"body.m.force_x": 2.0})
-
-
-def test_an_oscillator_never_settles(c_fmu: Fmus, tmp_path: Path) -> None:
-    with pytest.raises(RunError) as caught:
-        settled(tmp_path, c_fmu("van_der_pol"), SIGNAL.format(y="x"), "x: 1")
-    assert "does not settle while its inputs are held" in caught.value.message
-    assert "16384 steps (1638.4 s) still change" in caught.value.message
-    assert "x by 4.0" in caught.value.message
-    assert caught.value.remedy == "keep it open (--open line)"
-
-
-@pytest.mark.parametrize("process", ["here", "own"])
-def test_a_failure_at_a_displaced_point_says_where(
-    c_fmu: Fmus, tmp_path: Path, process: str
-) -> None:
-    more = f", process: {process}"
-    given = load_system(system(tmp_path, c_fmu("fuse"), MOTION, "limit: 0.25", more))
-    with pytest.raises(RunError) as caught:
-        system_program(given, settled=["line"], build_directory=tmp_path)
-    assert caught.value.message.startswith("while line was brought to rest, its inputs held: line")
-    assert "the fuse has blown" in caught.value.message
-    assert caught.value.remedy.endswith("; or keep it open (--open line)")
-    assert "its static law needs end.x at 0.3 m" in caught.value.message
-
-
 @pytest.mark.parametrize(
-    ("settled", "keep_open", "told"),
+    ("model", "text", "start", "told", "remedy"),
     [
-        (["line", "cart"], [], "cart is equations, which take part as they are"),
-        (["lime"], [], "there is no component 'lime' to be settled"),
-        (["line"], ["line"], "line cannot be both open and settled"),
-        ([], [], "--settled line"),
+        (
+            "van_der_pol",
+            SIGNAL.format(y="x"),
+            "x: 1",
+            ["does not settle while its inputs are held", "16384 steps (1638.4 s) still change"],
+            "keep it open (--open line)",
+        ),
+        (
+            "fuse",
+            MOTION,
+            "limit: 0.25",
+            [
+                "while line was brought to rest, its inputs held: line",
+                "the fuse has blown",
+                "its static law needs end.x at 0.3 m",
+            ],
+            "; or keep it open (--open line)",
+        ),
     ],
 )
-def test_names_that_cannot_be_settled(
-    c_fmu: Fmus, tmp_path: Path, settled: list[str], keep_open: list[str], told: str
+def test_what_cannot_be_brought_to_rest(
+    c_fmu: Fmus, tmp_path: Path, model: str, text: str, start: str, told: list[str], remedy: str
 ) -> None:
-    path = system(tmp_path, c_fmu("spring"), MOTION)
-    with pytest.raises(InputError, match=told):
-        system_program(load_system(path), settled=settled, keep_open=keep_open)
+    with pytest.raises(RunError) as caught:
+        settled(tmp_path, c_fmu(model), text, start)
+    assert all(one in caught.value.message for one in told)
+    assert caught.value.remedy.endswith(remedy)
 
 
 def hanging_system(folder: Path) -> System:
@@ -202,60 +156,28 @@ def hanging_system(folder: Path) -> System:
     return load_system(path)
 
 
-@pytest.fixture
-def hanging(tmp_path: Path) -> Program:
-    return system_program(hanging_system(tmp_path), settled=["line"], build_directory=tmp_path)
-
-
-def test_a_mass_on_a_mooring_line(hanging: Program) -> None:
+def test_a_mass_on_a_mooring_line(tmp_path: Path) -> None:
     """Two segments of 1 m and 1 kg, halves of which weigh at their ends."""
+    hanging = system_program(hanging_system(tmp_path), settled=["line"], build_directory=tmp_path)
     pulls = 10.5 * G, 11.5 * G
     lengths = [1.0 + pull / 1e5 for pull in pulls]
     point = equilibrium(hanging)
     assert point["mass.body.mass.z"] == pytest.approx(-sum(lengths), abs=1e-7)
     assert point["mass.body.mass.x"] == pytest.approx(0.0, abs=1e-7)
-    stiffness = [
-        1.0 / sum(length / pull for length, pull in zip(lengths, pulls, strict=True)),
-        1e5 / 2,
-    ]
+    sideways = 1.0 / sum(length / pull for length, pull in zip(lengths, pulls, strict=True))
     found = sorted(abs(modes(linearize(hanging, at=point)).eigenvalues))[-2:]
-    assert found == pytest.approx([math.sqrt(k / 10.0) for k in stiffness], rel=1e-3)
+    expected = [math.sqrt(k / 10.0) for k in (sideways, 1e5 / 2)]
+    assert found == pytest.approx(expected, rel=1e-3)
 
 
-def test_lines_at_rest_are_in_still_water(tmp_path: Path) -> None:
-    """A line whose water moves never comes to rest; start values of its waves are left out."""
-    hanging_system(tmp_path)
-    text = HANGING.replace("density: 0, depth", "density: 1, depth").replace(
-        "    line_types:",
-        "    waves: {spectrum: regular, height: 2, period: 5, ramp_time: 0}\n"
-        "    start: {wave.height: 3}\n    line_types:",
-    )
-    (tmp_path / "system.yaml").write_text(
-        text.replace("drag_coefficient: 0", "drag_coefficient: 1")
-    )
-    given = load_system(tmp_path / "system.yaml")
-    point = equilibrium(system_program(given, settled=["line"], build_directory=tmp_path))
-    assert point["mass.body.mass.x"] == pytest.approx(0.0, abs=1e-7)
-
-
-def test_a_tension_that_is_asked_for(hanging: Program) -> None:
-    wanted = {"line.l.fairlead_tension": "0.2 kN"}
-    point = trimmed(hanging, such_that=wanted, vary=["mass.m"])
-    assert point["mass.m"] == pytest.approx(200 / G, rel=1e-6)
-
-
-@pytest.mark.parametrize(("at_rest", "least", "most"), [(False, 0.05, 1.0), (True, 0.0, 1e-6)])
-def test_a_run_that_starts_at_rest_stays_there(
-    tmp_path: Path, at_rest: bool, least: float, most: float
-) -> None:
+def test_a_run_that_starts_at_rest_stays_there(tmp_path: Path) -> None:
     """From its start values the mass moves by decimetres; from rest by less than 1 µm."""
-    system, told = hanging_system(tmp_path), list[str]()
-    if at_rest:
-        system = at_equilibrium(system, build_directory=tmp_path, tell=told.append)
-        assert told[-1].startswith("starts at its equilibrium; moved most: mass.body.mass.")
-    outcome = run(system, results=tmp_path / "r.nc", build_directory=tmp_path)
-    z = np.asarray(outcome.results()["mass.body.mass.z"])
-    assert least <= np.ptp(z) <= most
+    given, told = hanging_system(tmp_path), list[str]()
+    rest = at_equilibrium(given, build_directory=tmp_path, tell=told.append)
+    assert told[-1].startswith("starts at its equilibrium; moved most: mass.body.mass.")
+    for system, least, most in ((given, 0.05, 1.0), (rest, 0.0, 1e-6)):
+        outcome = run(system, results=tmp_path / "r.nc", build_directory=tmp_path)
+        assert least <= np.ptp(np.asarray(outcome.results()["mass.body.mass.z"])) <= most
 
 
 def test_a_start_at_rest_of_what_settles_later(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -49,14 +49,6 @@ def test_a_force_of_the_acceleration_is_a_mass(tmp_path: Path) -> None:
     assert np.abs(found - exact).max() < 1e-12
 
 
-def test_a_loop_of_two_bodies_without_a_solution(tmp_path: Path) -> None:
-    text = "connections: ['a.body.cart.ax * 2 -> a.body.cart.force_x, units ignored']\n"
-    path = system(tmp_path, text, a=2)
-    with pytest.raises(InputError, match=r"cart\.force_x: it is singular") as e:
-        system_program(load_system(path))
-    assert e.value.problems[0].line == 4
-
-
 def test_a_bus_and_the_inputs_and_outputs_of_the_system(tmp_path: Path) -> None:
     text = """\
 buses: {net: {force: N}}
@@ -77,38 +69,13 @@ outputs: {place: b.body.cart.x}
     assert rates["b.joint.rail.u"] == pytest.approx((-10 * 0.3 - 50 * 0.1) / 4, rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("members", "start", "told"),
-    [
-        ("a.body.cart.force_x, b.body.cart.force_x", "", "start values: a"),
-        ("a.body.cart.force_x, s.v", "  s: {kind: sum, inputs: [v], unit: kN}\n", "units: a"),
-        ("a.body.cart.force_x, a.joint.rail.effort", "", ""),
-    ],
-)
-def test_an_own_input_has_one_unit_and_start_value(
-    members: str, start: str, told: str, tmp_path: Path
-) -> None:
-    """4 N and 7 N would both have become 4 N; 1 kN would have been 1 N."""
-    inputs = f"connections: []\ninputs: {{push: [{members}]}}\n"
-    path = system(tmp_path, start + inputs, a=2, b=4)
-    given = {"a.body.cart.force_x": "4 N", "a.joint.rail.effort": 4, "b.body.cart.force_x": "7 N"}
-    loaded = load_system(path).changed(start=given)
-    if not told:
-        assert [v.start for v in system_program(loaded).inputs if v.name == "push"] == [4.0]
-        return
-    with pytest.raises(InputError, match=f"'push' stands for inputs of different .*{told}") as e:
-        system_program(loaded)
-    assert e.value.problems[0].line is not None
-
-
-def test_start_values_of_the_system(tmp_path: Path) -> None:
-    text = "connections: []\n"
+def test_an_own_input_has_the_start_value_of_its_inputs(tmp_path: Path) -> None:
+    """Those that differ in it, or in their units: tests/corpus/composition.yaml."""
+    text = "connections: []\ninputs: {push: [a.body.cart.force_x, a.joint.rail.effort]}\n"
     path = system(tmp_path, text, a=2)
-    start = {"a.k": "0.1 kN/m", "a.joint.rail.q": "5 cm"}
-    program = system_program(load_system(path).changed(start=start))
-    values = {v.name: v.start for v in (*program.parameters, *program.states)}
-    assert values["a.k"] == 100.0
-    assert values["a.joint.rail.q"] == 0.05
+    given = {"a.body.cart.force_x": "4 N", "a.joint.rail.effort": 4}
+    program = system_program(load_system(path).changed(start=given))
+    assert [v.start for v in program.inputs if v.name == "push"] == [4.0]
 
 
 def test_native_fmus_of_ours_are_the_programs_that_they_carry(tmp_path: Path) -> None:
@@ -138,16 +105,6 @@ def test_an_fmu_of_python_is_named_or_left_open(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
         system_program(load_system(path))
     assert [part.name for part in system_program(load_system(path), keep_open=["a"]).parts] == ["b"]
-
-
-def test_what_is_left_open_is_told(tmp_path: Path) -> None:
-    text = "connections: ['a.body.cart.x * -10 -> b.body.cart.force_x, units ignored']\n"
-    told: list[str] = []
-    path = system(tmp_path, text, a=2, b=4)
-    program = system_program(load_system(path), keep_open=["a"], tell=told.append)
-    assert "left open: a; inputs instead of it: b.body.cart.force_x" in told
-    assert [part.name for part in program.parts] == ["b"]
-    assert "b.body.cart.force_x" in [v.name for v in program.inputs]
 
 
 def test_a_failure_names_the_component(tmp_path: Path) -> None:

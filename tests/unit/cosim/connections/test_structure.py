@@ -2,47 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Mapping
 
 import pytest
+from support.small_systems import Fmus, system
 
-from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, Timing, prepare
-from m4e_fmi.cosim.connections.structure import Transfer
+from m4e_fmi.cosim import Prepared, Simulation, Timing, prepare
 
-Fmus = Callable[[str], Path]
-
-
-def prepared(fmus: Fmus, components: dict[str, str], *connections: str) -> Prepared:
-    parts = tuple(Component(name, FmuFile(fmus(model))) for name, model in components.items())
-    return prepare(System("s", parts, connections, Simulation(1, 0.1, "gauss_seidel")))
+LINK = "body.m <-> spring.end"
 
 
-def test_outputs_are_fetched_when_what_they_depend_on_is_set(c_fmu: Fmus) -> None:
-    found = prepared(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
-    transfers = [t for t in found.structure.exchange if isinstance(t, Transfer)]
-    assert len(transfers) == len(found.structure.exchange)
-    calls = [(t.action, t.component, set(t.variables)) for t in transfers]
-    assert calls == [
-        ("get", "body", {"body.m.x", "body.m.vx"}),
-        ("set", "spring", {"end.x", "end.vx"}),
-        ("get", "spring", {"end.force_x"}),
-        ("set", "body", {"body.m.force_x"}),
-        ("get", "body", {"body.m.ax"}),
-    ]
+def prepared(
+    fmus: Fmus, names: Mapping[str, str], *links: str, algorithm: str = "gauss_seidel"
+) -> Prepared:
+    return prepare(system(fmus, names, *links, simulation=Simulation(1, 0.1, algorithm)))
 
 
 def test_sources_of_unpredictable_values_step_first(c_fmu: Fmus) -> None:
-    names = {"body": "mass", "far": "spring", "near": "spring"}
-    found = prepared(c_fmu, names, "body.m <-> near.end", "body.body.m.x -> far.end.x")
-    assert found.structure.execution_order == ("far", "near", "body")
+    names = {"body": "mass", "far": "spring", "spring": "spring"}
+    found = prepared(c_fmu, names, LINK, "body.body.m.x -> far.end.x")
+    assert found.structure.execution_order == ("far", "spring", "body")
     assert found.structure.delayed == ()
     assert [str(port) for port in found.wiring.unconnected] == ["far.end.vx"]
 
 
 def test_a_cycle_is_broken_where_listed_first_and_told(c_fmu: Fmus) -> None:
-    names = {"a": "integrator", "b": "integrator"}
-    found = prepared(c_fmu, names, "b.y -> a.u", "a.y -> b.u")
+    found = prepared(c_fmu, dict.fromkeys("ab", "integrator"), "b.y -> a.u", "a.y -> b.u")
     assert found.structure.execution_order == ("a", "b")
     assert [str(link) for link in found.structure.delayed] == ["b.y -> a.u"]
     told = str(found).splitlines()
@@ -62,25 +47,21 @@ def test_a_cycle_is_broken_where_listed_first_and_told(c_fmu: Fmus) -> None:
 def test_how_late_each_connection_is(
     c_fmu: Fmus, algorithm: str, options: str, force: Timing, motion: Timing
 ) -> None:
-    names = {"a": f"mass{options}", "b": f"spring{options}", "c": f"stage{options}"}
-    parts = tuple(Component(name, FmuFile(c_fmu(model))) for name, model in names.items())
-    links = ("a.body.m <-> b.end", "b.end.force_x * 2 -> c.u, units ignored")
-    found = prepare(System("s", parts, links, Simulation(1, 0.1, algorithm)))
+    names = {"body": f"mass{options}", "spring": f"spring{options}", "c": f"stage{options}"}
+    links = (LINK, "spring.end.force_x * 2 -> c.u, units ignored")
+    found = prepared(c_fmu, names, *links, algorithm=algorithm)
     timings = {str(link): timing for link, timing in found.timings.items()}
-    assert timings["b.end.force_x -> a.body.m.force_x"] is force
-    assert timings["a.body.m.x -> b.end.x"] is motion
+    assert timings["spring.end.force_x -> body.body.m.force_x"] is force
+    assert timings["body.body.m.x -> spring.end.x"] is motion
     beyond = Timing.KNOWN if algorithm in ("corrector", "gauss_seidel") else force
-    assert timings["b.end.force_x -> c.u"] is beyond
-    told = str(found)
-    assert "components that interact:\n  b, a" in told
-    assert "converted: c.u = 2 * b.end.force_x" in told
+    assert timings["spring.end.force_x -> c.u"] is beyond
+    assert "components that interact:\n  spring, body" in str(found)
+    assert "converted: c.u = 2 * spring.end.force_x" in str(found)
 
 
 def test_loops_are_named(c_fmu: Fmus) -> None:
-    parts = tuple(Component(name, FmuFile(c_fmu("stage"))) for name in "ab")
-    ring = System("s", parts, ("a.y -> b.u", "b.y -> a.u"), Simulation(1, 0.1))
-    found = prepare(ring)
-    assert [list(map(str, loop)) for loop in found.structure.loops] == [
+    found = prepared(c_fmu, dict.fromkeys("ab", "stage"), "a.y -> b.u", "b.y -> a.u")
+    assert [[str(port) for port in loop] for loop in found.structure.loops] == [
         ["a.u", "a.y", "b.u", "b.y"]
     ]
     told = str(found).splitlines()

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run, start
+from m4e_fmi.cosim import (
+    Component,
+    CouplingErrorReport,
+    FmuFile,
+    Simulation,
+    System,
+    run,
+    start,
+)
 from m4e_fmi.cosim.error_estimate import step_doubling
-from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.kinks import NOISE, rougher
 from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, RepeatedRun
-from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.fmu import build_fmu
+from m4e_fmi.model import Body, Joint, Model
+from m4e_fmi.multibody import model_program
 
 Fmus = Callable[[str], Path]
 
@@ -29,7 +35,8 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(step_doubling, "FIRST", 20)
-    straight = [point["a.body.m.x"] for point in _points(pair(c_fmu))]
+    with start(pair(c_fmu)) as execution:
+        straight = [point["a.body.m.x"] for point in execution]
     usual, calls = RepeatedRun.along, []
 
     def interrupted(self: RepeatedRun, *arguments: object) -> Recorded:
@@ -55,72 +62,23 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
     assert str(execution.outcome.certificate) == str(run(pair(c_fmu)).certificate)
 
 
-def _points(system: System) -> list[dict[str, float]]:
-    with start(system) as execution:
-        return [{"a.body.m.x": point["a.body.m.x"]} for point in execution]
-
-
-def test_a_signal_ends_a_rehearsal(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(step_doubling, "FIRST", 20)
-    usual = RepeatedRun._steps
-    steps = []
-
-    def slow(self: RepeatedRun, *arguments: object) -> np.ndarray:
-        steps.append(1)
-        if len(steps) == 3:
-            signal.raise_signal(signal.SIGINT)
-        return usual(self, *arguments)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(RepeatedRun, "_steps", slow)
-    monkeypatch.setattr(RepeatedRun, "_loop", None)
-    with pytest.raises(KeyboardInterrupt):
-        run(pair(c_fmu))
-    assert len(steps) == 3
-
-
-def test_a_kink_in_the_first_steps_of_a_stretch_counts() -> None:
-    values = np.zeros((40, 1))
-    values[:, 0] = np.sin(0.05 * np.arange(40))
-    for step in range(5):
-        kinked = values + np.where(np.arange(40) > step, 0.3, 0.0)[:, None]
-        run = Recorded(np.arange(40), kinked)
-        assert len(rougher(np.array([step]), run, NOISE * run.largest))
-
-
-def test_what_could_not_be_followed_is_said_with_its_beginning() -> None:
-    coverage = Coverage(0, 0).lose(3_000_000_000, "steps fail")
-    assert "kinks are not followed from t = 3 s on: steps fail" in str(coverage)
-
-
-def test_delayed_switches_are_the_same_with_and_without_rehearsals(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(step_doubling, "FIRST", 3)
-    parts = tuple(
-        Component(name, FmuFile(c_fmu("kinds+state")), {"period": 0.3} if name == "a" else {})
-        for name in "ab"
+def test_a_spinning_body_is_no_coupling_error(c_fmu: Fmus, tmp_path: Path) -> None:
+    """About Z at 20 rad/s, driven: its yaw jumps from 180 to -180 degrees in each of its turns."""
+    top = Model(
+        name="top",
+        gravity=0.0,
+        bodies={"top": Body(1.0, (0.4, 0.4, 0.4))},
+        joints={"air": Joint("floating", "top", initial={"omega_z": 20.0})},
+        dimensions=3,
     )
-    links = ("a.y_bool -> b.u_bool, delayed", "a.y_real -> b.u_real")
-    ready = prepare(System("s", parts, links, Simulation(1.5, 0.1, "jacobi")))
-    courses: list[list[float]] = []
-    for certify in (True, False):
-        with Master(ready, certify=certify) as master:
-            last: list[float] = []
-            master.run(observers=[lambda _, network, last=last: last.append(network.last)])
-        courses.append(last)
-    assert courses[0] == courses[1]
-    assert courses[0].count(0.0) >= 6  # at a switch, and a step later
-
-
-def test_adaptive_steps_tell_of_switches(c_fmu: Fmus) -> None:
-    parts = tuple(
-        Component(name, FmuFile(c_fmu("kinds+state")), {"period": 0.731} if name == "a" else {})
-        for name in "ab"
-    )
-    links = ("a.y_bool -> b.u_bool", "a.y_real -> b.u_real")
-    settings = Simulation(1.2, 0.1, "jacobi", coupling_tolerance=1e-3)
-    with start(System("s", parts, links, settings)) as execution:
-        for _ in execution:
-            pass
-        switches = execution._master._time_loop.switches
-    assert switches.count >= 1
+    path = build_fmu(model_program(top), tmp_path / "top.fmu", native=True)
+    drive = Component("drive", FmuFile(c_fmu("mass+state")), {"stiffness": 9.0, "body.m.x": 1.0})
+    parts = (drive, Component("top", FmuFile(path)))
+    link = "drive.body.m.x * 4 -> top.body.top.moment_z, units ignored"
+    system = System("s", parts, (link,), Simulation(4.0, 0.01, algorithm="jacobi"))
+    outcome = run(system, results=tmp_path / "r.nc")
+    yaw = outcome.results()["top.body.top.psi"].values
+    assert (abs(yaw[1:] - yaw[:-1]) > 6.0).sum() > 10
+    assert isinstance(outcome.certificate, CouplingErrorReport)
+    # held moments are half a step late: 0.005 s * 10 rad/s2 * 4 s = 0.2 rad, half of it in e, of 2
+    assert outcome.certificate.errors[0].error < 0.1

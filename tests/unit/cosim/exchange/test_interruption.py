@@ -9,6 +9,14 @@ import sys
 
 import pytest
 
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals come otherwise there")
+
+
+def executed(code: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+
+
 HANGS = """
 import ctypes, os, signal, threading, time
 from m4e_fmi.cosim.exchange import interruption
@@ -27,11 +35,8 @@ with interruption.stepping(where=lambda: " (after t = 3 s)"):
 """
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals come otherwise there")
 def test_ctrl_c_tells_what_it_waits_for_and_the_second_one_ends() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", HANGS], capture_output=True, text=True, timeout=15, check=False
-    )
+    done = executed(HANGS)
     assert done.returncode == 128 + signal.SIGINT
     first, second = done.stderr.splitlines()
     assert first == (
@@ -40,12 +45,9 @@ def test_ctrl_c_tells_what_it_waits_for_and_the_second_one_ends() -> None:
     assert second.startswith("ended by SIGINT")
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals come otherwise there")
 def test_in_a_shell_it_tells_what_a_second_one_does() -> None:
     code = "import sys\nsys.ps1 = ''\n" + HANGS.replace("sleep(20)", "sleep(1)")
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=15, check=False
-    )
+    done = executed(code)
     assert "interrupt again to end it if it is Python code" in done.stderr.splitlines()[0]
 
 
@@ -62,10 +64,7 @@ print(len(halts))
 """
 
 
-@pytest.mark.skipif(os.name == "nt", reason="there are no such limits there")
 def test_steps_are_interrupted_in_a_process_that_has_many_files_open() -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", MANY], capture_output=True, text=True, timeout=15, check=False
-    )
+    done = executed(MANY)
     assert (done.returncode, done.stderr) == (0, "")
     assert int(done.stdout) >= 2

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.loading.binary import binaries
 from m4e_fmi.cosim.exchange.step_loop import PythonExecutor, Schedule
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu import read_description
 
 Fmus = Callable[[str], Path]
 Models = Mapping[str, tuple[str, Mapping[str, float]]]
-Both = Callable[[Callable[[], None]], None]
+Both = Callable[[Callable[[], Any]], list[Any]]
 
 SYSTEMS: dict[str, tuple[Models, tuple[str, ...]]] = {
     "two masses": (
@@ -69,9 +66,17 @@ def made(fmus: Fmus, name: str, simulation: Simulation, options: str = "") -> Sy
     return System("test", parts, connections, simulation)
 
 
-def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-    assert isinstance(Schedule(()).executor, PythonExecutor)
+@pytest.fixture
+def both(monkeypatch: pytest.MonkeyPatch) -> Both:
+    """`both(what)` does it by the loop in C, and by the one in Python."""
+
+    def done(what: Callable[[], Any]) -> list[Any]:
+        first = what()
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+        assert isinstance(Schedule(()).executor, PythonExecutor)
+        return [first, what()]
+
+    return done
 
 
 WAYS = [
@@ -85,33 +90,22 @@ WAYS = [
 @pytest.mark.parametrize("name", SYSTEMS)
 @pytest.mark.parametrize(("algorithm", "options"), WAYS)
 def test_c_and_python_give_the_same_bits(
-    c_fmu: Fmus,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    name: str,
-    algorithm: str,
-    options: str,
+    c_fmu: Fmus, tmp_path: Path, both: Both, name: str, algorithm: str, options: str
 ) -> None:
     # rows at every third step; the last step is shorter, and a row of its own
-    settings = Simulation(12.345, 0.01, algorithm, output_interval=0.03)
+    settings = Simulation(6.345, 0.01, algorithm, output_interval=0.03)
     system = made(c_fmu, name, settings, options)
-    found = []
-    for how in ("c", "python"):
-        if how == "python":
-            by_python(monkeypatch)
-        outcome = run(system, results=tmp_path / f"{how}.nc")
-        found.append((outcome, load(tmp_path / f"{how}.nc")))
-    (first, by_c), (second, by_p) = found
+    (first, by_c), (second, by_p) = both(
+        lambda: (outcome := run(system, results=tmp_path / "r.nc"), outcome.results())
+    )
     assert (first.steps, first.energy) == (second.steps, second.energy)
     assert first.certificate == second.certificate
-    assert first.steps == 1235
+    assert first.steps == 635
     np.testing.assert_array_equal(by_c.time, by_p.time)
-    np.testing.assert_array_equal(by_c.time, [*(3 * k / 100 for k in range(412)), 12.345])
-    for component, variables in by_c.components.items():
-        for variable, series in variables.items():
-            other = by_p.components[component][variable].values
-            np.testing.assert_array_equal(series.values, other)
-            assert np.abs(series.values).max() > 0 or (name, variable) == ("alone", "body.m.ax")
+    np.testing.assert_array_equal(by_c.time, [*(3 * k / 100 for k in range(212)), 6.345])
+    for variable, series in by_c.series.items():
+        np.testing.assert_array_equal(series.values, by_p[variable].values)
+        assert np.abs(series.values).max() > 0 or (name, variable) == ("alone", "a.body.m.ax")
 
 
 @pytest.mark.parametrize(("algorithm", "options"), WAYS)
@@ -134,71 +128,47 @@ def test_observing_changes_no_bit(c_fmu: Fmus, algorithm: str, options: str) -> 
 @pytest.mark.parametrize("options", ["+state", "+state+inputs"])
 @pytest.mark.parametrize("interval", [0.01, 0.05])
 def test_a_discarded_step_among_many_is_made_again(
-    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: str, interval: float
+    c_fmu: Fmus, tmp_path: Path, both: Both, options: str, interval: float
 ) -> None:
     source = Component("a", FmuFile(c_fmu(f"switch{options}")), {"when": 1.2345})
     integral = Component("b", FmuFile(c_fmu(f"integrator{options}")))
     settings = Simulation(2.0, 0.01, output_interval=interval)
     system = System("test", (source, integral), ("a.y -> b.u",), settings)
-    found = []
-    for how in ("c", "python"):
-        if how == "python":
-            by_python(monkeypatch)
-        outcome = run(system, results=tmp_path / f"{how}.nc")
+
+    def values() -> np.ndarray:
+        outcome = run(system, results=tmp_path / "r.nc")
         results = outcome.results()
         # one step more, which is no row of its own; then points are where they would have been
         assert (outcome.steps, outcome.rejected) == (201, 1)
         count = round(2 / interval)
         np.testing.assert_array_equal(results.time, 2 * np.arange(count + 1) / count)
-        found.append(results["b.y"].values)
-    np.testing.assert_array_equal(*found)
+        return results["b.y"].values
+
+    one, other = both(values)
+    np.testing.assert_array_equal(one, other)
     late = 2.0 - 1.2345
     # straight lines on either side of the kink, which is met to a nanosecond
     exact = 1.2345**2 / 2 + 1.2345 * late - late**2 / 2
-    assert found[0][-1] == pytest.approx(exact, abs=1e-9)
+    assert one[-1] == pytest.approx(exact, abs=1e-9)
 
 
 @pytest.mark.parametrize("what", [2, 3, 4, 9])
-def test_failures_are_the_same(
-    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: int
-) -> None:
-    """At a step in the midst of those that are made at once; `test_cosim_run` reads the message."""
-    start = {"what": float(what), "when": 0.77}
+def test_failures_are_the_same(c_fmu: Fmus, tmp_path: Path, both: Both, what: int) -> None:
+    """At a step in the midst of those that are made at once."""
     parts = (
         Component("body", FmuFile(c_fmu("mass")), {}),
-        Component("pump", FmuFile(c_fmu("rogue")), start),
+        Component("pump", FmuFile(c_fmu("rogue")), {"what": float(what), "when": 0.77}),
         Component("next", FmuFile(c_fmu("stage")), {}),
     )
     system = System("test", parts, ("pump.y -> next.u",), Simulation(2.0, 0.01))
-    told = []
-    for how in ("c", "python"):
-        if how == "python":
-            by_python(monkeypatch)
+
+    def told() -> tuple[str, str]:
         with pytest.raises(RunError) as caught:
             run(system, results=tmp_path / "r.nc")
-        told.append((caught.value.message, caught.value.remedy))
         np.testing.assert_array_equal(load(tmp_path / "r.nc").time, np.arange(77) / 100)
-    assert told[0] == told[1]
-    assert "pump" in told[0][0]
-    assert "0.77 s" in told[0][0]
+        return caught.value.message, caught.value.remedy
 
-
-def test_components_of_one_file_share_its_folder(c_fmu: Fmus) -> None:
-    keeper, once = (read_description(c_fmu(name)) for name in ("keeper", "mass+once"))
-    with ExitStack() as stack:
-        found = binaries({"a": keeper, "b": keeper, "c": once, "d": once}, stack)
-        folders = [binary.functions.unzipDirectory for binary in found.values()]
-        assert folders[0] == folders[1]
-        assert len({*folders}) == 3  # what can be there only once is loaded twice, from two folders
-        assert all(Path(folder).is_dir() for folder in folders)
-        assert len({binary.functions.dll._name for binary in found.values()}) == 4
-    assert not any(Path(folder).exists() for folder in folders)
-
-
-def test_components_of_one_file_are_apart(c_fmu: Fmus, tmp_path: Path) -> None:
-    system = made(c_fmu, "alone", Simulation(1.0, 0.1))
-    more = tuple(Component(f"m{k}", FmuFile(c_fmu("mass")), {"body.m.vx": k}) for k in range(5))
-    results = run(replace(system, components=more), results=tmp_path / "r.nc").results()
-    for k in range(5):
-        # x = v t by rational arithmetic but for rounding in twenty inner steps of ten steps
-        np.testing.assert_allclose(results[f"m{k}.body.m.x"].values, k * results.time, rtol=1e-13)
+    one, other = both(told)
+    assert one == other
+    assert "pump" in one[0]
+    assert "0.77 s" in one[0]

@@ -1,36 +1,36 @@
-"""Values that are not Real on connections: each type, version of FMI and algorithm."""
+"""Values that are not Real on connections: each type and version of FMI, in C and in Python."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus, observed, system, watched
 
-from m4e_fmi.cosim import (
-    Component,
-    FmuFile,
-    Network,
-    Simulation,
-    System,
-    load_system,
-    prepare,
-    run,
-    start,
-)
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.cosim import Simulation, System, prepare, run, start
+from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
 KINDS = ("int", "bool", "enum", "text")
-ALGORITHMS = ("jacobi", "gauss_seidel", "corrector", "implicit")
 H = 0.1
 
 
-def part(c_fmu: Fmus, name: str, fmu: str, **values: Any) -> Component:
-    return Component(name, FmuFile(c_fmu(fmu)), values)
+@pytest.fixture(params=["C", "Python"])
+def loop(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop over steps, in C and in Python."""
+    if request.param == "Python":
+        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+
+
+def pair(
+    fmus: Fmus, a: str, b: str, *links: str, stop: float = 1.0, start: Any = None, **more: Any
+) -> System:
+    """Two FMUs of kinds.c; the first counts periods of 0.3 s."""
+    start = start or {"a": {"period": 0.3}}
+    settings = Simulation(stop, H, **more)
+    return system(fmus, {"a": a, "b": b}, *links, start=start, simulation=settings)
 
 
 def linked(names: Sequence[str], kinds: Sequence[str] = KINDS) -> tuple[str, ...]:
@@ -38,339 +38,130 @@ def linked(names: Sequence[str], kinds: Sequence[str] = KINDS) -> tuple[str, ...
     return tuple(f"{a}.y_{k} -> {b}.u_{k}" for a, b in pairwise(names) for k in kinds)
 
 
-def watched(system: System, names: Sequence[str]) -> list[list[Any]]:
-    """The values of variables at all points of a run."""
-    found: list[list[Any]] = []
-
-    def observe(_: float, network: Network) -> None:
-        found.append([network.read(name) for name in names])
-
-    run(system, observers=[observe])
-    return found
+def put(time: float) -> list[Any]:
+    """Outputs of kinds.c with a period of 0.3 s and without inputs."""
+    n = int(max(time, 0.0) / 0.3 + 1e-6)
+    return [n, bool(n & 1), n % 3 + 1, str(n) if n else ""]
 
 
-def by_python(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+@pytest.mark.usefixtures("loop")
+def test_values_pass_through_along_declared_dependencies(c_fmu: Fmus) -> None:
+    """To b within the instant, to c a step later."""
+    names = {"c": "3:kinds+state", "b": "3:kinds+state+through", "a": "kinds+state"}
+    chain = system(c_fmu, names, *linked(("a", "b", "c")), start={"a": {"period": 0.3}})
+    for time, *row in observed(chain, *(f"{n}.y_{kind}" for n in "abc" for kind in KINDS))[0]:
+        assert row == [*put(time), *put(time), *put(time - H)]
 
 
-def periods(time: float, period: float) -> int:
-    return int(time / period + 1e-6) if period else 0
+@pytest.mark.usefixtures("loop")
+def test_delayed_connections(c_fmu: Fmus) -> None:
+    links = (*(f"{link}, delayed" for link in linked(("a", "b"))), "b.y_real -> a.u_real")
+    given = pair(c_fmu, "kinds+state", "3:kinds+state+through", *links)
+    for time, *row in observed(given, *(f"b.y_{kind}" for kind in KINDS))[0]:
+        assert row == put(time - H)
 
 
-def put(number: int, boolean: bool, item: int, text: str, n: int) -> tuple[int, bool, int, str]:
-    """Outputs of kinds.c after n periods, for these inputs."""
-    return number + n, bool(boolean ^ (n & 1)), (item - 1 + n) % 3 + 1, text + (str(n) if n else "")
+@pytest.mark.usefixtures("loop")
+def test_discrete_inputs_are_set_in_event_mode(c_fmu: Fmus) -> None:
+    """The FMU refuses them in step mode, and refuses to enter event mode twice."""
+    given = pair(c_fmu, "kinds+state", "3:kinds+state+events", *linked(("a", "b")))
+    for time, *row in observed(given, *(f"b.u_{kind}" for kind in KINDS))[0]:
+        assert row == put(time)
 
 
-def ring(steps: int, of: Mapping[str, float]) -> list[list[Any]]:
-    """Outputs of a ring of components with these periods: each holds what the last point gave."""
-    outputs = [put(0, False, 1, "", 0) for _ in of]
-    rows = [[value for one in outputs for value in one]]
-    for step in range(1, steps + 1):
-        inputs = [outputs[-1], *outputs[:-1]]
-        counts = [periods(step * H, period) for period in of.values()]
-        outputs = [put(*one, n) for one, n in zip(inputs, counts, strict=True)]
-        rows.append([value for one in outputs for value in one])
-    return rows
+@pytest.mark.usefixtures("loop")
+@pytest.mark.parametrize("least", [True, False])
+def test_integers_of_all_widths(c_fmu: Fmus, least: bool) -> None:
+    ends: dict[str, Any] = {}
+    for bits in (8, 16, 32, 64):
+        ends[f"int{bits}"] = -(2 ** (bits - 1)) if least else 2 ** (bits - 1) - 1
+        ends[f"uint{bits}"] = 0 if least else 2**bits - 1
+    links = tuple(f"a.y_{kind} -> b.u_{kind}" for kind in ends)
+    start = {"a": {f"u_{kind}": end for kind, end in ends.items()}}
+    given = pair(c_fmu, "3:kinds+state+through", "3:kinds+state", *links, stop=0.2, start=start)
+    found = watched(given, *(f"b.{way}_{kind}" for way in "uy" for kind in ends))
+    assert found[-1] == 2 * [*ends.values()]
 
 
-@pytest.mark.parametrize("python", [False, True])
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-def test_a_ring_of_all_versions(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, algorithm: str, python: bool
-) -> None:
-    # Reals go round as well, so that the corrector and the solver make each step several times
-    if python:
-        by_python(monkeypatch)
-    fmus = {"a": "kinds+state", "b": "3:kinds+state", "c": "1:kinds"}
-    if algorithm == "implicit":
-        fmus["c"] = "3:kinds+state"  # it takes FMUs that can go back only
-    of = {"a": 0.3, "b": 0.0, "c": 0.45}
-    parts = tuple(part(c_fmu, name, fmu, period=of[name]) for name, fmu in fmus.items())
-    links = linked(("a", "b", "c", "a"), (*KINDS, "real"))
-    names = [f"{name}.y_{kind}" for name in of for kind in KINDS]
-    found = watched(System("ring", parts, links, Simulation(1.2, H, algorithm)), names)
-    assert found == ring(12, of)
+@pytest.mark.usefixtures("loop")
+def test_conversions(c_fmu: Fmus) -> None:
+    links = {
+        "a.y_int -> b.u_enum": 3,
+        "a.y_int * 0.5 + 1 -> b.u_real": 2.5,
+        "a.y_bool -> b.u_int": 1,
+        "a.y_enum -> b.u_int8": 3,
+        "a.y_bool * 2 - 5 -> b.u_floats[2]": -3.0,
+    }
+    start = {"a": {"u_int": 3, "u_bool": True, "u_enum": "fast"}}
+    given = pair(c_fmu, "kinds+state+through", "3:kinds+state", *links, stop=H, start=start)
+    found = watched(given, *(link.partition(" -> ")[2] for link in links))
+    assert found == [[*links.values()]] * 2
 
 
-@pytest.mark.parametrize("python", [False, True])
-def test_values_pass_through_along_declared_dependencies(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool
-) -> None:
-    if python:
-        by_python(monkeypatch)
-    parts = (
-        part(c_fmu, "c", "3:kinds+state"),
-        part(c_fmu, "b", "3:kinds+state+through"),
-        part(c_fmu, "a", "kinds+state", period=0.3),
-    )
-    names = [f"{name}.y_{kind}" for name in "abc" for kind in KINDS]
-    system = System("chain", parts, linked(("a", "b", "c")), Simulation(1.0, H))
-    for k, row in enumerate(watched(system, names)):
-        here, late = (put(0, False, 1, "", periods(t * H, 0.3)) for t in (k, max(k - 1, 0)))
-        assert tuple(row) == (*here, *here, *late)  # b within the instant, c a step later
-
-
-WIDE = {
-    "int8": (-128, 127),
-    "uint8": (0, 255),
-    "int16": (-(2**15), 2**15 - 1),
-    "uint16": (0, 2**16 - 1),
-    "int32": (-(2**31), 2**31 - 1),
-    "uint32": (0, 2**32 - 1),
-    "int64": (-(2**63), 2**63 - 1),
-    "uint64": (0, 2**64 - 1),
-}
-
-
-@pytest.mark.parametrize("python", [False, True])
-@pytest.mark.parametrize("end", [0, 1])
-def test_integers_of_all_widths(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, end: int, python: bool
-) -> None:
-    if python:
-        by_python(monkeypatch)
-    values = {f"u_{kind}": ends[end] for kind, ends in WIDE.items()}
-    parts = (
-        part(c_fmu, "a", "3:kinds+state+through", **values),
-        part(c_fmu, "b", "3:kinds+state"),
-    )
-    links = tuple(f"a.y_{kind} -> b.u_{kind}" for kind in WIDE)
-    names = [f"b.{way}_{kind}" for way in "uy" for kind in WIDE]
-    found = watched(System("s", parts, links, Simulation(2 * H, H)), names)
-    assert found[-1] == 2 * [ends[end] for ends in WIDE.values()]
-
-
-@pytest.mark.parametrize("python", [False, True])
-def test_conversions(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
-    if python:
-        by_python(monkeypatch)
-    parts = (
-        part(c_fmu, "a", "kinds+state+through", u_int=3, u_bool=True, u_enum="fast"),
-        part(c_fmu, "b", "3:kinds+state"),
-    )
-    links = (
-        "a.y_int -> b.u_enum",
-        "a.y_int * 0.5 + 1 -> b.u_real",
-        "a.y_bool -> b.u_int",
-        "a.y_enum -> b.u_int8",
-        "a.y_bool * 2 - 5 -> b.u_floats[2]",
-    )
-    names = ("b.u_enum", "b.u_real", "b.u_int", "b.u_int8", "b.u_floats[1]", "b.u_floats[2]")
-    found = watched(System("s", parts, links, Simulation(H, H)), names)
-    assert found == [[3, 2.5, 1, 3, 0.0, -3.0]] * 2
-
-
-@pytest.mark.parametrize("python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize(
     ("link", "value", "message"),
     [
-        ("a.y_int -> b.u_uint8", 300, r"a\.y_int .* is 300, which b\.u_uint8 .* UInt8.* 0 to 255"),
-        ("a.y_int -> b.u_uint64", -1, r"a\.y_int .* is -1, which b\.u_uint64 .* UInt64"),
-        ("a.y_int -> b.u_enum", 4, r"a\.y_int .* is 4, which b\.u_enum .*off, slow, fast.* 1 to 3"),
+        ("a.y_int -> b.u_uint8", 300, r"is 300, which b\.u_uint8 .* UInt8.* 0 to 255"),
+        ("a.y_int -> b.u_uint64", -1, r"is -1, which b\.u_uint64 .* UInt64"),
+        ("a.y_int -> b.u_enum", 4, r"is 4, which b\.u_enum .*off, slow, fast.* 1 to 3"),
     ],
 )
 def test_values_that_the_type_does_not_hold_end_the_run(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    link: str,
-    value: int,
-    message: str,
-    python: bool,
+    c_fmu: Fmus, link: str, value: int, message: str
 ) -> None:
-    if python:
-        by_python(monkeypatch)
-    parts = (
-        part(c_fmu, "a", "kinds+state+through", u_int=1),
-        part(c_fmu, "b", "3:kinds+state"),
-    )
-    with start(System("s", parts, (link,), Simulation(1.0, H))) as stepped:
+    given = pair(c_fmu, "kinds+state+through", "3:kinds+state", link, start={"a": {"u_int": 1}})
+    with start(given) as stepped:
         stepped.step()
         stepped["a.u_int"] = value
-        with pytest.raises(RunError, match=message.replace(".*", "at t = 0.1 s", 1)):
+        with pytest.raises(RunError, match=rf"a\.y_int at t = 0\.1 s {message}"):
             stepped.step()
 
 
-BAD = {
-    "a.y_real -> b.u_int": "a.y_real is Real, Integer is expected",
-    "a.y_int -> b.u_bool": "a.y_int is Integer, Boolean is expected",
-    "a.y_text -> b.u_int8": "a.y_text is String, Integer is expected",
-    "a.y_bool -> b.u_text": "a.y_bool is Boolean, String is expected",
-    "a.y_enum -> b.u_real": "a.y_enum is Enumeration (off 1, slow 2, fast 3), Real is expected",
-    "a.y_int * 2 -> b.u_int": "has a factor or an offset, and leads to Integer",
-    "c.y_list -> b.u_flags": "c.y_list and b.u_flags differ in size",
-}
-
-
-def test_types_that_do_not_fit_are_told_by_line(c_fmu: Fmus, tmp_path: Path) -> None:
-    lines = [
-        "name: bad",
-        "components:",
-        f"  a: {{fmu: {c_fmu('kinds+state')}}}",
-        f"  b: {{fmu: {c_fmu('3:kinds+state')}}}",
-        f"  c: {{fmu: {c_fmu('3:kinds+state')}}}",
-        "connections:",
-        *(f"  - {text}" for text in BAD),
-        "simulation: {stop_time: 1, step_size: 0.1}",
-    ]
-    path = tmp_path / "bad.system.yaml"
-    path.write_text("\n".join(lines), encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        prepare(load_system(path))
-    told = {(p.line, expected in p.message) for p, expected in zip(
-        caught.value.problems, BAD.values(), strict=True)}  # fmt: skip
-    assert told == {(7 + k, True) for k in range(len(BAD))}
-    assert all(problem.remedy for problem in caught.value.problems)
-
-
-def test_other_items_do_not_fit(c_fmu: Fmus, tmp_path: Path) -> None:
-    from unit.cosim.exchange.test_versions import reworded
-
-    other = reworded(c_fmu("kinds+state"), tmp_path / "x.fmu", 'name="slow"', 'name="idle"')
-    parts = (part(c_fmu, "a", "kinds+state"), Component("b", FmuFile(other)))
-    system = System("s", parts, ("a.y_enum -> b.u_enum",), Simulation(1.0, H))
-    with pytest.raises(InputError, match=r"slow 2.* is expected.*same items|idle 2"):
-        prepare(system)
-
-
-@pytest.mark.parametrize("python", [False, True])
-def test_delayed_connections(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool) -> None:
-    if python:
-        by_python(monkeypatch)
-    parts = (
-        part(c_fmu, "a", "kinds+state", period=0.3),
-        part(c_fmu, "b", "3:kinds+state+through"),
-    )
-    links = tuple(f"{link}, delayed" for link in linked(("a", "b")))
-    names = [f"b.y_{kind}" for kind in KINDS]
-    found = watched(System("s", parts, (*links, "b.y_real -> a.u_real"), Simulation(1.0, H)), names)
-    late = [put(0, False, 1, "", periods(max(k - 1, 0) * H, 0.3)) for k in range(11)]
-    assert [tuple(row) for row in found] == late
-
-
 def test_loops_over_values_that_are_not_real_are_broken(c_fmu: Fmus) -> None:
-    parts = tuple(
-        part(c_fmu, n, "3:kinds+state+through", period=p) for n, p in (("a", 0.2), ("b", 0))
-    )
-    prepared = prepare(System("s", parts, linked(("a", "b", "a"), ("int",)), Simulation(0.4, H)))
+    fmu = "3:kinds+state+through"
+    prepared = prepare(pair(c_fmu, fmu, fmu, *linked(("a", "b", "a"), ("int",))))
     note = next(note for note in prepared.notes if "not Real" in note)
     assert "a.y_int -> b.u_int has the value of the previous step" in note
     assert [str(k) for k in prepared.wiring.links if k.delayed] == ["a.y_int -> b.u_int"]
-    found = watched(prepared.system, ("a.y_int", "b.y_int"))
-    # b gives what a gave before; a what b gives now, and the periods that have passed
-    expected = [[0, 0]]
-    for k in range(1, 5):
-        b = expected[-1][0]
-        expected.append([b + periods(k * H, 0.2), b])
-    assert found == expected
+    last = 0
+    for time, a, b in observed(prepared.system, "a.y_int", "b.y_int")[0]:
+        # b gives what a gave before; a what b gives now, and the periods that have passed
+        assert (a, b) == (last + put(time)[0], last)
+        last = a
 
 
-def test_parameters_are_carried_over_before_the_start(c_fmu: Fmus) -> None:
-    parts = (
-        part(c_fmu, "a", "3:kinds+state", offset=4),
-        part(c_fmu, "b", "kinds+state"),
-    )
-    system = System("s", parts, ("a.twice -> b.offset",), Simulation(H, H))
-    assert watched(system, ("a.twice", "b.offset", "b.y_int"))[0] == [8, 8, 8]
-
-
-def test_whole_arrays_are_connected(c_fmu: Fmus) -> None:
-    parts = (
-        part(c_fmu, "a", "3:kinds+state+through", **{"u_list[2]": 5, "u_flags[1]": True}),
-        part(c_fmu, "b", "3:kinds+state"),
-    )
-    links = ("a.y_list -> b.u_list", "a.y_flags -> b.u_flags", "a.y_int -> b.u_floats[1]")
-    names = [f"b.u_list[{k}]" for k in (1, 2, 3)] + ["b.u_flags[1]", "b.u_flags[2]"]
-    system = System("s", parts, links, Simulation(H, H))
-    assert watched(system, names)[0] == [0, 5, 0, True, False]
-
-
-@pytest.mark.parametrize("python", [False, True])
-def test_discrete_inputs_are_set_in_event_mode(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, python: bool
-) -> None:
-    if python:
-        by_python(monkeypatch)
-    # the FMU refuses them in step mode, and refuses to enter event mode twice
-    parts = (
-        part(c_fmu, "a", "kinds+state", period=0.2),
-        part(c_fmu, "b", "3:kinds+state+events"),
-    )
-    system = System("s", parts, linked(("a", "b")), Simulation(1.0, H))
-    found = watched(system, [f"b.u_{kind}" for kind in KINDS])
-    assert [tuple(row) for row in found] == [
-        put(0, False, 1, "", periods(k * H, 0.2)) for k in range(11)
-    ]
-
-
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel"])
-def test_outputs_that_are_lost_when_inputs_are_set_are_read_before(
-    c_fmu: Fmus, algorithm: str
-) -> None:
-    parts = (
-        part(c_fmu, "a", "1:kinds+clears", period=0.2),
-        part(c_fmu, "b", "1:kinds+clears"),
-    )
-    links = (*linked(("a", "b")), "b.y_real -> a.u_real")
-    system = System("s", parts, links, Simulation(1.0, H, algorithm))
-    found = watched(system, ["a.y_int", "a.y_text", "b.y_int", "b.y_text"])
-    counts = [periods(k * H, 0.2) for k in range(11)]
-    assert [row[:2] for row in found] == [[n, str(n) if n else ""] for n in counts]
-    assert [row[2] for row in found[1:]] == counts[:-1]
+def test_parameters_and_whole_arrays_are_connected(c_fmu: Fmus) -> None:
+    links = ("a.y_list -> b.u_list", "a.y_flags -> b.u_flags", "a.twice -> b.offset")
+    start = {"a": {"u_list[2]": 5, "u_flags[1]": True, "offset": 4}}
+    given = pair(c_fmu, "3:kinds+state+through", "3:kinds+state", *links, stop=H, start=start)
+    names = [f"b.u_list[{k}]" for k in (1, 2, 3)] + ["b.u_flags[1]", "b.u_flags[2]", "b.offset"]
+    assert watched(given, *names)[0] == [0, 5, 0, True, False, 8]
 
 
 def test_a_change_leaves_nothing_of_the_past(c_fmu: Fmus) -> None:
-    parts = (
-        part(c_fmu, "a", "kinds+state", period=0.3),
-        part(c_fmu, "b", "kinds+state"),
-    )
     links = ("a.y_bool -> b.u_bool", "b.y_real -> a.u_real")
     kept: list[float] = []
     outcome = run(
-        System("s", parts, links, Simulation(0.9, H)),
+        pair(c_fmu, "kinds+state", "kinds+state", *links, stop=0.9),
         observers=[lambda _, network: kept.append(network.last)],
     )
     jumps = [round(k * H, 9) for k, last in enumerate(kept) if k and not last]
     assert jumps == [0.3, 0.6, 0.9]
     note = next(note for note in outcome.notes if "not Real" in note)
-    assert "3 steps" in note
-    assert "a.y_bool at t = 0.3 s" in note
-    assert "0.1 s late" in note
+    assert all(text in note for text in ("3 steps", "a.y_bool at t = 0.3 s", "0.1 s late"))
 
 
 def test_steps_shrink_onto_a_change(c_fmu: Fmus) -> None:
-    # b counts the time after the change: what is missed of it is how late the change acts
-    parts = (
-        part(c_fmu, "a", "kinds+state", period=0.7310),
-        part(c_fmu, "b", "kinds+state"),
-    )
-    simulation = Simulation(1.0, H, coupling_tolerance=1e-4)
-    system = System("s", parts, ("a.y_bool -> b.u_bool", "b.y_real -> a.u_real"), simulation)
-    found = watched(system, ["b.y_real"])[-1][0]
-    assert found == pytest.approx(1 - 0.731, abs=2e-6)  # a times its period to 1e-6
-
-
-def test_a_saved_state_has_them(c_fmu: Fmus) -> None:
-    parts = tuple(
-        part(c_fmu, name, fmu, period=period)
-        for name, fmu, period in (("a", "kinds+state", 0.3), ("b", "3:kinds+state", 0.0))
-    )
-    system = System("s", parts, linked(("a", "b", "a"), (*KINDS, "real")), Simulation(2.0, H))
-    names = [f"{name}.y_{kind}" for name in "ab" for kind in (*KINDS, "real")]
-    with start(system) as stepped:
-        for _ in range(4):
-            stepped.step()
-        state = stepped.save()
-        points = (stepped.step() for _ in range(8))
-        first = [[point[name] for name in names] for point in points]
-        stepped.restore(state)
-        points = (stepped.step() for _ in range(8))
-        assert [[point[name] for name in names] for point in points] == first
+    """b counts the time after the change: what is missed of it is how late the change acts."""
+    links, start = ("a.y_bool -> b.u_bool", "b.y_real -> a.u_real"), {"a": {"period": 0.7310}}
+    given = pair(c_fmu, "kinds+state", "kinds+state", *links, start=start, coupling_tolerance=1e-4)
+    # a times its period to 1e-6
+    assert watched(given, "b.y_real")[-1][0] == pytest.approx(1 - 0.731, abs=2e-6)
 
 
 def test_python_reads_and_sets_all_types(c_fmu: Fmus) -> None:
-    parts = (part(c_fmu, "a", "kinds+state"), part(c_fmu, "b", "3:kinds+state"))
-    with start(System("s", parts, linked(("a", "b")), Simulation(1.0, H))) as stepped:
+    with start(pair(c_fmu, "kinds+state", "3:kinds+state", *linked(("a", "b")))) as stepped:
         given = {"a.u_int": -7, "a.u_bool": True, "a.u_enum": "fast", "a.u_text": "grüß",
                  "b.u_uint64": 2**64 - 1, "b.u_list[2]": 5, "b.u_words[2]": "w"}  # fmt: skip
         for name, value in given.items():
@@ -381,63 +172,17 @@ def test_python_reads_and_sets_all_types(c_fmu: Fmus) -> None:
         assert point["b.y_uint64"] == 2**64 - 1
 
 
-def test_buses_carry_them(c_fmu: Fmus) -> None:
-    parts = (part(c_fmu, "a", "kinds+state", period=0.3), part(c_fmu, "b", "3:kinds+state"))
-    buses = {"bus": {"on": "Boolean", "mode": "Enumeration", "text": "String"}}
-    links = (
-        "a.y_bool -> bus.on", "bus.on -> b.u_bool", "bus.on -> b.u_int",
-        "a.y_enum -> bus.mode", "bus.mode -> b.u_enum",
-    )  # fmt: skip
-    system = System("s", parts, links, Simulation(0.5, H), buses=buses)
-    assert watched(system, ["b.u_bool", "b.u_int", "b.u_enum"])[-1] == [True, 1, 2]
-    wrong = System("s", parts, ("a.y_int -> bus.on",), Simulation(0.5, H), buses=buses)
-    with pytest.raises(InputError, match="Integer, Boolean is expected"):
-        prepare(wrong)
-
-
 def test_a_system_without_reals_says_why_its_error_is_not_known(c_fmu: Fmus) -> None:
-    parts = (part(c_fmu, "a", "kinds+state"), part(c_fmu, "b", "kinds+state"))
-    both = (*linked(("a", "b", "a"), ("bool",)),)
-    outcome = run(System("s", parts, both, Simulation(1.0, H)))
-    assert outcome.certificate == "no Real is exchanged"
-
-
-def test_reals_are_judged_where_only_other_values_are_taken(c_fmu: Fmus) -> None:
-    parts = (part(c_fmu, "a", "kinds+state", period=0.3), part(c_fmu, "b", "kinds+state+through"))
-    links = ("a.y_real -> b.u_real", "b.y_int -> a.u_int")
-    monitored_outputs: set[str] = set()
-
-    def observe(_: float, network: Network) -> None:
-        monitored_outputs.update(str(port) for _, port in network.monitored_outputs)
-
-    run(System("s", parts, links, Simulation(1.0, H)), observers=[observe])
-    assert monitored_outputs == {"a.y_real", "b.y_real"}
+    ring = pair(c_fmu, "kinds+state", "kinds+state", *linked(("a", "b", "a"), ("bool",)))
+    assert run(ring).certificate == "no Real is exchanged"
 
 
 def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:
-    # a Boolean that never changes does not disturb the Reals
-    parts = (
-        Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
-        Component("b", FmuFile(c_fmu("partner+state"))),
-        part(c_fmu, "c", "kinds+state"),
-        part(c_fmu, "d", "3:kinds+state"),
+    """A Boolean that never changes does not disturb the Reals."""
+    fmus = {"a": "mass+state", "b": "partner+state", "c": "kinds+state", "d": "3:kinds+state"}
+    start = {"a": {"stiffness": 1.0, "body.m.x": 1.0}}
+    plain, more = (
+        watched(system(c_fmu, fmus, "a.m <-> b.end", *links, start=start), "a.body.m.x", "b.x")
+        for links in ((), linked(("c", "d")))
     )
-    names = ["a.body.m.x", "b.x"]
-    simulation = Simulation(3.0, H)
-    plain = watched(System("s", parts, ("a.m <-> b.end",), simulation), names)
-    more = ("a.m <-> b.end", *linked(("c", "d")))
-    assert np.array_equal(watched(System("s", parts, more, simulation), names), plain)
-
-
-@pytest.mark.parametrize("algorithm", ALGORITHMS)
-def test_reals_that_follow_other_values_drive_bodies(c_fmu: Fmus, algorithm: str) -> None:
-    """An Integer, 2, through an FMU that makes a Real force of it, 1.5 · 2 + t, on a unit mass."""
-    parts = (
-        part(c_fmu, "a", "kinds+state", offset=2, period=0.0),
-        Component("through", FmuFile(c_fmu("stage+state")), {"gain": 1.5}),
-        Component("body", FmuFile(c_fmu("mass+state"))),
-    )
-    links = ("a.y_int -> through.u", "through.y -> body.body.m.force_x, units ignored")
-    system = System("s", parts, links, Simulation(1.0, H, algorithm))
-    found = watched(system, ("body.body.m.x", "body.body.m.vx"))
-    np.testing.assert_allclose(found[-1], (5 / 3, 3.5), rtol=0.02)  # jacobi is off by 1.5 %
+    assert np.array_equal(plain, more)

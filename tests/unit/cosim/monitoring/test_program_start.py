@@ -8,7 +8,6 @@ import pytest
 from support.example_systems import EXAMPLES, example_system
 
 from m4e_fmi.analysis import equilibrium
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import System, load_system, program_start_warnings, run, system_program
 from m4e_fmi.simulate import started
 
@@ -58,18 +57,3 @@ def test_what_is_balanced_where_it_starts_is_not_out_of_balance() -> None:
         told = program_start_warnings(system, program.with_start({**rest, z: place}))
         assert sum(weight in line for line in told) == count
         assert any(pose in line for line in told) is (place != -2.0)
-
-
-def test_simulate_tells_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Of the start values given on the command line, and with lines left open."""
-    monkeypatch.chdir(tmp_path)
-    short = ["--stop-time", "0.1", "--no-plot"]
-    sphere = str(EXAMPLES / "sphere_decay" / "system.yaml")
-    assert main(["simulate", sphere, "--start-value", "body.m", "200 t", *short]) == 0
-    told = capsys.readouterr().err
-    assert "warning: body.body.sphere: weight and connected forces are 1962 kN" in told
-    buoy = str(EXAMPLES / "moored_buoy" / "system.yaml")
-    assert main(["simulate", buoy, "--open", "mooring", *short]) == 0
-    assert "warning: buoy.body.float: weight" in capsys.readouterr().err

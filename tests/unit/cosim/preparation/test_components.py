@@ -1,186 +1,211 @@
-"""Building what is missing: once, and again only when what it is made from changes."""
+"""FMUs of components: the code and configuration that they are known by, and their form."""
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 import zipfile
-from collections.abc import Callable
-from importlib.machinery import ModuleSpec
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import Field
 
-from m4e_fmi.cosim import Component, Kind, ModelFile, Simulation, System, prepare, run
+from m4e_fmi import code_hash as code_module
+from m4e_fmi.code_hash import code_hash, package_hash
+from m4e_fmi.cosim import Component, FmuFile, Kind, Simulation, System, prepare, run, start
 from m4e_fmi.cosim.preparation import components
 from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import RunError
-from m4e_fmi.files.document import Section
-from m4e_fmi.files.files_read import read_bytes, read_text
-from m4e_fmi.fmu import read_description
+from m4e_fmi.files.files_read import are_unchanged, depends_on, files_read, read_bytes
 from m4e_fmi.fmu.export import native as native_module
-from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.runtime import compiler
 
-MASS = "a mass of 1 kg on a spring of the given stiffness, driven by a force"
+KIND_CODE = """\
+from typing import Any
+from m4e_fmi.files.document import Section
+from m4e_fmi.files.files_read import read_text
+from m4e_fmi.program import Recorder, Variable
+import gauge_tools
 
+class Config(Section):
+    limit: float = 1.0
+    anything: Any = None
+    curves: dict[str, list[str]] = {{}}
 
-class CoilConfig(Section):
-    stiffness: float
-    table: str = ""
-    curves: dict[str, list[str]] = Field(default_factory=dict)
-
-
-def coil(
-    config: CoilConfig, *, name: str, folder: Path, progress: Callable[[str], None]
-) -> Program:
-    if config.table:
-        read_bytes(folder / config.table)
+def make(config, *, name, folder, progress):
+    progress("warning: not calibrated")
     for path in (path for paths in config.curves.values() for path in paths):
         named = (folder / path).read_text()  # as by a library, of which m4e_fmi knows nothing
         if named:
             read_text(folder / named)
-    progress("winding")
-    r = Recorder(name, "a spring")
-    x = r.input(Variable("end.x", "m", "position"))
-    r.input(Variable("end.vx", "m/s", "velocity"))
-    r.output(Variable("end.force_x", "N", "force on what holds the end"), -config.stiffness * x)
+    r = Recorder(name, "a constant")
+    r.output(Variable("y", "1", "the constant"), r.time * 0.0 + {factor})
     return r.program()
-
-
-def mass(model: SimpleNamespace) -> Program:
-    path = model.path
-    r = Recorder(path.stem, MASS)
-    m = r.parameter(Variable("mass", "kg", "mass", start=float(read_text(path))))
-    force = r.input(Variable("body.m.force_x", "N", "force"))
-    x = r.state(Variable("body.m.x", "m", "position", start=1.0))
-    v = r.state(Variable("body.m.vx", "m/s", "velocity", derivative_of="body.m.x"))
-    r.rate("body.m.x", v)
-    r.rate("body.m.vx", force / m)
-    acceleration = Variable("body.m.ax", "m/s2", "acceleration", derivative_of="body.m.vx")
-    r.output(acceleration, force / m)
-    del x
-    return r.program()
+"""
+AGAIN = ["a: warning: not calibrated"]
+"""Lines of a component that is there already."""
+Brought = Callable[..., list[str]]
 
 
 @pytest.fixture
-def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., System]:
-    """`pair(stiffness)` is a system of a model and a kind, both made here."""
-    module = ModuleType("coil_kind")
-    module.__dict__.update(Config=CoilConfig, make=coil, __spec__=ModuleSpec("coil_kind", None))
-    monkeypatch.setitem(sys.modules, "coil_kind", module)
-
-    class Point:
-        value = "coil_kind"
-
+def brought(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Brought]:
+    """`brought(kind)` builds a component of a kind from a package of somebody else."""
+    site = tmp_path / "site"
+    for name, text in {
+        "gauge_kind/__init__.py": "",
+        "gauge_kind/one.py": KIND_CODE.format(factor=1),
+        "gauge_kind/two.py": KIND_CODE.format(factor=2),
+        "gauge_kind/zero.json": "0.0",
+        "gauge_tools.py": "import gauge_basis\n",
+        "gauge_basis.py": "",
+    }.items():
+        (site / name).parent.mkdir(parents=True, exist_ok=True)
+        (site / name).write_text(text)
+    monkeypatch.syspath_prepend(str(site))
+    found = {name: SimpleNamespace(value=f"gauge_kind.{name}") for name in ("one", "two")}
     for place in (component_module, components):
-        monkeypatch.setattr(place, "kinds", lambda: {"coil": Point()})
-    monkeypatch.setattr("m4e_fmi.multibody.model_program", mass)
-    monkeypatch.setattr(
-        "m4e_fmi.model.load_model", lambda path: SimpleNamespace(path=path, warnings=())
-    )
-    (tmp_path / "mass.model.yaml").write_text("1.0")
-    (tmp_path / "table.csv").write_text("1")
+        monkeypatch.setattr(place, "kinds", lambda: found)
 
-    def make(stiffness: float = 1.0, **more: Any) -> System:
-        config = CoilConfig(stiffness=stiffness, table="table.csv", **more)
-        parts = (
-            Component("body", ModelFile(tmp_path / "mass.model.yaml")),
-            Component("coil", Kind("coil", config)),
-        )
-        settings = Simulation(1.0, 0.01)
-        return System("pair", parts, ("body.m <-> coil.end",), settings, folder=tmp_path)
-
-    return make
-
-
-def test_only_what_changed_is_built_again(pair: Callable[..., System], tmp_path: Path) -> None:
-    def built(system: System) -> list[str]:
+    def build(kind: str, *, native: bool | None = None, **config: object) -> list[str]:
+        code_hash.cache_clear()
+        package_hash.cache_clear()
+        made = component_module.kind_module(kind).Config(**config)
+        parts = (Component("a", Kind(kind, made)),)
         told: list[str] = []
-        files = components.fmu_files(system, tmp_path / "build", tell=told.append)
-        assert files == {n: tmp_path / "build" / "pair" / f"{n}.fmu" for n in ("body", "coil")}
-        assert all(path.is_file() for path in files.values())
-        return sorted(line.partition(":")[0] for line in told if "building" in line)
+        system = System("s", parts, (), Simulation(1.0, 0.5), folder=tmp_path)
+        components.fmu_files(system, tmp_path / "build", native=native, tell=told.append)
+        return told
 
-    assert built(pair()) == ["body", "coil"]
-    assert built(pair()) == []
-    assert built(pair(stiffness=2.0)) == ["coil"]
-    (tmp_path / "table.csv").write_text("2")
-    assert built(pair(stiffness=2.0)) == ["coil"]
-    (tmp_path / "mass.model.yaml").write_text("2.0")
-    assert built(pair(stiffness=2.0)) == ["body"]
-    assert {p.suffix for p in (tmp_path / "build" / "pair").iterdir()} == {".fmu", ".json"}
+    yield build
+    for name in [n for n in sys.modules if n.startswith("gauge_")]:
+        del sys.modules[name]
 
 
-def test_files_that_a_kind_reads_by_its_own_means(
-    pair: Callable[..., System], tmp_path: Path
-) -> None:
+def test_all_code_of_a_kind_counts(brought: Brought, tmp_path: Path) -> None:
+    """Its package with its data, what it imports from elsewhere, and which kind it is."""
+    assert any("building" in line for line in brought("one"))
+    assert brought("one") == AGAIN
+    assert any("building" in line for line in brought("two"))
+    for name in ("gauge_kind/__init__.py", "gauge_kind/zero.json", "gauge_tools.py",
+                 "gauge_basis.py"):  # fmt: skip
+        with (tmp_path / "site" / name).open("a") as file:
+            file.write("\n")
+        assert any("building" in line for line in brought("two")), name
+    assert brought("two") == AGAIN
+
+
+def test_files_that_a_kind_reads_by_its_own_means(brought: Brought, tmp_path: Path) -> None:
     """Those that its configuration names are known, and those that it reads with `read_text`."""
     outside = tmp_path / "outside.csv"
-    for path, text in (("curve.csv", "further.csv"), (outside, ""), ("further.csv", "1")):
+    curves = {"up": ["curve.csv"], "down": [str(outside)]}
+    changes = [("curve.csv", "further.csv"), (outside, ""), ("further.csv", "1")]
+    for path, text in changes:
         (tmp_path / path).write_text(text)
-
-    def built() -> bool:
-        told: list[str] = []
-        system = pair(curves={"up": ["curve.csv"], "down": [str(outside)]})
-        components.fmu_files(system, tmp_path / "build", tell=told.append)
-        return any(line.startswith("coil: building") for line in told)
-
-    assert [built(), built()] == [True, False]
+    brought("one", curves=curves)
     for path, text in (("further.csv", "2"), (outside, "further.csv"), ("curve.csv", "")):
         (tmp_path / path).write_text(text)
-        assert [built(), built()] == [True, False]
+        assert any("building" in line for line in brought("one", curves=curves)), path
+        assert brought("one", curves=curves) == AGAIN
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        ({"limit": float("inf")}, {"limit": float("-inf")}),
+        ({"limit": 0.1}, {"limit": 0.1 + 2**-55}),
+        ({"anything": np.arange(5000.0)}, {"anything": np.arange(5000.0) + (np.arange(5000) == 9)}),
+    ],
+)
+def test_every_bit_of_a_configuration_counts(
+    brought: Brought, one: dict[str, Any], two: dict[str, Any]
+) -> None:
+    brought("one", **one)
+    assert brought("one", **one) == AGAIN
+    assert any("building" in line for line in brought("one", **two))
 
 
 def test_native_where_it_can_be(
-    pair: Callable[..., System], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    brought: Brought, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def backends(native: bool | None) -> set[str]:
-        files = components.fmu_files(pair(), tmp_path / "build", native=native, tell=told.append)
-        inside = [zipfile.ZipFile(path).namelist() for path in files.values()]
-        return {"native" if "resources/fmu.txt" in names else "python" for names in inside}
+    def is_native() -> bool:
+        with zipfile.ZipFile(tmp_path / "build/s/a.fmu") as archive:
+            return "resources/fmu.txt" in archive.namelist()
 
-    told: list[str] = []
-    assert backends(None) == backends(True) == {"native"}
-    assert len(told) == 3  # both built, once, and the coil's own line
-    assert backends(False) == {"python"}
+    brought("one")
+    assert is_native()
+    assert brought("one", native=True) == AGAIN
+    brought("one", native=False)
+    assert not is_native()
     # a machine without compiler, and a wheel without library
     monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(compiler, "compiler", lambda: None)
     monkeypatch.setattr(native_module, "packaged_platforms", list)
-    assert backends(None) == {"python"}
-    assert "Python FMUs instead of native ones: there is no library" in told[-1]
+    told = "\n".join(brought("one"))
+    assert "Python FMUs instead of native ones: there is no library" in told
+    assert not is_native()
     with pytest.raises(RunError, match="build without --native"):
-        backends(True)
+        brought("one", native=True)
 
 
-def test_built_fmus_run_together(pair: Callable[..., System], tmp_path: Path) -> None:
-    told: list[str] = []
-    prepared = prepare(pair(), build_directory=tmp_path / "build", tell=told.append)
-    assert "coil: winding" in told
-    assert prepared.structure.execution_order == ("coil", "body")
-    body = read_description(prepared.descriptions["body"].path)
-    assert body.dependencies["body.m.x"] == frozenset()
-    results = run(prepared, results=tmp_path / "r.nc").results()
-    x = results["body.body.m.x"]
-    assert x.long_name == "position"
-    # second order, as for the same pair in C: H²/12 displacement, phase t H²/24
-    np.testing.assert_allclose(x.values, np.cos(results.time), atol=2e-5)
+def test_code_that_changed_after_the_process_began_is_not_trusted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It may not be what runs here: another process does not take what is built from it."""
+    module = tmp_path / "late_kind.py"
+    module.write_text("")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    os.utime(module, (1e9, 1e9))
+
+    def hash_in_another_process() -> str:
+        monkeypatch.setattr(code_module, "_PROCESS", os.urandom(16))
+        package_hash.cache_clear()
+        return package_hash("late_kind")
+
+    assert hash_in_another_process() == hash_in_another_process()
+    os.utime(module)
+    assert hash_in_another_process() != hash_in_another_process()
 
 
-def test_a_warning_of_several_components_is_told_once_unless_it_names_a_part() -> None:
-    told: list[str] = []
-    tell = components._once(told.append)
-    for name in ("sea", "buoy"):
-        for text in ("warning: the sea is too steep", "warning: body 'a' is heavy", "building"):
-            tell(f"{name}: {text}")
-    assert told == [
-        "sea: warning: the sea is too steep",
-        *(f"{name}: {text}" for name, text in (
-            ("sea", "warning: body 'a' is heavy"), ("sea", "building"),
-            ("buoy", "warning: body 'a' is heavy"), ("buoy", "building"),
-        )),
-    ]  # fmt: skip
+def test_versions_of_libraries_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    def of(name: str, found: str) -> str:
+        code_hash.cache_clear()
+        with monkeypatch.context() as patch:
+            patch.setattr(code_module, "_version", lambda n: found if n == name else "1.0")
+            return code_hash()
+
+    for name in ("capytaine", "moordyn", "numpy", "pythonfmu", "scipy", "sympy"):
+        assert of(name, "1.0") != of(name, "1.1")
+    code_hash.cache_clear()
+
+
+def test_an_fmu_that_is_replaced_after_it_was_read_is_not_used(c_fmu, tmp_path: Path) -> None:
+    fmu = tmp_path / "a.fmu"
+    shutil.copy(c_fmu("mass"), fmu)
+    system = System("s", (Component("a", FmuFile(fmu)),), (), Simulation(1.0, 0.5))
+    prepared = prepare(system)
+    shutil.copy(c_fmu("spring"), fmu)
+    for use in (lambda: run(prepared), lambda: start(prepared).__enter__()):
+        with pytest.raises(RunError, match="was replaced by another FMU meanwhile"):
+            use()
+    run(system)
+
+
+def test_files_of_readings_that_differ_are_never_current(tmp_path: Path) -> None:
+    path = tmp_path / "x"
+    path.write_text("one")
+    with files_read() as files, files_read() as inner:
+        read_bytes(path)
+        depends_on(tmp_path / "none")
+        assert files == inner
+        assert are_unchanged(files)
+        path.write_text("two")
+        assert not are_unchanged(files)
+        depends_on(path)
+    for content in ("one", "two"):
+        path.write_text(content)
+        assert not are_unchanged(files)
+    assert files[str(tmp_path / "none")] is None

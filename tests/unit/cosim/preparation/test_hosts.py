@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,8 +11,7 @@ import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, prepare, run
 from m4e_fmi.cosim.system.processes import Limits, Processes
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.worker import Host
 
 Fmus = Callable[[str], Path]
@@ -35,29 +33,25 @@ def of(*components: Component) -> System:
     return System("s", components, (), Simulation(1.0, 0.1))
 
 
-def test_a_file_without_our_record_has_a_process(c_fmu: Fmus, stranger: Path) -> None:
-    own = c_fmu("mass+state")
-    prepared = prepare(of(Component("own", FmuFile(own)), Component("other", FmuFile(stranger))))
-    assert dict(prepared.hosts) == {"other": Host()}
-    assert "in processes of their own: other" in str(prepared)
+def test_strangers_and_who_asks_for_it_have_processes(c_fmu: Fmus, stranger: Path) -> None:
+    own = FmuFile(c_fmu("mass+state"))
+    prepared = prepare(
+        of(
+            Component("own", own),
+            Component("other", FmuFile(stranger)),
+            Component("asked", own, process="own"),
+            Component("limited", own, limits=Limits(call=3.0)),
+            Component("trusted", FmuFile(stranger), process="here"),
+        )
+    )
+    assert dict(prepared.hosts) == {"other": Host(), "asked": Host(), "limited": Host(call=3.0)}
+    assert "in processes of their own: other, asked, limited" in str(prepared)
 
 
 def test_a_record_of_another_content_counts_for_nothing(c_fmu: Fmus, stranger: Path) -> None:
-    shutil.copy(c_fmu("spring+state").with_name("spring_state.build.json"), stranger.parent)
-    (stranger.parent / "spring_state.build.json").rename(stranger.with_name("stranger.build.json"))
+    record = c_fmu("spring+state").with_name("spring_state.build.json")
+    shutil.copy(record, stranger.with_name("stranger.build.json"))
     assert prepare(of(Component("other", FmuFile(stranger)))).hosts.keys() == {"other"}
-
-
-def test_who_asks_for_it_has_it_or_not(c_fmu: Fmus, stranger: Path) -> None:
-    own = c_fmu("mass+state")
-    found = prepare(
-        of(
-            Component("asked", FmuFile(own), process="own"),
-            Component("limited", FmuFile(own), limits=Limits(call=3.0)),
-            Component("trusted", FmuFile(stranger), process="here"),
-        )
-    ).hosts
-    assert dict(found) == {"asked": Host(), "limited": Host(call=3.0)}
 
 
 def test_limits_of_a_component_go_before_those_of_all() -> None:
@@ -73,32 +67,6 @@ def test_keys_of_system_files(stranger: Path, tmp_path: Path) -> None:
     file.write_text(SYSTEM.format(fmu=stranger, keys=keys, more=more))
     found = prepare(load_system(file)).hosts["a"]
     assert found == Host(0.5, 2.0, 1_500_000_000, ("LICENSE",))
-
-
-@pytest.mark.parametrize(
-    ("keys", "says"),
-    [
-        (", limits: {call: 0 s}", "0 s is no limit"),
-        (", limits: {call: soon}", "'soon' is not a valid duration"),
-        (", limits: {memory: 5 apples}", "'5 apples' is not a size of memory"),
-        (", limits: {memory: 5 kB}", "'5 kB' is too little for any FMU"),
-        (", process: elsewhere", "elsewhere"),
-        (", process: here, limits: {call: 1 s}", "no limits for an FMU in this process"),
-    ],
-)
-def test_wrong_keys(stranger: Path, tmp_path: Path, keys: str, says: str) -> None:
-    file = tmp_path / "s.yaml"
-    file.write_text(SYSTEM.format(fmu=stranger, keys=keys, more=""))
-    with pytest.raises(InputError, match=says) as caught:
-        load_system(file)
-    assert "s.yaml:3:" in str(caught.value)
-
-
-def test_wrong_arguments(stranger: Path) -> None:
-    with pytest.raises(InputError, match="'there' is unknown"):
-        Component("a", FmuFile(stranger), process="there")
-    with pytest.raises(InputError, match="no limits"):
-        Component("a", FmuFile(stranger), process="here", limits=Limits(call=1.0))
 
 
 def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(
@@ -119,20 +87,6 @@ def test_without_fork_a_stranger_runs_here_and_a_request_is_refused(
     ]
     assert f"{file}:3:" in str(failure.value)
     assert f"{file}:5:" in str(failure.value)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="has no such limit")
-def test_the_limit_of_file_sizes_is_told(c_fmu: Fmus) -> None:
-    import resource
-
-    fmu, limits = c_fmu("mass+state"), resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
-    try:
-        with pytest.raises(RunError, match="cannot be unpacked") as caught:
-            Unpacked(fmu)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert caught.value.remedy == "free disk space, or raise the limit of file sizes (ulimit -f)"
 
 
 def test_a_damaged_library_is_told(c_fmu: Fmus, tmp_path: Path) -> None:

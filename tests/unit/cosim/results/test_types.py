@@ -1,75 +1,57 @@
-"""Results with Integers, Booleans, enumerations and Strings: in files, pictures and summaries."""
+"""Results with Integers, Booleans, enumerations and Strings: in all files, and in pictures."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus
+from support.small_systems import system as coupled
 
-from m4e_fmi.cli import main
-from m4e_fmi.cosim import (
-    Component,
-    FmuFile,
-    Simulation,
-    System,
-    load_system,
-    run,
-    save_system,
-    start,
-)
+from m4e_fmi.cosim import System, run, start
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import plot_run
-from m4e_fmi.report.drawing.figures import _fill
 from m4e_fmi.report.panels import by_unit
 from m4e_fmi.results.recorded import Recorded
-from m4e_fmi.results.results_file import Results, load, write_netcdf
+from m4e_fmi.results.results_file import load, write_netcdf
 from m4e_fmi.results.row_header import Column, Section
 
-Fmus = Callable[[str], Path]
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
 """Periods of 0.3 s that have passed, at steps of 0.1 s."""
 ITEMS = {"off": 1, "slow": 2, "fast": 3}
+TYPES = {"real": "Real", "int": "Integer", "bool": "Boolean", "enum": "Enumeration"}
 
 
 @pytest.fixture(scope="module")
 def system(c_fmu: Fmus) -> System:
-    parts = (
-        Component("a", FmuFile(c_fmu("kinds+state")), {"period": 0.3}),
-        Component("b", FmuFile(c_fmu("3:kinds+state+through")), {"period": 0.3}),
-    )
     links = (
         *(f"a.y_{kind} -> b.u_{kind}" for kind in ("bool", "enum", "text")),
         "a.y_int -> b.u_list[3]",
     )
-    return System("types", parts, links, Simulation(1.0, 0.1))
-
-
-def check(results: Results) -> None:
-    def values(name: str) -> list:
-        return results[name].values.tolist()
-
-    assert values("a.y_int") == N
-    assert values("a.y_bool") == [bool(n % 2) for n in N]
-    assert values("a.y_enum") == [n % 3 + 1 for n in N]
-    assert values("a.y_text") == [str(n) if n else "" for n in N]
-    assert values("b.y_text") == [f"{n}{n}" if n else "" for n in N]
-    assert values("b.y_bool") == [False] * len(N)
-    assert values("b.y_uint64") == N
-    assert results["a.y_enum"].recorded.items == ITEMS
-    types = ("Real", "Integer", "Boolean", "Enumeration", "String")
-    kinds = ("real", "int", "bool", "enum", "text")
-    assert tuple(results[f"a.y_{kind}"].recorded.type for kind in kinds) == types
-    widths = [results[f"b.y_{kind}"].values.dtype for kind in ("int8", "uint16", "int64")]
-    assert widths == [np.int8, np.uint16, np.int64]
+    names = {"a": "kinds+state", "b": "3:kinds+state+through"}
+    return coupled(c_fmu, names, *links, start={name: {"period": 0.3} for name in "ab"})
 
 
 def test_netcdf_has_them_in_their_own_types(system: System, tmp_path: Path) -> None:
     xarray = pytest.importorskip("xarray")
     results = run(system, results=tmp_path / "r.nc").results()
-    check(results)
+    expected = {
+        "a.y_int": N,
+        "a.y_bool": [bool(n % 2) for n in N],
+        "a.y_enum": [n % 3 + 1 for n in N],
+        "a.y_text": [str(n) if n else "" for n in N],
+        "b.y_text": [f"{n}{n}" if n else "" for n in N],
+        "b.y_bool": [False] * len(N),
+        "b.y_uint64": N,
+    }
+    assert {name: results[name].values.tolist() for name in expected} == expected
+    assert results["a.y_enum"].recorded.items == ITEMS
+    types = TYPES | {"text": "String"}
+    assert {kind: results[f"a.y_{kind}"].recorded.type for kind in types} == types
+    widths = [results[f"b.y_{kind}"].values.dtype for kind in ("int8", "uint16", "int64")]
+    assert widths == [np.int8, np.uint16, np.int64]
     with xarray.open_dataset(tmp_path / "r.nc", group="a") as found:
         assert found["y_text"].values.tolist()[-1] == "3"
         assert found["y_bool"].values.tolist() == [n % 2 for n in N]
@@ -77,18 +59,24 @@ def test_netcdf_has_them_in_their_own_types(system: System, tmp_path: Path) -> N
         assert flags["flag_meanings"] == "off slow fast"
         assert flags["flag_values"].tolist() == [1, 2, 3]
         assert found["y_bool"].attrs["flag_meanings"] == "false true"
+    assert {panel.title for panel in by_unit(results.series)} == {"", *TYPES.values()} - {"Real"}
+    with pytest.raises(InputError, match=r"a\.y_text is text"):
+        plot_run(tmp_path / "r.nc", tmp_path / "r.png", variables=["a.y_text"])
 
 
-def test_a_run_that_goes_on_can_be_read(system: System, tmp_path: Path) -> None:
-    path = tmp_path / "r.nc"
-    with start(system, results=path) as stepped:
-        for point in stepped:
-            if point.time > 0.75:
-                stepped._master._results.flush()  # pyright: ignore  as after a second
-                break
-        found = load(path)
-        assert found["a.y_text"].values.tolist() == ["", "", "", "1", "1", "1", "2", "2", "2"]
-        assert found["a.y_bool"].values.tolist() == [bool(n % 2) for n in N[:9]]
+def test_a_run_that_goes_on_can_be_read(
+    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
+    monkeypatch.setattr("m4e_fmi.cosim.results.writer.SHARE", 1e9)
+    with start(system, results=tmp_path / "r.nc") as stepped:
+        for _ in range(8):
+            stepped.step()
+        found = load(tmp_path / "r.nc")
+        count = len(found.time)
+        assert count >= 8
+        assert found["a.y_text"].values.tolist() == [str(n) if n else "" for n in N[:count]]
+        assert found["a.y_bool"].values.tolist() == [bool(n % 2) for n in N[:count]]
         assert found["a.y_enum"].recorded.items == ITEMS
 
 
@@ -107,69 +95,17 @@ def test_csv_and_parquet(system: System, tmp_path: Path) -> None:
     assert str(table["b.y_int8"].type) == "int8"
 
 
-def test_the_c_loop_and_python_record_the_same(
-    system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = run(system, results=tmp_path / "c.nc").results().series
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-    other = run(system, results=tmp_path / "p.nc").results().series
-    assert first.keys() == other.keys()
-    for name, one in first.items():
-        assert np.array_equal(one.values, other[name].values), name
-
-
 def test_arrays_that_are_connected_are_recorded(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("m4e_fmi.cosim.connections.recorded_variables.LARGEST_ARRAY", 1)
-    parts = system.components
-    back = System("s", (parts[1], parts[0]), ("b.y_list[3] -> a.u_int",), system.simulation)
+    back = System("s", system.components[::-1], ("b.y_list[3] -> a.u_int",), system.simulation)
     names = run(back, results=tmp_path / "r.nc").results().series
     assert {"b.y_list[1]", "b.y_list[2]", "b.y_list[3]"} <= names.keys()
     assert "b.y_words[1]" not in names
     chosen = run(back, results=tmp_path / "r.nc", variables=["b.y_words", "a.u_int", "*bool"])
     found = chosen.results().series.keys()
     assert found == {"b.y_words[1]", "b.y_words[2]", "a.u_int", "a.y_bool", "b.y_bool"}
-
-
-def test_pictures_show_them_as_steps(system: System, tmp_path: Path) -> None:
-    from matplotlib.figure import Figure
-
-    results = run(system, results=tmp_path / "r.nc").results()
-    found = {panel.title: panel for panel in by_unit(results.series)}
-    assert found.keys() == {"", "Integer", "Boolean", "Enumeration"}
-    assert found["Enumeration"].items == ITEMS
-    axis = Figure().subplots()
-    _fill(axis, results.time, found["Boolean"])
-    assert {line.get_drawstyle() for line in axis.get_lines()} == {"steps-post"}
-    with pytest.raises(InputError, match=r"a\.y_text is text"):
-        plot_run(tmp_path / "r.nc", tmp_path / "r.png", variables=["a.y_text"])
-
-
-def test_packages_keep_them(system: System, tmp_path: Path) -> None:
-    package = save_system(system, tmp_path / "s.ssp")
-    again = load_system(package)
-    assert again.connections == system.connections
-    check(run(again, results=tmp_path / "r.nc").results())
-
-
-def test_run_and_info_tell_of_them(
-    system: System, c_fmu: Fmus, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    package = str(save_system(system, tmp_path / "s.ssp"))
-    assert main(["run", package, "--output-file", str(tmp_path / "r.nc")]) == 0
-    told = capsys.readouterr().out
-    assert "Boolean: 3 changes, true at the end" in told
-    assert "String: 3 changes, '33' at the end" in told
-    assert main(["info", package]) == 0
-    told = capsys.readouterr().out
-    assert "a.y_enum -> b.u_enum  (1 variable, Enumeration)" in told
-    assert "held during each step: a change acts from the end of its step" in told
-    assert main(["info", str(c_fmu("3:kinds+state"))]) == 0
-    told = capsys.readouterr().out
-    assert "Enumeration (off, slow, fast)" in told
-    assert "y_list[3]" in told
-    assert "UInt16" in told
 
 
 def test_items_keep_their_names(tmp_path: Path) -> None:
@@ -182,4 +118,3 @@ def test_items_keep_their_names(tmp_path: Path) -> None:
     found = load(tmp_path / "r.nc")["valve.mode"]
     assert found.recorded == one
     assert found.recorded.told(found[0]) == "very low pressure"
-    assert repr(found).startswith("mode: 2 values")

@@ -11,7 +11,6 @@ import pytest
 
 from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
 from m4e_fmi.cosim.connections.links import Axis
-from m4e_fmi.cosim.error_estimate.report import Spans
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 
 A, OMEGA, STIFFNESS, DAMPING = 0.7, 1.3, 2e5, 3e4
@@ -98,13 +97,6 @@ def test_errors_of_a_displacement_count_without_the_preload(amplitude: float) ->
     assert abs(found.relative) < 3e-5  # that of the spring, and of the trapezoids
 
 
-def test_nothing_moves() -> None:
-    times = np.linspace(0.0, 10.0, 101)
-    zero = np.zeros(times.size)
-    found = balance(times, zero + 1e6, zero, zero)
-    assert (found.exchanged, found.relative) == (0.0, 0.0)
-
-
 def test_rounding_noise_of_a_body_at_rest_has_no_share() -> None:
     times = np.linspace(0.0, 10.0, 101)
     noise = 1e-15 * np.sin(40 * times)
@@ -113,21 +105,6 @@ def test_rounding_noise_of_a_body_at_rest_has_no_share() -> None:
     assert found.relative == 0.0
     _, x, v = oscillation(2, 100)
     assert not balance(np.linspace(0.0, 2 * PERIOD, x.size), 1e3 - x, 1e-6 * v, 1e-6 * x).is_idle
-
-
-def test_ranges_of_rounding_noise_are_no_scale_of_errors() -> None:
-    """Of a force of 4 MN and a speed of 0, whose noise is all that they range over."""
-    places = {Port("a", "f"): 0, Port("b", "v"): 1}
-    network = SimpleNamespace(
-        monitored_outputs=tuple(enumerate(places)),
-        unit=lambda port: {"f": "N", "v": "m/s"}[port.variable],
-        index=places.__getitem__,
-        nominal=lambda _: 1.0,
-        values=np.array([4e6, 0.0]),
-    )
-    spans = Spans(cast("Network", network))
-    np.testing.assert_allclose(spans(np.array([1e-9, 2e-15])), [4e-6, 1e-12], rtol=1e-15)
-    np.testing.assert_array_equal(spans(np.array([1.0, 1e-9])), [1.0, 1e-9])
 
 
 def test_integrals_are_of_fourth_order() -> None:

@@ -1,14 +1,17 @@
-"""Samples as a page has them: every one, exactly or rounded to Float32."""
+"""Samples as a page has them, exactly or rounded to Float32; the plotting library in pages."""
 
 from __future__ import annotations
 
 import base64
 import gzip
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from m4e_fmi.report.web.library import plotly_js, unwrapped
 from m4e_fmi.report.web.samples import MOST_EXACT, Curve, Samples, packed_samples
 
 TIME = np.linspace(0.0, 1.0, 11)
@@ -28,56 +31,51 @@ def numbers(samples: Samples, variable: dict[str, Any], count: int) -> np.ndarra
     return np.frombuffer(apart.T.tobytes(), kind)
 
 
-def first(samples: Samples) -> Any:
-    variables = samples.data["variables"]
-    assert isinstance(variables, list)
-    return variables[0]
-
-
 def test_few_samples_are_exact() -> None:
-    values = np.sin(TIME) * np.pi
-    samples = packed_samples(TIME, [curve(values)])
+    """Whole numbers, truth values, numbers that are not finite; a constant is one number."""
+    curves = [
+        np.sin(TIME) * np.pi,
+        np.arange(11) + 2**24,
+        np.arange(11) % 3 == 0,
+        np.array([1.0, np.nan, np.inf, -np.inf, *range(7)]),
+        np.full(11, np.nan),  # JSON has no number for it
+        np.full(11, 0.1),
+    ]
+    samples = packed_samples(TIME, [curve(one, steps=True) for one in curves])
+    variables: Any = samples.data["variables"]
     assert samples.exact
-    assert np.array_equal(numbers(samples, first(samples), 11), values)
     assert np.array_equal(numbers(samples, samples.data["time"], 11), TIME)  # type: ignore[arg-type]
+    for one, expected in zip(variables, curves, strict=True):
+        assert np.array_equal(numbers(samples, one, 11), expected.astype(float), equal_nan=True)
+    assert ["constant" in one for one in variables] == [False] * 5 + [True]
+    assert (variables[3]["low"], variables[3]["high"]) == (0.0, 6.0)
 
 
-def test_many_are_rounded_to_seven_digits_but_times_are_not() -> None:
+@pytest.mark.parametrize("odd", [None, 1e39, 1e-40])
+def test_many_are_rounded_to_seven_digits_but_times_are_not(odd: float | None) -> None:
+    """And no curve with a number that Float32 does not have."""
     count = MOST_EXACT // 8 + 1
     time = np.linspace(0.0, 9.9, count)
     values = np.random.default_rng(1).normal(size=count)
+    values[7] = values[7] if odd is None else odd
     samples = packed_samples(time, [curve(values)])
+    (variable,) = samples.data["variables"]  # type: ignore[misc]
     assert not samples.exact
-    found = numbers(samples, first(samples), count)
-    assert found.dtype == np.float32
-    assert np.abs(found / values - 1).max() <= 2.0**-24
+    found = numbers(samples, variable, count)
+    assert (found.dtype == np.float32) == (odd is None)
+    assert np.abs(found / values - 1).max() <= (2.0**-24 if odd is None else 0.0)
     assert np.array_equal(numbers(samples, samples.data["time"], count), time)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("odd", [1e39, 1e-40])
-def test_numbers_that_float32_does_not_have_stay(odd: float) -> None:
-    count = MOST_EXACT // 8 + 1
-    values = np.linspace(1.0, 2.0, count)
-    values[7] = odd
-    samples = packed_samples(np.arange(count, dtype=float), [curve(values)])
-    assert np.array_equal(numbers(samples, first(samples), count), values)
-
-
-def test_whole_numbers_truth_values_and_numbers_that_are_not_finite() -> None:
-    whole = np.arange(11) + 2**24
-    truth = np.arange(11) % 3 == 0
-    broken = np.array([1.0, np.nan, np.inf, -np.inf, *range(7)])
-    samples = packed_samples(TIME, [curve(one, steps=True) for one in (whole, truth, broken)])
-    variables = samples.data["variables"]
-    assert isinstance(variables, list)
-    for one, expected in zip(variables, (whole, truth, broken), strict=True):
-        assert np.array_equal(numbers(samples, one, 11), expected.astype(float), equal_nan=True)
-    assert (variables[2]["low"], variables[2]["high"]) == (0.0, 6.0)
-
-
-def test_a_constant_is_one_number() -> None:
-    samples = packed_samples(TIME, [curve(np.full(11, 0.1)), curve(np.full(11, np.nan))])
-    assert first(samples)["constant"] == 0.1
-    variables = samples.data["variables"]
-    assert isinstance(variables, list)
-    assert "block" in variables[1]  # JSON has no number for it
+def test_the_library_is_no_argument_of_a_function() -> None:
+    """Another form is left as it is."""
+    spec = find_spec("plotly")
+    assert spec is not None
+    assert spec.origin is not None
+    whole = (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_bytes()
+    found = plotly_js()
+    assert found.startswith(whole[: whole.index(b"*/") + 2] + b'\n"use strict";var Plotly=(()=>{')
+    assert found.endswith(b"window.Plotly = Plotly;\n")
+    assert 0 < len(whole) - len(found) < 500  # of its five megabytes
+    for script in (b"", b"/** other */ (() => {})();", b'"use strict";var Plotly=(()=>{'):
+        assert unwrapped(script) == script

@@ -1,4 +1,4 @@
-"""Kept runs: what is there stays, to the bit; failures and damage are told."""
+"""Kept runs: what is there stays, to the bit; failures and damage are told. What is counted."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from m4e_fmi.errors import RunError
+from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.runs.record import Record
+from m4e_fmi.study.runs.statistics_of import computed
 from m4e_fmi.study.runs.store import Pace, Store
 
 RECORD = Record(
@@ -19,67 +21,54 @@ RECORD = Record(
 )
 
 
-def test_records_come_back_to_the_bit(tmp_path: Path) -> None:
+@pytest.fixture
+def store(tmp_path: Path):
     with Store(tmp_path / "s.sqlite") as store:
         store.keep({"k": RECORD})
-    with Store(tmp_path / "s.sqlite") as store:
-        found = store.found(["k", "other"])
-    assert list(found) == ["k"]
-    assert found["k"].head() == RECORD.head()
-    assert found["k"].block() == RECORD.block()
+        yield store
 
 
-def test_what_is_kept_is_not_replaced_but_on_demand(tmp_path: Path) -> None:
+def test_records_come_back_to_the_bit_and_are_replaced_on_demand_only(
+    store: Store, tmp_path: Path
+) -> None:
     other = Record(values={"a": 1.0})
-    with Store(tmp_path / "s.sqlite") as store, Store(tmp_path / "s.sqlite") as second:
-        store.keep({"k": RECORD})
-        second.keep({"k": other})
-        assert store.found(["k"])["k"].values["a"] == RECORD.values["a"]
+    with Store(tmp_path / "s.sqlite") as second:
+        second.keep({"k": other, "failed": Record(failure="it broke")})
+        found = second.found(["k", "other", "failed"])
+        assert list(found) == ["k"]
+        assert found["k"].head() == RECORD.head()
+        assert found["k"].block() == RECORD.block()
         second.keep({"k": other}, again=True)
-        assert store.found(["k"])["k"].values["a"] == 1.0
+    assert store.found(["k"])["k"].values["a"] == 1.0
 
 
-def test_paces_are_those_of_the_nearest_span(tmp_path: Path) -> None:
-    with Store(tmp_path / "s.sqlite") as store:
-        assert store.pace("buoy", 60.0) is None
-        paces = [("buoy", 60.0, 2.0), ("buoy", 60.0, 4.0), ("buoy", 600.0, 50.0)]
-        store.keep({"k": RECORD}, paces=[*paces, ("other", 50.0, 9.0)])
-        assert store.pace("buoy", 90.0) == Pace(60.0, 2, 4.5)
-        assert store.pace("buoy", 300.0) == Pace(600.0, 1, 25.0)
-
-
-def test_failed_runs_are_not_kept(tmp_path: Path) -> None:
-    with Store(tmp_path / "s.sqlite") as store:
-        store.keep({"k": Record(failure="it broke")})
-        assert store.found(["k"]) == {}
+def test_paces_are_those_of_the_nearest_span(store: Store) -> None:
+    assert store.pace("buoy", 60.0) is None
+    paces = [("buoy", 60.0, 2.0), ("buoy", 60.0, 4.0), ("buoy", 600.0, 50.0)]
+    store.keep({"k": RECORD}, paces=[*paces, ("other", 50.0, 9.0)])
+    assert store.pace("buoy", 90.0) == Pace(60.0, 2, 4.5)
+    assert store.pace("buoy", 300.0) == Pace(600.0, 1, 25.0)
 
 
 def test_another_file_is_no_store(tmp_path: Path) -> None:
     (tmp_path / "s.sqlite").write_bytes(b"this is no database" * 100)
-    with pytest.raises(RunError, match="kept runs"), Store(tmp_path / "s.sqlite"):
-        pass
+    for name, said in (("s.sqlite", "kept runs"), ("s.sqlite/s", "cannot be written")):
+        with pytest.raises(RunError, match=said):
+            Store(tmp_path / name).__enter__()
 
 
-def test_a_folder_that_takes_no_file_is_told(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("x")
-    with pytest.raises(RunError, match="cannot be written"), Store(tmp_path / "file" / "s.sqlite"):
-        pass
-
-
-def test_a_full_disk_is_told_and_what_is_kept_stays(tmp_path: Path) -> None:
+def test_a_full_disk_is_told_and_what_is_kept_stays(store: Store) -> None:
     """Nobody is told to remove the file; SQLite has ended the transaction itself by then."""
     large = Record(time=np.zeros(5000), series={"x": np.zeros(5000)})
-    with Store(tmp_path / "s.sqlite") as store:
-        store.keep({"k": RECORD})
-        store._base.execute("PRAGMA max_page_count = 4")
-        with pytest.raises(RunError, match="cannot be written: database or disk is full") as caught:
-            store.keep({str(k): large for k in range(50)})
-        assert "remove" not in str(caught.value)
-        assert store.found(["k"])["k"].head() == RECORD.head()
+    store._base.execute("PRAGMA max_page_count = 4")
+    with pytest.raises(RunError, match="cannot be written: database or disk is full") as caught:
+        store.keep({str(k): large for k in range(50)})
+    assert "remove" not in str(caught.value)
+    assert store.found(["k"])["k"].head() == RECORD.head()
 
 
-def test_a_file_that_is_only_read_is_told(tmp_path: Path) -> None:
-    with Store(tmp_path / "s.sqlite") as store:
-        store._base.execute("PRAGMA query_only = 1")
-        with pytest.raises(RunError, match=r"cannot be written: .*readonly"):
-            store.keep({"k": RECORD})
+def test_the_row_at_the_end_of_the_start_up_counts() -> None:
+    """The maximum of a falling record is its first row that counts."""
+    time = np.arange(5.0)
+    found, _ = computed([Wanted("top", "x", "maximum")], time, {"x": np.array([-time])}, 2.0)
+    assert found["top"].tolist() == [-2.0]

@@ -1,9 +1,8 @@
-"""Files of drift: what is read, and what is refused with file, line and remedy."""
+"""Files of drift: units, bodies, conventions and the point of the moments."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from m4e_adapters.hydrodynamics.config import Drift, Water
 from m4e_adapters.hydrodynamics.drift.far_field import write_csv
 from m4e_adapters.hydrodynamics.drift.files import read_drift
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, Qtf
-from m4e_fmi.errors import InputError
 
 OMEGA = (0.4, 0.7, 1.1)
 AROUND = (0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0)
@@ -51,7 +49,7 @@ def test_mean_drift(tmp_path: Path, suffix: str) -> None:
     assert table.values == pytest.approx(np.array(expected), abs=1e-6)
 
 
-def test_length_scale_and_body(tmp_path: Path) -> None:
+def test_length_scale_body_and_plane(tmp_path: Path) -> None:
     path = write_mean(
         tmp_path / "hull.9", mean, omega=OMEGA, directions=AROUND, modes=range(1, 13), ulen=20.0
     )
@@ -59,26 +57,21 @@ def test_length_scale_and_body(tmp_path: Path) -> None:
     expected = [[[mean(w, beta, m) for m in (7, 8, 12)] for beta in AROUND] for w in OMEGA]
     assert table.values == pytest.approx(np.array(expected), abs=1e-5)
     assert "heave, roll and pitch are left out" in table.notes[0]
-
-
-def test_in_the_plane_only_surge(tmp_path: Path) -> None:
     path = write_mean(tmp_path / "hull.8", mean, omega=OMEGA, directions=(0.0, 180.0))
     table = read(path, center=(0.0, -2.0))
     assert [motion.name for motion in table.motions] == ["surge"]
     assert table.values.shape == (3, 2, 1)
 
 
-def test_pairs_of_directions_are_left_out(tmp_path: Path) -> None:
+def test_a_csv_file_is_as_it_was_written_and_pairs_of_directions_are_left_out(
+    tmp_path: Path,
+) -> None:
     path = write_mean(tmp_path / "hull.8", mean, omega=OMEGA, directions=AROUND)
     with path.open("a") as file:
         file.write("  5.0 0.0 45.0 1 9.0 0.0 9.0 0.0\n")
-    assert read(path).notes == ("1 rows of pairs of directions are left out",)
-
-
-def test_a_csv_file_is_as_it_was_written(tmp_path: Path) -> None:
-    path = write_mean(tmp_path / "hull.8", mean, omega=OMEGA, directions=AROUND)
     table = read(path)
     assert isinstance(table, MeanDrift)
+    assert table.notes == ("1 rows of pairs of directions are left out",)
     write_csv(table, tmp_path / "hull.csv")
     again = read(tmp_path / "hull.csv")
     assert again.values == pytest.approx(table.values, rel=1e-8, abs=1e-3)
@@ -107,94 +100,3 @@ def test_moments_about_the_centre_of_gravity(tmp_path: Path) -> None:
     plain, moved = read(path), read(path, reference_point=[3.0, 0.0, 0.0])
     surge, heave, pitch = plain.values[0]
     assert moved.values[0, 2] == pytest.approx(pitch + 2.0 * surge - 3.0 * heave)
-
-
-def line(number: int, text: str) -> Callable[[list[str]], list[str]]:
-    return lambda lines: [*lines[: number - 1], text, *lines[number:]]
-
-
-WRONG: dict[str, tuple[str, Callable[[list[str]], list[str]], dict[str, object], str]] = {
-    "cut off": (".8", lambda rows: [*rows[:-1], rows[-1][:40]], {}, "hull.8:73:2: 3 numbers, exp"),
-    "a row is missing": (".8", lambda rows: rows[:-1], {}, "1 of 72 values are missing"),
-    "not a number": (".8", line(3, " 15.7 0.0 0.0 2 NaN 0.0 NaN 0.0"), {}, "hull.8:3:2: 'NaN'"),
-    "other columns": (".8", line(3, " 0.0 0.0 1 9.0 0.0 9.0 0.0"), {}, "hull.8:3:2: 7 numbers"),
-    "in other order": (".8", line(3, " 15.7 0.0 0.0 2 9.0 0.0 1.0 2.0"), {}, ":3:2: MOD 9 is not"),
-    "a frequency of 0": (".8", line(3, " -1.0 0.0 0.0 2 9.0 0.0 9.0 0.0"), {}, ":3:2: the period"),
-    "no such motion": (".8", line(3, " 5.0 0.0 0.0 1.5 9.0 0.0 9.0 0.0"), {}, ":3:2: motion 1.5"),
-    "another body": (".8", lambda rows: rows, {"body": 2}, "hull.8:2:2: no row is of body 2"),
-    "twice": (".8", lambda rows: [*rows, rows[-1]], {}, "hull.8:74:2: yaw at 1.1 rad/s, 315 deg"),
-    "sums": (".12s", lambda rows: rows, {}, "forces of sums of frequencies are not computed"),
-    "another suffix": (".dat", lambda rows: rows, {}, "the suffix '.dat' is not one of drift"),
-    "a pair is missing": (".12d", lambda rows: rows[:-1], {}, "1 of 27 pairs are missing"),
-    "not real": (
-        ".12d",
-        lambda rows: line(2, " ".join([*rows[1].split()[:5], "5 53.1 3 4"]))(rows),
-        {},
-        "hull.12d:2:1: surge at 0.4 and 0.4 rad/s has the imaginary part",
-    ),
-    "nothing": (".8", lambda rows: rows[:1], {}, "has no numbers"),
-}
-
-
-@pytest.mark.parametrize("fault", WRONG)
-def test_what_is_wrong_is_told_with_its_place(tmp_path: Path, fault: str) -> None:
-    suffix, change, keys, expected = WRONG[fault]
-    path = tmp_path / f"hull{suffix}"
-    if suffix == ".12d":
-        write_qtf(path, pairs, omega=OMEGA)
-    else:
-        write_mean(path, mean, omega=OMEGA, directions=AROUND)
-    path.write_text("\n".join(change(path.read_text().splitlines())) + "\n")
-    with pytest.raises(InputError) as caught:
-        read(path, center=SPACE, **keys)
-    assert expected in str(caught.value)
-    assert len(caught.value.problems) == 1
-
-
-def test_a_matrix_that_is_not_hermitian(tmp_path: Path) -> None:
-    """As that of sums of frequencies, which is symmetric."""
-
-    def symmetric(one: float, other: float, mode: int) -> complex:
-        return pairs(one, other, mode) if one >= other else pairs(other, one, mode)
-
-    path = write_qtf(tmp_path / "hull.12d", symmetric, omega=OMEGA, both=True)
-    with pytest.raises(InputError, match=r"hull\.12d:\d+:2: surge at 0.4 and 0.7 rad/s is not the"):
-        read(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("omega,direction,surge,sway\n1,0,1,1\n", "no column 'yaw'"),
-        ("omega,direction,surge,sway,yaw\n1,0,1,1,x\n", ":2:1: expected a finite number"),
-        ("omega,direction,surge,sway,yaw\n0,0,1,1,1\n", ":2:1: omega 0 rad/s is not positive"),
-        ("omega,direction,surge,sway,yaw\n", "has no rows"),
-        (
-            "omega,direction,surge,sway,yaw\n1,0,1,1,1\n1,90,1,1,1\n2,0,1,1,1\n",
-            ":4:1: 3 of 12 values are missing: the first is surge at 2 rad/s, 90 deg",
-        ),
-    ],
-)
-def test_wrong_csv_files(tmp_path: Path, text: str, expected: str) -> None:
-    path = tmp_path / "hull.csv"
-    path.write_text(text)
-    with pytest.raises(InputError) as caught:
-        read(path)
-    assert expected in str(caught.value)
-
-
-def test_keys_of_wamit_have_no_effect_on_csv(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="'length_scale' has no effect on a CSV file"):
-        read(tmp_path / "hull.csv", length_scale=2.0)
-
-
-def test_no_such_file(tmp_path: Path) -> None:
-    (tmp_path / "hull.8").write_text("")
-    with pytest.raises(InputError, match=r"did you mean 'hull\.8'"):
-        read(tmp_path / "hul.8")
-
-
-def test_a_moment_needs_the_forces(tmp_path: Path) -> None:
-    path = write_qtf(tmp_path / "hull.12d", pairs, omega=OMEGA, modes=(5,))
-    with pytest.raises(InputError, match="pitch about another point needs surge"):
-        read(path, reference_point=[0.0, 0.0, 1.0])

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from support.raft import BOTH, MATRIX, model, raft_system, water
 
+from m4e_fmi.cosim import prepare
+from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
@@ -16,6 +18,7 @@ HINGE = {
     2: "{type: revolute, parent: big, child: small, parent_to_joint: [5, 0]}",
     3: "{type: revolute, parent: big, child: small, parent_to_joint: [5, 0, 0], axis: [0, 1, 0]}",
 }
+HULL = "m.big <-> hydro.hull"
 
 
 def refusal(m: Description, hydro: Description, *connections: str) -> tuple[str, str]:
@@ -38,61 +41,76 @@ def one_by_one(water_body: str, body: str) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize(("dimensions", "fmi"), [(2, "2"), (3, "2"), (2, "3")])
-def test_bodies_in_another_order_are_refused(dimensions: int, fmi: str, tmp_path: Path) -> None:
-    m = model(tmp_path, dimensions, fmi=fmi)
-    right = water(tmp_path, "small", "big", dimensions=dimensions, fmi=fmi)
+@pytest.mark.parametrize(
+    ("dimensions", "fmi", "hinged"),
+    [(2, "2", False), (3, "2", False), (2, "3", False), (2, "2", True), (3, "2", True)],
+)
+def test_bodies_in_another_order_are_refused(
+    dimensions: int, fmi: str, hinged: bool, tmp_path: Path
+) -> None:
+    """A body on a hinge counts after the one that carries it."""
+    more = {"joint": HINGE[dimensions]} if hinged else {}
+    m = model(tmp_path, dimensions, fmi=fmi, **more)
+    order = ("big", "small") if hinged else ("small", "big")
+    right = water(tmp_path, *order, dimensions=dimensions, fmi=fmi)
     assert refusal(m, right, *BOTH, MATRIX) == ("", "")
-    wrong = water(tmp_path, "big", "small", dimensions=dimensions, fmi=fmi)
+    wrong = water(tmp_path, *order[::-1], dimensions=dimensions, fmi=fmi)
     message, remedy = refusal(m, wrong, *BOTH, MATRIX)
     assert message == (
-        "the added mass of hydro.big would act on m.body.small, with which it is not connected: "
-        "rows of hydro are for big, small, those of m for small, big"
+        f"the added mass of hydro.{order[1]} would act on m.body.{order[0]}, with which it is not "
+        f"connected: rows of hydro are for {order[1]}, {order[0]}, those of m for {order[0]}, "
+        f"{order[1]}"
     )
-    assert remedy == "write the bodies of 'hydro' in the order small, big"
+    assert remedy == f"write the bodies of 'hydro' in the order {order[0]}, {order[1]}"
 
 
-@pytest.mark.parametrize("dimensions", [2, 3])
-def test_a_hinge_changes_the_order_of_the_model(dimensions: int, tmp_path: Path) -> None:
-    """The body on the hinge counts after the one that carries it."""
-    m = model(tmp_path, dimensions, joint=HINGE[dimensions])
-    assert (
-        refusal(m, water(tmp_path, "big", "small", dimensions=dimensions), *BOTH, MATRIX)[0] == ""
-    )
-    wrong = water(tmp_path, "small", "big", dimensions=dimensions)
-    assert (
-        refusal(m, wrong, *BOTH, MATRIX)[1] == "write the bodies of 'hydro' in the order big, small"
-    )
-
-
-def test_added_mass_at_another_body_is_refused(tmp_path: Path) -> None:
-    m = model(tmp_path, flags="tower")
-    message, remedy = refusal(m, water(tmp_path, "hull"), "m.big <-> hydro.hull", MATRIX)
-    assert message.startswith("the added mass of hydro.hull would act on m.body.tower, with which")
-    assert remedy == (
-        "in the model write 'added_mass: true' at big, and in the model leave it out at tower"
-    )
-
-
-def test_a_body_that_nothing_moves_is_refused(tmp_path: Path) -> None:
-    """Its added mass would act on a body of the model that is not in its place."""
-    m = model(tmp_path, flags="big tower")
-    message, remedy = refusal(m, water(tmp_path, "hull", "stern"), "m.big <-> hydro.hull", MATRIX)
-    assert message.startswith("the added mass of hydro.stern would act on m.body.tower")
-    assert remedy == "in the model leave it out at tower, and connect hydro.stern"
+@pytest.mark.parametrize(
+    ("flags", "bodies", "connections", "message", "remedy"),
+    [
+        (
+            "tower", ("hull",), (HULL,), "the added mass of hydro.hull would act on m.body.tower",
+            "in the model write 'added_mass: true' at big, and in the model leave it out at tower",
+        ),
+        (  # a body that nothing moves
+            "big tower", ("hull", "stern"), (HULL,), "hydro.stern would act on m.body.tower",
+            "in the model leave it out at tower, and connect hydro.stern",
+        ),
+        (
+            "", ("hull",), (HULL,), "'m' has no variable 'added_mass'",
+            "write 'added_mass: true' in its model at each body that is in water (bodies: small, "
+            "big, tower)",
+        ),
+        (
+            "big", ("big", "small"), BOTH, "hydro.added_mass and m.added_mass differ in size",
+            "rows are for big, small, and for big: write 'added_mass: true' in the model at each "
+            "body that is in water, and at no other",
+        ),
+    ],
+)  # fmt: skip
+def test_added_mass_at_other_bodies_is_refused(
+    tmp_path: Path, flags: str, bodies: tuple[str, ...], connections: tuple[str, ...],
+    message: str, remedy: str,
+) -> None:  # fmt: skip
+    found = refusal(model(tmp_path, flags=flags), water(tmp_path, *bodies), *connections, MATRIX)
+    assert message in found[0]
+    assert remedy in found[1]
 
 
 def test_elements_that_are_connected_one_by_one_are_compared(tmp_path: Path) -> None:
     """Surge, heave and pitch of water in space for bodies in the plane."""
     m, hydro = model(tmp_path), water(tmp_path, "big", "small", dimensions=3)
     joined = [*one_by_one("big", "big"), *one_by_one("small", "small")]
-    element = "hydro.added_mass[{},{}] -> m.added_mass[{},{}]"
-    assert refusal(m, hydro, *joined, element.format(3, 3, 5, 5)) == ("", "")
-    assert refusal(m, hydro, *joined, element.format(3, 9, 5, 2)) == ("", "")
-    for rows in ((3, 3, 2, 2), (9, 9, 5, 5), (3, 9, 2, 2), (3, 9, 5, 5)):
-        assert (
-            "with which it is not connected" in refusal(m, hydro, *joined, element.format(*rows))[0]
-        )
+    for rows in (
+        (3, 3, 5, 5),
+        (3, 9, 5, 2),
+        (3, 3, 2, 2),
+        (9, 9, 5, 5),
+        (3, 9, 2, 2),
+        (3, 9, 5, 5),
+    ):
+        element = "hydro.added_mass[{},{}] -> m.added_mass[{},{}]".format(*rows)
+        message, _ = refusal(m, hydro, *joined, element)
+        assert bool(message) == (rows not in ((3, 3, 5, 5), (3, 9, 5, 2)))
 
 
 def test_bodies_are_matched_by_connections_not_by_names(tmp_path: Path) -> None:
@@ -101,7 +119,6 @@ def test_bodies_are_matched_by_connections_not_by_names(tmp_path: Path) -> None:
     assert refusal(m, water(tmp_path, "big", "small"), *crossed, MATRIX) == ("", "")
     remedy = refusal(m, water(tmp_path, "small", "big"), *crossed, MATRIX)[1]
     assert remedy == "write the bodies of 'hydro' in the order big, small"
-    assert refusal(m, water(tmp_path, "fore", "aft"), *one_by_one("fore", "small"), MATRIX)[0] != ""
     scalars = [*one_by_one("fore", "small"), *one_by_one("aft", "big")]
     assert refusal(m, water(tmp_path, "fore", "aft"), *scalars, MATRIX) == ("", "")
 
@@ -112,3 +129,23 @@ def test_bodies_that_are_not_known_are_not_refused(tmp_path: Path) -> None:
     assert refusal(m, hydro, "m.small <-> other.small", "m.big <-> other.big", MATRIX) == ("", "")
     named = {name: replace(v, description="") for name, v in hydro.variables.items()}
     assert refusal(m, replace(hydro, variables=named), *BOTH, MATRIX) == ("", "")
+
+
+@pytest.mark.parametrize("dimensions", [2, 3])
+def test_a_body_in_water_without_added_mass_is_told_of(dimensions: int, tmp_path: Path) -> None:
+    """Before a run, with the line that its model lacks; not of one that cannot move."""
+    hydro = water(tmp_path, "hull", dimensions=dimensions)
+    system = raft_system(model(tmp_path, dimensions, flags=""), hydro, HULL)
+    assert (
+        "hydro.hull has added mass, which m.body.big does not take: write 'added_mass: true' at "
+        "big in its model, and connect 'hydro.added_mass -> m.added_mass'"
+    ) in prepare(system).warnings
+    for flags, joint, connections in (
+        ("big", None, (HULL, MATRIX)),
+        ("big", None, (HULL,)),
+        ("", "{type: fixed, child: small}", ("m.small <-> hydro.hull",)),
+    ):
+        m = model(tmp_path, dimensions, flags=flags, **({"joint": joint} if joint else {}))
+        parts = {"m": m, "hydro": hydro}
+        wiring = connect(raft_system(m, hydro, *connections), parts)
+        assert without_added_mass(parts, wiring) == []

@@ -1,0 +1,150 @@
+"""Hydrostatics of meshes against closed forms: exact for flat panels, and for curved ones in what
+the shapes keep exactly (displacement and waterplane area)."""
+
+import numpy as np
+import pytest
+from support.hulls import hull
+
+from m4e_adapters.hydrodynamics.config import Box, Sphere
+from m4e_adapters.hydrodynamics.geometry.clipping import below
+from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
+    hydrostatics_of,
+    hydrostatics_of_triangles,
+)
+from m4e_adapters.hydrodynamics.geometry.shapes import (
+    box_panels,
+    sphere_hydrostatics,
+    sphere_panels,
+)
+
+RHO, G = 1025.0, 9.81
+ROUNDING = 1e-10
+
+
+def stiffness(shape: dict, center: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    water = hull(shape, center=center, panels=400).hydrostatics
+    return water.stiffness(center, RHO, G), water.buoyancy(center, RHO, G)
+
+
+def test_box() -> None:
+    length, width, draft, z_g = 20.0, 10.0, 4.0, 1.5
+    shape = {"box": {"length": length, "width": width, "draft": draft}}
+    k, buoyancy = stiffness(shape, (0.0, z_g))
+    area, volume = length * width, length * width * draft
+    pitch = width * length**3 / 12 + volume * (-draft / 2 - z_g)
+    expected = RHO * G * np.diag([0.0, area, pitch])
+    np.testing.assert_allclose(k, expected, rtol=ROUNDING, atol=ROUNDING * expected.max())
+    np.testing.assert_allclose(buoyancy, [0, RHO * G * volume, 0], atol=ROUNDING * buoyancy[1])
+
+
+def test_cylinder() -> None:
+    radius, draft, z_g = 4.0, 3.0, -1.2
+    k, buoyancy = stiffness({"cylinder": {"radius": radius, "draft": draft}}, (0.0, z_g))
+    area = np.pi * radius**2
+    assert k[1, 1] == pytest.approx(RHO * G * area, rel=ROUNDING)
+    assert buoyancy[1] == pytest.approx(RHO * G * area * draft, rel=ROUNDING)
+    # a regular n-gon of the circle's area exceeds its second moment by (2π/n)⁴/180; n ≥ 32 here
+    moment = np.pi * radius**4 / 4
+    pitch = RHO * G * (moment + area * draft * (-draft / 2 - z_g))
+    assert k[2, 2] == pytest.approx(pitch, abs=RHO * G * moment * (2 * np.pi / 32) ** 4 / 180)
+
+
+@pytest.mark.parametrize("z", [0.0, -2.0, 2.0, -5.0, -8.0])
+def test_a_sphere_has_no_stiffness_in_pitch_about_its_centre(z: float) -> None:
+    """Water presses through its centre. Its panels alone say something else: by 1/panels."""
+    shape = Sphere(radius=5.0, center_z=z, center_x=3.0)
+    k, buoyancy = stiffness({"sphere": shape.model_dump()}, (3.0, z))
+    largest = RHO * G * 4 / 3 * np.pi * 5.0**4
+    np.testing.assert_allclose(k[2], 0.0, atol=ROUNDING * largest)
+    assert buoyancy[2] == pytest.approx(0.0, abs=ROUNDING * largest)
+    exact, panels = sphere_hydrostatics(shape), hydrostatics_of(sphere_panels(shape, 3000))
+    assert exact.volume == pytest.approx(panels.volume, rel=ROUNDING)
+    np.testing.assert_allclose(exact.waterplane, panels.waterplane, rtol=1e-6, atol=1e-9)
+    centers = exact.center_of_buoyancy, panels.center_of_buoyancy
+    np.testing.assert_allclose(*centers, rtol=1e-3, atol=1e-9)
+
+
+def test_stiffness_is_the_change_of_buoyancy_of_a_moved_box() -> None:
+    """A box aside of its centre of gravity: slender upright columns, to first order in angles."""
+    center, n = np.array([0.5, -0.4, 0.3]), 400
+    shape = Box(length=4.0, width=2.0, draft=1.0, center_x=0.2, center_y=0.7)
+    hydrostatics = hydrostatics_of(box_panels(shape, 48))
+    x = 0.2 + 4.0 * ((np.arange(n) + 0.5) / n - 0.5)
+    y = 0.7 + 2.0 * ((np.arange(n) + 0.5) / n - 0.5)
+    arms = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1) - center[:2]
+    area = 8.0 / n**2
+
+    def wrench(heave: float, roll: float, pitch: float, yaw: float) -> np.ndarray:
+        """Of columns from the bottom at z = -1 to the water, each turned about the centre."""
+        ax, ay = arms[..., 0], arms[..., 1]
+        depth = 1.0 - heave - roll * ay + pitch * ax
+        middle = -1.0 + depth / 2 - center[2]
+        lift = RHO * G * area * depth
+        across, along = ay + yaw * ax - roll * middle, ax - yaw * ay + pitch * middle
+        return np.array([0, 0, lift.sum(), (across * lift).sum(), -(along * lift).sum(), 0])
+
+    scale, step = RHO * G * 8.0, 1e-4
+    buoyancy = hydrostatics.buoyancy(center.tolist(), RHO, G)
+    np.testing.assert_allclose(buoyancy, wrench(0, 0, 0, 0), atol=1e-9 * scale)
+    stiffness = hydrostatics.stiffness(center.tolist(), RHO, G)
+    for k in range(4):
+        after, before = (wrench(*(sign * step * np.eye(4)[k])) for sign in (1, -1))
+        # columns resolve the second moments to 1/(12 n²)
+        change = (before - after) / (2 * step)
+        np.testing.assert_allclose(stiffness[:, 2 + k], change, atol=1e-5 * scale)
+    # in the plane: surge, heave and pitch of the same
+    plane, lift = (
+        hydrostatics.stiffness((0.5, 0.3), RHO, G),
+        hydrostatics.buoyancy((0.5, 0.3), RHO, G),
+    )
+    np.testing.assert_allclose(plane, stiffness[np.ix_([0, 2, 4], [0, 2, 4])], atol=1e-9 * scale)
+    np.testing.assert_allclose(lift, buoyancy[[0, 2, 4]], atol=1e-9 * scale)
+
+
+def area(triangles: np.ndarray) -> np.ndarray:
+    """Vector area (3,) [m2] of `triangles` (n, 3, 3) [m]."""
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    return 0.5 * np.cross(b - a, c - a).sum(axis=0)
+
+
+@pytest.mark.parametrize("turned", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("heights", "part", "pieces"),
+    [
+        ((-1.0, -1.0, -1.0), 1.0, 1),
+        ((1.0, 1.0, 1.0), 0.0, 0),
+        ((-1.0, 3.0, 1.0), 1 / 8, 1),
+        ((1.0, -3.0, -1.0), 7 / 8, 2),
+        ((0.0, 0.0, 0.0), 0.0, 0),  # in the plane
+        ((0.0, 0.0, -1.0), 1.0, 1),  # an edge in it
+        ((0.0, -1.0, -1.0), 1.0, 2),  # a corner on it: the second piece is empty
+        ((0.0, 1.0, 1.0), 0.0, 0),  # a corner on it
+    ],
+)
+def test_a_triangle_is_cut(
+    heights: tuple[float, ...], part: float, pieces: int, turned: int
+) -> None:
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    found = below(np.roll(corners, turned, axis=0)[None], np.roll(heights, turned)[None])
+    assert len(found) == pieces
+    np.testing.assert_allclose(area(found), [0.0, 0.0, 0.5 * part], atol=1e-13)
+
+
+def test_a_corner_of_a_cube_is_a_tetrahedron() -> None:
+    """The plane x + y + z = s cuts s³/6 off a unit cube's corner, for s up to 1; the areas of both
+    sides of a plane add up to the whole."""
+    cube = box_panels(Box(length=1.0, width=1.0, draft=1.0), 24).triangles
+    a, b, c, d = ([x, y, 0.0] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)))
+    cube = np.concatenate([cube, [[a, b, c], [a, c, d]]]) + np.array([0.5, 0.5, 1.0])
+    s, up = 0.7, np.ones(3) / np.sqrt(3.0)
+    along = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
+    frame = np.stack([along, np.cross(up, along), up])  # the plane's own axes, in which it is z = 0
+    shift = np.array([0.0, 0.0, s / np.sqrt(3.0)])
+    turned = cube @ frame.T - shift
+    cut, rest = below(turned, turned[:, :, 2]), below(turned, -turned[:, :, 2])
+    np.testing.assert_allclose(area(cut) + area(rest), area(turned), atol=1e-12)
+    found = hydrostatics_of_triangles(cut)
+    assert found.volume == pytest.approx(s**3 / 6, rel=1e-12)
+    assert found.waterplane[0] == pytest.approx(np.sqrt(3) / 2 * s**2, rel=1e-12)
+    centre = frame.T @ (np.array(found.center_of_buoyancy) + shift)
+    np.testing.assert_allclose(centre, s / 4, rtol=1e-12)

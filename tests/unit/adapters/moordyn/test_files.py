@@ -1,0 +1,238 @@
+"""MoorDyn input files: written without loss; those of others run as they are, or say why not."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import moordyn
+import pytest
+from support.lines_in_waves import mooring_of, started
+
+from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
+from m4e_adapters.moordyn.line_system import LineSystem
+from m4e_adapters.moordyn.ready_files.sections import tables
+from m4e_fmi.files.document import Document
+from m4e_fmus import mooring as mooring_kind
+
+DATA = Path(__file__).parents[3] / "data" / "moordyn"
+CASE1 = DATA / "moorpy_case1.dat"
+PRECISE = """\
+water: {density: 1025.0123456789012, depth: 200.1, gravity: 9.812345678901234}
+line_types:
+  rope:
+    diameter: 0.12345678901234567
+    mass_per_length: 33.333333333333336
+    axial_stiffness: 1.2345678901234567e+8
+    axial_damping: 1234.5678901234567
+    bending_stiffness: 0.1
+    drag_coefficient: 1.2
+    added_mass_coefficient: 0.3
+    axial_drag_coefficient: 0.7
+    axial_added_mass_coefficient: 0.1
+anchors: {a1: [-100.1, -200.1], a2: [100.30000000000001, -199.9]}
+fairleads: {f1: [0.1, -3.3]}
+lines:
+  l1: {type: rope, from: a1, to: f1, unstretched_length: 230.10000000000002, segments: 7}
+  l2: {type: rope, from: a2, to: f1, unstretched_length: 230.3, segments: 3}
+seabed: {stiffness: 1.1e+5, damping: 1.3e+3}
+solver: {scheme: RK2, time_step: 0.0012345678901234567}
+"""
+
+
+def ready(folder: Path, text: str) -> Mooring:
+    (folder / "lines.txt").write_text(text)
+    return ready_mooring(folder / "lines.txt", fairleads={})
+
+
+def options(made: Mooring) -> dict[str, str]:
+    return {row.words[1]: row.words[0] for row in tables(made.text)["options"]}
+
+
+def test_a_written_file_holds_every_number_exactly(tmp_path: Path, capfd) -> None:
+    made = mooring_of(PRECISE)
+    found = tables(made.text)
+    assert [float(w) for w in found["line types"][0].words[1:]] == [
+        0.12345678901234567, 33.333333333333336, 1.2345678901234567e8, 1234.5678901234567,
+        0.1, 1.2, 0.3, 0.7, 0.1,
+    ]  # fmt: skip
+    points = [(r.words[1], float(r.words[2]), float(r.words[4])) for r in found["points"]]
+    ends = [("Fixed", -100.1, -200.1), ("Fixed", 100.30000000000001, -199.9)]
+    assert points == [*ends, ("Coupled", 0.1, -3.3)]
+    lines = [(*r.words[:4], float(r.words[4]), r.words[5]) for r in found["lines"]]
+    assert lines == [
+        ("1", "rope", "1", "3", 230.10000000000002, "7"),
+        ("2", "rope", "2", "3", 230.3, "3"),
+    ]
+    given = options(made)
+    numbers = {key: float(given[key]) for key in ("g", "rho", "WtrDpth", "dtM", "kBot", "cBot")}
+    assert numbers == {
+        "g": 9.812345678901234, "rho": 1025.0123456789012, "WtrDpth": 200.1,
+        "dtM": 0.0012345678901234567, "kBot": 1.1e5, "cBot": 1.3e3,
+    }  # fmt: skip
+    assert given["tScheme"] == "RK2"
+    (tmp_path / "lines.txt").write_text(made.text)
+    system = moordyn.Create(str(tmp_path / "lines.txt"))  # and so MoorDyn reads it
+    capfd.readouterr()
+    try:
+        read = [moordyn.GetLine(system, k) for k in (1, 2)]
+        assert moordyn.NCoupledDOF(system) == 3
+        assert [moordyn.GetLineN(line) for line in read] == [7, 3]
+        lengths = [moordyn.GetLineUnstretchedLength(line) for line in read]
+        assert json.dumps(lengths) == "[230.10000000000002, 230.3]"
+    finally:
+        moordyn.Close(system)
+
+
+def test_a_ready_file_runs_as_it_is_and_keeps_what_is_not_ours() -> None:
+    made = ready_mooring(CASE1, fairleads={})
+    assert [(f.name, f.x, f.y, f.z) for f in made.fairleads] == [("fairlead_1", 0.0, 0.0, 0.0)]
+    assert made.lines == ("line_1",)
+    assert made.time_step == 0.001
+    before, after = tables(CASE1.read_text()), tables(made.text)
+    for kind in ("line types", "points"):
+        assert [r.words for r in after[kind]] == [r.words for r in before[kind]]
+    kept = {r.words[:2] for r in after["options"]}
+    assert {("300", "WtrDpth"), ("3.0e6", "kbot"), ("50.0", "TmaxIC"), ("0", "writeLog")} <= kept
+    assert after["outputs"] == ()
+    assert after["lines"][0].words == (*before["lines"][0].words[:6], "-")
+    # shorter, for the time of the test only: 4 instead of 40 segments of a suspended line
+    text = made.text.replace("900.00 40", "900.00 4")
+    system = LineSystem(text, fairleads=[0.0], lines=made.lines, time_step=made.time_step)
+    system.start([(0.0, 0.0)], [(0.0, 0.0)])
+    (force,) = system.force
+    system.close()
+    assert max(force) < 0
+
+
+def test_waves_move_the_water_around_a_ready_file() -> None:
+    """In the depth and gravity of the file."""
+    made = mooring_of(f"file: {CASE1}\nwaves: {{spectrum: regular, height: 2, period: 8}}\n")
+    assert made.sea is not None
+    assert (made.sea.depth, made.sea.gravity) == (300.0, 9.80665)
+    assert "\n1 WaveKin\n" in made.text
+    assert "WaveKin" not in mooring_of(f"file: {CASE1}").text
+
+
+def test_fairleads_of_a_ready_file_get_names_and_places(tmp_path: Path) -> None:
+    text = CASE1.read_text().replace("Coupled   0.0   0.0     0.0", "Coupled   1.0   2.0  -3.0")
+    (tmp_path / "lines.txt").write_text(text)
+    for given, place in (("[bow]", (1.0, 2.0, -3.0)), ("{bow: [4, -5]}", (4.0, 2.0, -5.0))):
+        config = Document.parse(f"file: lines.txt\nfairleads: {given}\n").validate(MooringConfig)
+        (bow,) = mooring(config, folder=tmp_path).fairleads
+        assert (bow.name, bow.x, bow.y, bow.z) == ("bow", *place)
+    source = mooring_kind.make(config, name="lines", folder=tmp_path)
+    assert json.loads(source.data["mooring.json"])["drawn"] == [["bow", 1.0, -3.0]]
+
+
+CAN = (DATA / "free_body_with_rod.txt").read_text("utf-8")
+
+
+def test_numbers_are_written_as_moordyn_reads_them(tmp_path: Path) -> None:
+    """It reads 30e-1 segments as 30, and takes the last of two steps."""
+    made = ready(tmp_path, CAN)
+    assert tables(made.text)["rods"][0].words[9:] == ("3", "-")
+    assert tables(made.text)["bodies"][0].words == tables(CAN)["bodies"][0].words
+    steps = [row.words for row in tables(made.text)["options"] if row.words[1] in ("dtM", "DT")]
+    assert (made.time_step, steps) == (0.0005, [("0.0005", "dtM")])
+
+
+PUBLISHED = (DATA / "lines_of_a_vessel.txt").read_text("utf-8")
+
+
+def published(folder: Path, option: str = "0 WaveKin", step: str = "0.0005 dt") -> Mooring:
+    return ready(folder, PUBLISHED.replace("@", option).replace("0.0005   dt", step))
+
+
+def test_points_of_a_coupled_body_are_fairleads_where_moordyn_has_them(
+    tmp_path: Path, capfd
+) -> None:
+    made = published(tmp_path)
+    assert [f.name for f in made.fairleads] == ["fairlead_1", "fairlead_2", "fairlead_3"]
+    # MoorDyn itself, with the same body held
+    text = re.sub("^1  Vessel", "1  Fixed", PUBLISHED.replace("@", ""), flags=re.MULTILINE)
+    text = text.replace("10 20 30 1 1", "1 1").replace("\t", " ")
+    text = "\n".join(line for line in text.splitlines() if line.strip()) + "\n--- END ---\n"
+    text = text.replace("(n-m^2) (-)   (-)  (-)   (-)\n", "(-)\n")
+    (tmp_path / "held.txt").write_text(text)
+    system = moordyn.Create(str(tmp_path / "held.txt"))
+    moordyn.Init_NoIC(system, [5.0, 0.0, -7.0], [0.0, 0.0, 0.0])
+    there = [moordyn.GetPointPos(moordyn.GetPoint(system, k)) for k in (1, 3, 6)]
+    moordyn.Close(system)
+    capfd.readouterr()
+    for fairlead, place in zip(made.fairleads, there, strict=True):
+        assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx(place, abs=1e-9)
+
+
+def test_it_starts_at_rest_and_runs(tmp_path: Path) -> None:
+    made = published(tmp_path)
+    lines = started(made)
+    assert lines.warnings == []
+    before = list(lines.fairlead_tension)
+    at = [f.place for f in made.fairleads]
+    for k in range(40):
+        lines.advance(0.25 * k, 0.25, at, [(0.0, 0.0)] * 3)
+    after = list(lines.fairlead_tension)
+    lines.close()
+    assert after == pytest.approx(before, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("option", "note"),
+    [
+        ("1 WaveKin", "WaveKin 1 of the file: nothing gives water kinematics, lines are in still"),
+        ("midpoint5 tScheme", "time scheme midpoint5 of the file is replaced by RK4"),
+        ("lines.ic fileIC", "initial state lines.ic of the file is not used: lines start at rest"),
+    ],
+)
+def test_what_is_taken_otherwise_is_told_at_the_start(
+    tmp_path: Path, option: str, note: str
+) -> None:
+    made = published(tmp_path, option)
+    lines = started(made)
+    lines.close()
+    (warning,) = lines.warnings
+    assert note in warning
+    found = {name.lower(): value for name, value in options(made).items()}
+    assert found["tscheme"] in ("RK2", "RK4")
+    assert not {"wavekin", "fileic"} & found.keys()
+
+
+@pytest.mark.parametrize(
+    ("option", "step", "note"),
+    [
+        ("midpoint5 tScheme", "0.1 dtM", "0.1 dtM of the file would be 0.1 s: steps are of"),
+        ("0.5 CFL", "0 WaveKin ", "0.5 CFL of the file would be "),
+    ],
+)
+def test_a_step_for_another_scheme_is_shortened_where_it_is_unstable(
+    tmp_path: Path, option: str, step: str, note: str
+) -> None:
+    made = published(tmp_path, option, step)
+    assert made.time_step < 0.02
+    assert made.notes[-1].startswith(note)
+    assert made.notes[-1].endswith(f"steps are of {made.time_step:.3g} s")
+
+
+def test_a_file_without_a_step_gets_a_stable_one(tmp_path: Path) -> None:
+    made = ready(tmp_path, CASE1.read_text().replace("0.001    dtM", "0 WaveKin"))
+    # l/2 √(m'/EA) = 5.6 ms is 1/ω; RK2 with ζ = 1 is stable up to 2/ω
+    assert 0.3 * 2 * 0.005625 < made.time_step < 2 * 0.005625
+
+
+ROD = (
+    "--- ROD TYPES ---\nx\nx\ncan 1 100 1 1 1 1\n--- RODS ---\nx\nx\n1 can Free 9 9 -9 9 9 -6 2 -\n"
+)
+
+
+def test_the_equilibrium_of_a_free_rod_is_left_to_moordyn(tmp_path: Path) -> None:
+    title = "---------------------- POINT PROPERTIES"
+    text = PUBLISHED.replace("@", "").replace(title, ROD + title)
+    made = ready(tmp_path, text.replace("100      ICTmax", "5 ICTmax"))
+    assert made.net is None
+    lines = started(made)
+    lines.close()
+    told, *_ = [text for text in lines.warnings if "equilibrium was not found" in text]
+    assert "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or" in told
+    assert "1 ICgenDynamic" in told

@@ -1,0 +1,139 @@
+"""Numbers, tables and summaries as text; panels of time histories."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.paper_listings import double_pendulum
+from support.reports import results_of
+
+from m4e_fmi.cli import main
+from m4e_fmi.model import load_model, model_from_lists
+from m4e_fmi.report.digits import aligned, percent, quantity
+from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
+from m4e_fmi.report.text import summaries
+from m4e_fmi.report.text.tables import model_listings
+from m4e_fmi.results.series import Series
+
+CASES = Path(__file__).parents[3] / "examples" / "paper_cases"
+SINE = np.sin(np.linspace(0.0, 6.0, 50))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.4, "400.0 mW"),
+        (-1234.6, "-1.235 kW"),
+        (98_765_432.0, "98.77 MW"),
+        (1e-17, "1.000e-17 W"),
+        (float("inf"), "inf GW"),
+    ],
+)
+def test_the_unit_follows_the_size(value: float, text: str) -> None:
+    assert quantity(value, "W") == text
+
+
+def test_values_of_a_line_have_equally_many_decimals() -> None:
+    assert aligned(-1.23456, 0.00049, 12.3456) == ["-1.23", "0.00", "12.35"]
+    assert aligned(-0.001, 0.0, 12345.6) == ["0", "0", "12346"]
+    # a share that is rounded to nothing has no sign
+    assert [percent(x) for x in (-2e-9, 0.0, 4e-8, -1.48e-4)] == [*["0.0000 %"] * 3, "-0.0148 %"]
+
+
+def series(unit: str, **sizes: float) -> dict[str, Series]:
+    """Sines by name, `_` for a point; the size is the largest value."""
+    names = {name.replace("_", "."): size for name, size in sizes.items()}
+    return {name: Series(name, unit, name, size * SINE) for name, size in names.items()}
+
+
+def test_a_small_power_has_a_panel_of_its_own() -> None:
+    """Large, similar, a hundredth, and a rounding error, which makes no panel."""
+    found = series("W", wave_power=5e5, pto_power=3e4, pump_power=2e3, valve_power=1e-9)
+    for shown in (by_unit(found), panels({**found, **series("m", body_m_z=1.0)})[1:]):
+        assert [(panel.unit, list(panel.series)) for panel in shown] == [
+            ("kW", ["wave.power", "pto.power", "valve.power"]),
+            ("kW", ["pump.power"]),
+        ]
+        assert max(shown[1].curves["pump.power"]) == pytest.approx(2.0, rel=1e-2)
+    (panel,) = by_unit(series("m", a_s=1.0, b_s=1e-4))
+    assert (panel.unit, panel.scale, list(panel.series)) == ("m", 1.0, ["a.s", "b.s"])
+
+
+def test_the_power_of_all_inputs_hides_no_take_off() -> None:
+    """It has no panel beside the others, and is all that there is without them."""
+    powers = series("W", float_inputs_power=5e6, pto_power=2e5)
+    (_, shown) = panels({**powers, **series("m", body_m_z=1.0)})
+    assert list(shown.series) == ["pto.power"]
+    assert list(by_unit(series("W", a_inputs_power=1.0))[0].series) == ["a.inputs.power"]
+
+
+def test_what_stands_still_or_moves_by_rounding_is_left_out() -> None:
+    """Sway and yaw of a symmetric hull: 1e-17 m in pictures and summaries say nothing."""
+    moved = series("m", body_hull_x=0.3, body_hull_y=1e-17, body_hull_z=1e-9)
+    still = {"body.m.x": Series("x", "m", "x", np.full(50, 2.0)), **series("rad", body_m_theta=0.0)}
+    shown = panels({**still, **moved})
+    assert [panel.title for panel in shown] == ["motion from start", "rotation"]
+    assert [list(panel.series) for panel in moving(shown)] == [["body.hull.x", "body.hull.z"]]
+    nothing = panels(still)
+    assert moving(nothing) == nothing
+    lost = {**moved, "body.hull.x": Series("x", "m", "x", np.full(50, np.nan))}
+    assert [list(panel.series) for panel in moving(panels(lost))] == [[*moved]]
+
+
+def test_equal_curves_are_shown_once_where_not_all_fit_and_are_all_seen() -> None:
+    """Each of n in one place is dashed for its share: the k-th covers the first n - k parts."""
+    names = [f"{k}.{copy}" for k in range(5) for copy in "ab"]
+    (panel,) = by_unit({n: Series(n, "m", n, (1 + int(n[0])) * SINE) for n in names})
+    shown = fitting(panel)
+    assert {name[0] for name in shown.series} == set("01234")
+    assert (len(shown.series), shown.left_out) == (MOST_LINES, len(names) - MOST_LINES)
+    curve = np.linspace(0, 1, 50)
+    parts = coinciding([curve, curve + 0.001, 2 * curve, curve])
+    assert parts == [(0, 3), (1, 3), (0, 1), (2, 3)]
+
+
+def test_mean_powers_weigh_rows_by_the_time_between_them() -> None:
+    """0 W to 2 W within the first second of ten, 2 W from there on; the inputs' is no other."""
+    powers = {"a.pto.power": [0.0, 2.0, 2.0], "a.inputs.power": [-3.0, -3.0, -3.0]}
+    time = np.array([0.0, 1.0, 10.0])
+    values = {name: np.array(rows) for name, rows in powers.items()}
+    made = results_of(time, values, units=dict.fromkeys(values, "W"))
+    text = "\n".join(summaries._extremes(made, ""))
+    assert "mean power 1.900 W over 10 s (a.pto.power)" in text
+    assert text.count("mean power") == 1
+
+
+def test_tables_of_a_model() -> None:
+    """Sabet and Diaz-Flores Caminero, table 13: joint, bodies, type, vectors, direction."""
+    joints = model_listings(model_from_lists(double_pendulum()))[1]
+    assert [row[2:7] for row in joints.rows] == [
+        ("0 1", "revolute", "[0, 0]", "[0, -0.5]", "-"),
+        ("1 2", "revolute", "[0, -0.5]", "[0, -0.5]", "-"),
+    ]
+    model = load_model(CASES / "spiderfloat.model.yaml")
+    listings = model_listings(model)
+    groups = ("bodies", "joints", "points", "loads", "parameters")
+    for listing, group in zip(listings, groups, strict=True):
+        assert len(listing.rows) == len(getattr(model, group))
+        assert {len(row) for row in listing.rows} == {len(listing.head)}
+    assert listings[1].rows[3][1:] == (
+        "right_guide", "2 4", "prismatic", "[4.5, 0]", "[0.5, 0]", "[1, 0]", "-"
+    )  # fmt: skip
+    assert listings[1].rows[0][-1] == "x = 10, z = 6"
+    assert listings[3].rows[3] == (
+        "right_low", "tension spring", "right_foot, right_inner", "stiffness = k, length = 9.0139"
+    )  # fmt: skip
+
+
+def test_tables_of_a_model_in_latex(capsys: pytest.CaptureFixture[str]) -> None:
+    flap = str(CASES / "flap.model.yaml")
+    assert main(["info", flap]) == 0
+    assert "No.  Joint  Bodies  Type" in capsys.readouterr().out
+    assert main(["info", flap, "--latex"]) == 0
+    text = capsys.readouterr().out
+    assert text.count(r"\begin{tabular}") == text.count(r"\end{tabular}") == 5
+    assert r"left\_spring & tension spring & hold, left & stiffness = $k$" in text
+    assert r"length = $\sqrt{a^{2} + b^{2}}$ \\" in text
+    assert r"[$0$, $\frac{L}{2}$]" in text

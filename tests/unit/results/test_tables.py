@@ -1,0 +1,185 @@
+"""Tables of other tools: separators, decimal commas, units, gaps, encodings, dates and times."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from m4e_fmi.files.csv_columns import heading
+from m4e_fmi.results.compared_file import ComparedFile, read_compared
+
+PLAIN = "time,heave [m],pitch [deg]\n0,1.5,2\n0.1,-2e-3,3\n0.2,0.25,4\n"
+FORMS = {
+    "commas": PLAIN,
+    "blanks after commas": PLAIN.replace(",", ", "),
+    "a separator at the end of rows": PLAIN.replace("\n", ",\n"),
+    "semicolons": PLAIN.replace(",", ";"),
+    "decimal commas": PLAIN.replace(",", ";").replace(".", ","),
+    "tabs": PLAIN.replace(",", "\t"),
+    "tabs and decimal commas": PLAIN.replace(",", "\t").replace(".", ","),
+    "blanks": "  time   heave(m)  pitch(deg)\n 0.0  1.5 2\n  0.1 -2e-3   3\n  0.2 0.25 4\n",
+    "blanks and decimal commas": "time heave pitch\n(s) (m) (deg)\n0 1,5 2\n"
+    "0,1 -2E-3 3\n0,2 0,25 4\n",
+    "a row of units": "Time\theave\tpitch\n(s)\t(m)\t(deg)\n"
+    "0\t1.5\t2\n0.1\t-2e-3\t3\n0.2\t.25\t4\n",
+    "comments": "# made by a tool, 1.2\n% on 3 May\ntime,heave [m],pitch [deg]\n"
+    + PLAIN.split("\n", 1)[1],
+    "names in a comment": "# " + PLAIN,
+    "lines above": "Run 7, of 9\n\nTool 1.0; licensed\n" + PLAIN,
+    "quotation marks": PLAIN.replace("heave [m]", '"heave [m]"'),
+    "a mark of bytes": "\ufeff" + PLAIN,
+    "Windows": PLAIN.replace("\n", "\r\n"),
+}
+
+
+def read(folder: Path, text: str, encoding: str = "utf-8") -> ComparedFile:
+    path = folder / "other.csv"
+    path.write_bytes(text.encode(encoding))
+    return read_compared(path)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_all_forms_give_the_same(form: str, tmp_path: Path) -> None:
+    found = read(tmp_path, FORMS[form])
+    assert found.time.tolist() == [0.0, 0.1, 0.2]
+    assert {n: (q.unit, q.values.tolist()) for n, q in found.quantities.items()} == {
+        "heave": ("m", [1.5, -2e-3, 0.25]),
+        "pitch": ("deg", [2.0, 3.0, 4.0]),
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "unit"),
+    [
+        ("heave [m]", "heave", "m"),
+        ("Heave (m/s2)", "Heave", "m/s2"),
+        ("Fx (global)", "Fx (global)", None),
+        ("power [-]", "power", "1"),
+        ("count []", "count", "1"),
+        ("[m]", "[m]", None),
+        ("x [furlong]", "x", "furlong"),
+        ("plain", "plain", None),
+        ("Tension (kN) at end A", "Tension (kN) at end A", "kN"),
+        ("Force [kN] in line (upper)", "Force [kN] in line (upper)", "kN"),
+        ("x(t) of node (2) at A", "x(t) of node (2) at A", None),
+        ("Force (N) or (kN) here", "Force (N) or (kN) here", None),
+    ],
+)
+def test_headings(text: str, name: str, unit: str | None) -> None:
+    assert heading(text) == (name, unit)
+
+
+def test_notes_say_how_a_table_was_read(tmp_path: Path) -> None:
+    assert read(tmp_path, PLAIN).notes == (taken := ("column 'time' says no unit: taken as s",))
+    found = read(tmp_path, "a tool\n" + FORMS["decimal commas"]).notes
+    assert {*found} == {
+        "columns separated by semicolons, decimal commas",
+        "1 line above the names left out",
+        *taken,
+    }
+
+
+def test_integers_at_the_end_do_not_hide_decimal_commas(tmp_path: Path) -> None:
+    found = read(tmp_path, "t;x\n0,5;1,25\n1;2\n2;3\n3;4\n")
+    assert found.quantities["x"].values[0] == 1.25
+
+
+def test_gaps_and_rows_at_one_time(tmp_path: Path) -> None:
+    found = read(tmp_path, "time [ms],x\n0,1\n100,\n100,NaN\n200,3\n200,4\n")
+    assert found.time == pytest.approx([0.0, 0.1, 0.2])
+    assert found.quantities["x"].values == pytest.approx([1.0, np.nan, 4.0], nan_ok=True)
+    assert found.notes == ("time converted from ms to s", "2 rows at the time of the next left out")
+
+
+@pytest.mark.parametrize(
+    ("encoding", "said"),
+    [("latin-1", "Windows-1252"), ("cp1252", "Windows-1252"), ("utf-16", "UTF-16")],
+)
+def test_encodings_of_other_tools(tmp_path: Path, encoding: str, said: str) -> None:
+    text = PLAIN.replace("heave", "Höhe").replace("deg", "°").replace(",", ";")
+    found = read(tmp_path, text, encoding)
+    assert {n: q.unit for n, q in found.quantities.items()} == {"Höhe": "m", "pitch": "°"}
+    assert found.quantities["Höhe"].values.tolist() == [1.5, -2e-3, 0.25]
+    assert found.notes[0] == f"taken as {said}"
+
+
+CLOCKS = {
+    "ISO 8601": "timestamp,x [m]\n{0}T12:00:00.250,1\n{0}T12:00:00.5,2\n{0}T12:00:01,3\n",
+    "a blank, quoted": 'Date,x [m]\n"{0} 12:00:00.250",1\n"{0} 12:00:00.500",2\n'
+    '"{0} 12:00:01.0",3\n',
+    "UTC": "time,x [m]\n{0}T12:00:00.250Z,1\n{0}T12:00:00.5Z,2\n{0}T12:00:01Z,3\n",
+    "offsets": "time,x [m]\n{0}T12:00:00.250+01:00,1\n{0}T12:00:00.5+0100,2\n{0}T10:00:01-01,3\n",
+    "two columns": "Date,Time,x [m]\n{0},12:00:00.25,1\n{0},12:00:00.5,2\n{0},12:00:01,3\n",
+    "decimal commas": "Zeit;x [m]\n01.03.2026 12:00:00,250;1,0\n01.03.2026 12:00:00,5;2,0\n"
+    "01.03.2026 12:00:01;3,0\n",
+    "blanks": "time x\n[-] [m]\n{0} 12:00:00.25 1\n{0} 12:00:00.5 2\n{0} 12:00:01 3\n",
+    "blanks, two names": "date time x(m)\n{0} 12:00:00.25 1\n{0} 12:00:00.5 2\n{0} 12:00:01 3\n",
+    "blanks and commas": "time x(m)\n{0} 12:00:00,25 1,0\n{0} 12:00:00,5 2,0\n{0} 12:00:01 3,0\n",
+    "time of day": "Time,x [m]\n12:00:00.25,1\n12:00:00.50,2\n12:00:01.00,3\n",
+    "day or month": "t,x [m]\n03/01/26 11:59:59.75 AM,1\n03/01/26 12:00:00 PM,2\n"
+    "03/01/26 12:00:00.5 PM,3\n",
+    "MATLAB": "t,x [m]\n01-Mar-2026 12:00:00.25,1\n01-Mar-2026 12:00:00.5,2\n"
+    "01-Mar-2026 12:00:01,3\n",
+    "a row number before": "n,TIMESTAMP,x [m]\n7,{0} 12:00:00.25,1\n8,{0} 12:00:00.5,2\n"
+    "9,{0} 12:00:01,3\n",
+    "TOA5": '"TOA5","CR1000","tank"\n"TIMESTAMP","RECORD","x"\n"TS","RN","m"\n"","","Avg"\n'
+    '"{0} 12:00:00.25",7,1\n"{0} 12:00:00.5",8,2\n"{0} 12:00:01",9,3\n',
+    "metadata": "Start: {0} 11:00:00\nn,Time,x [m]\n7,{0} 12:00:00.25,1\n8,{0} 12:00:00.5,2\n"
+    "9,{0} 12:00:01,3\n",
+}
+
+
+@pytest.mark.parametrize("form", CLOCKS)
+def test_all_forms_are_seconds_from_the_first_row(form: str, tmp_path: Path) -> None:
+    found = read(tmp_path, CLOCKS[form].format("2026-03-01"))
+    # of days after the year 0, in seconds, a double has 8e-6 s; of differences on one day less
+    assert found.time.tolist() == pytest.approx([0.0, 0.25, 0.75], abs=1e-9)
+    assert found.quantities["x"].values.tolist() == [1.0, 2.0, 3.0]
+    assert found.quantities["x"].unit == "m"
+    assert any(note.startswith("times are seconds from the first row, ") for note in found.notes)
+    assert found.zoned == (form in ("UTC", "offsets"))
+    assert (found.origin is None) == (form in ("time of day", "day or month"))
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("2026-02-28 23:59:59.5", "2026-03-01 00:00:00.5"),
+        ("28.02.2026 23:59:59.5", "01.03.2026 00:00:00.5"),
+        ("12/31/2026 11:59:59.5 PM", "01/01/2027 12:00:00.5 AM"),
+        ("28-Feb-2026 23:59:59.5", "1 Mar 2026 00:00:00.5"),
+    ],
+)
+def test_a_record_goes_on_after_midnight(before: str, after: str, tmp_path: Path) -> None:
+    assert read(tmp_path, f"t,x\n{before},1\n{after},2\n").time.tolist() == [0.0, 1.0]
+
+
+def test_a_time_in_seconds_is_preferred(tmp_path: Path) -> None:
+    found = read(tmp_path, "stamp,time [s],x\n2026-03-01 12:00:00,5,1\n2026-03-01 12:00:01,6,2\n")
+    assert found.time.tolist() == [5.0, 6.0]
+    assert "dates or times of day in 'stamp' left out: a time in seconds is there" in found.notes
+    assert list(found.quantities) == ["x"]
+    found = read(tmp_path, "stamp,T\n2026-03-01 12:00:00,5\n2026-03-01 12:00:01,6\n")
+    assert found.time.tolist() == [0.0, 1.0]
+    assert list(found.quantities) == ["T"]  # a temperature
+
+
+@pytest.mark.parametrize(("unit", "zone"), [("ms", None), ("us", "UTC"), ("ns", None)])
+def test_dates_of_parquet_are_those_of_a_table(unit: str, zone: str | None, tmp_path: Path) -> None:
+    pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    first = datetime(2026, 3, 1, 12, 0, 0, 250_000)
+    times = [first + timedelta(seconds=0.25 * k) for k in range(4)]
+    columns = {
+        "when": pyarrow.array(times, pyarrow.timestamp(unit, tz=zone)),
+        "x [ft]": pyarrow.array([1.0, 2.0, 3.0, 4.0]),
+    }
+    parquet.write_table(pyarrow.table(columns), tmp_path / "logger.parquet")
+    found = read_compared(tmp_path / "logger.parquet")
+    text = read(tmp_path, CLOCKS["ISO 8601"].format("2026-03-01"))
+    assert found.time.tolist() == [0.0, 0.25, 0.5, 0.75]
+    assert found.origin == text.origin
+    assert found.zoned == (zone is not None)
+    assert found.quantities["x"].unit == "ft"

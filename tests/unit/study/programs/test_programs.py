@@ -1,0 +1,132 @@
+"""Studies of models: bits of ensembles, keys, units of columns, systems as one program."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.small_study import written_study
+
+import m4e_fmi
+from m4e_fmi.runtime.engine import Engine
+from m4e_fmi.study import StudyOutcome, run_study
+from m4e_fmi.study.programs import plan
+from m4e_fmi.study.programs.chunks import in_threads
+
+STUDY = """\
+name: carts
+model: cart.model.yaml
+simulation: {stop_time: 2}
+sample: {method: latin_hypercube, count: 20, seed: 3, of: {k: [30, 50], joint.hinge.q: [0.1, 0.5]}}
+wanted:
+  swing: {variable: joint.hinge.q, statistic: maximum}
+  push: {variable: load.spring.effort, statistic: rms}
+"""
+
+
+def made(path: Path, **given: object) -> StudyOutcome:
+    return run_study(path, build_directory=path.parent / "build", **given)  # type: ignore[arg-type]
+
+
+def test_members_of_an_ensemble_are_single_runs_of_the_engine(tmp_path: Path) -> None:
+    outcome = made(written_study(tmp_path, STUDY))
+    assert outcome.notes == ("20 runs are members of ensembles",)
+    program = m4e_fmi.model_program(m4e_fmi.load_model(tmp_path / "cart.model.yaml"))
+    for k in (0, 19):
+        one = outcome.data.isel(sample=k)
+        start = {"k": float(one["k"]), "joint.hinge.q": float(one["q"])}
+        run = Engine(program.with_start(start)).simulate(np.arange(201) * 0.01)
+        place = [v.name for v in program.states].index("joint.hinge.q")
+        assert float(one["swing"]) == run.states[:, place].max()
+
+
+def test_a_compiled_ensemble_has_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written_study(tmp_path, STUDY)
+    first = made(path, jobs=1)
+    compiled: list[bool] = []
+    compile_ = Engine.compile
+
+    def noted(engine: Engine) -> bool:
+        compiled.append(compile_(engine))
+        return compiled[-1]
+
+    monkeypatch.setattr(Engine, "compile", noted)
+    monkeypatch.setattr(plan, "COMPILING_PAYS", 0.0)
+    second = made(path, jobs=1, fresh=True)
+    assert set(compiled) == {True}  # after the first part, which shows how long they take
+    for name in ("swing", "push"):
+        np.testing.assert_array_equal(first.data[name], second.data[name])
+
+
+def test_keys_of_the_model_are_varied(tmp_path: Path) -> None:
+    """The mass is a number of the program: there is one program for each."""
+    text = STUDY.replace("sample:", "vary: {bodies.bob.mass: [1, 2]}\nsample:")
+    path = written_study(tmp_path, text.replace("count: 20", "count: 2"))
+    found = made(path).data["swing"]
+    model = (tmp_path / "cart.model.yaml").read_text("utf-8")
+    (tmp_path / "cart.model.yaml").write_text(model.replace("bob: {mass: 1", "bob: {mass: 2"))
+    path.write_text(STUDY.replace("count: 20", "count: 2"), "utf-8")
+    np.testing.assert_array_equal(found.sel(mass=2), made(path).data["swing"])
+    assert not np.array_equal(found.sel(mass=1), found.sel(mass=2))
+
+
+def test_units_of_columns_and_texts_are_converted(tmp_path: Path) -> None:
+    """Names of columns say deg and N/cm; the result has numbers in the variable's units."""
+    text = STUDY[: STUDY.index("sample:")] + STUDY[STUDY.index("wanted:") :]
+    text += (
+        "vary: {joint.hinge.u: [0.1, 30 deg/s]}\n"
+        'table: {file: t.csv, columns: {joint.hinge.q: "q [deg]", k: "k [N/cm]"}}\n'
+    )
+    path = written_study(tmp_path, text)
+    (tmp_path / "t.csv").write_text("q [deg],k [N/cm]\n10,0.3\n20,0.5\n", "utf-8")
+    data = made(path).data
+    np.testing.assert_allclose(data["q"], np.radians([10.0, 20.0]), rtol=1e-15)
+    np.testing.assert_allclose(data["k"], [30.0, 50.0], rtol=1e-15)
+    np.testing.assert_allclose(data["u"], [0.1, np.pi / 6.0], rtol=1e-15)
+    (tmp_path / "t.csv").write_text("q,k\n0.17453292519943295,30\n0.3490658503988659,50\n")
+    path.write_text(text.replace(" [deg]", "").replace(" [N/cm]", "").replace("30 deg/s", "0.5236"))
+    np.testing.assert_allclose(made(path).data["swing"][0], data["swing"][0], rtol=1e-9)
+
+
+def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> None:
+    """As for single simulations: no variable is called so, the states are a quaternion."""
+    (tmp_path / "top.model.yaml").write_text(
+        "name: top\ndimensions: 3\ngravity: 0\n"
+        "parameters: {m: {value: 2, unit: kg}}\n"
+        "bodies: {hull: {mass: m, inertia: [1, 2, 3]}}\n"
+        "joints: {free: {type: floating, child: hull}}\n",
+        encoding="utf-8",
+    )
+    path = tmp_path / "study.yaml"
+    path.write_text(
+        "name: tops\nmodel: top.model.yaml\nsimulation: {stop_time: 0.1}\n"
+        "start: {body.hull.phi: 30 deg}\nvary: {m: [2, 4]}\n"
+        "wanted: {phi: {variable: body.hull.phi, statistic: mean}}\n",
+        encoding="utf-8",
+    )
+    np.testing.assert_allclose(made(path).data["phi"], np.radians(30.0), rtol=1e-12)
+
+
+def test_interruption_does_not_wait_for_a_call() -> None:
+    go_on = threading.Event()
+    calls = [lambda: "first", lambda: go_on.wait(20.0)]
+    made = in_threads(iter(calls), 1)
+    assert next(made) == "first"
+    timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    began = time.monotonic()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # it may be ignored
+    timer.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            next(made)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    took = time.monotonic() - began
+    go_on.set()
+    assert took < 5.0

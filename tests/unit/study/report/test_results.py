@@ -1,0 +1,196 @@
+"""Reports of studies from result files: texts, means, energies, the numbers of the page."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from scipy.stats import t as student
+from support.written_study import (
+    DAMPINGS,
+    EVIL,
+    FAILED_CELL,
+    HEIGHTS,
+    PERIODS,
+    PROBABILITY,
+    SEEDS,
+    axis,
+    matrix,
+    power,
+    samples,
+    written,
+)
+
+import m4e_fmi as m4e
+from m4e_fmi.errors import InputError
+from m4e_fmi.study.dataset import Labels, dataset, write_dataset
+from m4e_fmi.study.given.grid import Grid
+from m4e_fmi.study.given.study import Study, Wanted
+from m4e_fmi.study.report.annual import _told, annual, contributions
+from m4e_fmi.study.report.content import content_of
+from m4e_fmi.study.report.of_study import report_of_study
+from m4e_fmi.study.report.result import load_study_result
+from m4e_fmi.study.report.summary import summary
+from m4e_fmi.study.runs.record import Record
+
+YEAR = 8766.0 * 3600.0
+
+
+def test_means_over_seeds_are_those_of_the_runs_that_are_left(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path))
+    found = result.designs("mean_power")
+    assert np.isnan(found.mean[FAILED_CELL]).all()
+    values = [power(HEIGHTS[0], PERIODS[1], DAMPINGS[1], s) for s in range(SEEDS)]
+    np.testing.assert_allclose(found.mean[0, 1, 1], np.mean(values))
+    width = student.ppf(0.975, SEEDS - 1) * np.std(values, ddof=1) / np.sqrt(SEEDS)
+    np.testing.assert_allclose(found.half_width[0, 1, 1], width)
+    assert found.missing[2].tolist() == [[3, 3], [1, 1], [0, 0], [0, 0]]
+
+
+def test_the_summary_has_failures_errors_and_their_runs(tmp_path: Path) -> None:
+    text = summary(load_study_result(matrix(tmp_path)), "as printed")
+    for part in (
+        "8 of 72 runs failed", "Hs 3, Tp 6, damping 5, seed 1", "7.2e-04 of range, at buoy.force",
+        "in the run of Hs 3, Tp 12, damping 7, seed 3", "all before t = 30 s (30 s)",
+        "128 s in all", "72 made, 0 kept", "as printed", "Hs: 1 to 3 m, 3 values", "3 seeds",
+    ):  # fmt: skip
+        assert part in text
+    assert "odd &lt;img" in text
+
+
+def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path, failing=False))
+    text = annual(result)
+    powers = [
+        [[power(h, p, DAMPINGS[0], s) for s in range(SEEDS)] for p in PERIODS] for h in HEIGHTS
+    ]
+    sums = np.einsum("hp,hps->s", PROBABILITY, np.array(powers))
+    energy = YEAR * np.mean(sums) / 3.6e9
+    error = YEAR * np.std(sums, ddof=1) / np.sqrt(SEEDS) / 3.6e9
+    found = re.search(r"mean_power</td>.*?([\d.]+) kW.*?([\d.]+) MWh.*?([\d.]+) MWh", text)
+    assert found
+    mean, shown, stated = map(float, found.groups())
+    assert mean == pytest.approx(np.mean(sums) / 1e3, rel=1e-3)
+    assert shown == pytest.approx(energy, rel=1e-3)
+    assert stated == pytest.approx(error, rel=1e-3)
+    heights = annual(replace(result, units={**result.units, "mean_power": "m"}))
+    heads = re.findall(r"<th [^>]*>(.*?)</th>", heights)
+    assert heads == ["damping", "quantity", "mean by probability", "states"]
+    (only,) = contributions(result)  # the largest tension of all states is no sum over them
+    assert only.unit == "MWh"
+    assert only.values[..., 0].sum() == pytest.approx(energy)
+    assert "most_tension</td>" not in text
+
+
+def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
+    """Of two states and three seeds, one of which failed in the first state."""
+    shares, rows = np.array([0.25, 0.5]), np.array([[np.nan, 4.0, 5.0], [90.0, 7.0, 8.0]])
+    mean = np.nanmean(rows, axis=-1)
+    shown, energy, error, states = _told(rows, mean, shares, "W", is_power=True)
+    sums = np.array([0.25 * 4.0 + 0.5 * 7.0, 0.25 * 5.0 + 0.5 * 8.0])
+    assert float(shown.split()[0]) == pytest.approx(sums.mean() / 0.75, rel=1e-3)
+    assert float(energy.split()[0]) == pytest.approx(YEAR * sums.mean() / 3.6e9, rel=1e-3)
+    deviation = YEAR * sums.std(ddof=1) / np.sqrt(2.0) / 3.6e9
+    assert float(error.split()[0]) == pytest.approx(deviation, rel=1e-3)
+    assert states == "2, of 2 of 3 seeds"
+    lost = np.where(np.eye(2, 3, dtype=bool), np.nan, rows)
+    shown, _, error, states = _told(lost[:, :2], mean, shares, "W", is_power=True)
+    assert float(shown.split()[0]) == pytest.approx(np.average(mean, weights=shares), rel=1e-3)
+    assert (error, states) == ("–", "2, some without failed seeds")
+
+
+def test_the_page_has_every_number_once(tmp_path: Path) -> None:
+    result = load_study_result(samples(tmp_path, 300))
+    content = content_of(result, [])
+    assert content.exact
+    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyright: ignore
+    assert names == ["m", "c", "mean_power", "most_tension", "wall_time", "start_up"]
+    assert content.data["designs"]["variables"] == []  # pyright: ignore[reportIndexIssue]
+    assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
+    assert content.data["series"] is None
+    states = load_study_result(matrix(tmp_path, failing=False))
+    dims = content_of(states, []).data["dims"]  # maps show sea states first
+    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyright: ignore
+
+
+def test_texts_stay_texts_in_the_page_of_a_study(tmp_path: Path) -> None:
+    file = matrix(tmp_path)
+    own = report_of_study(file, tmp_path / "own.html")
+    assert m4e.write_report(file).read_bytes() == own.read_bytes()
+    page = report_of_study(file, tmp_path / "r.html", printed=EVIL).read_text("utf-8")
+    assert EVIL not in page
+    assert "&lt;img src=x onerror=alert(1)&gt;" in page
+    assert page.count("<script") == page.count("</script>")
+
+
+def test_series_at_times_of_their_own_are_linear_between_rows(tmp_path: Path) -> None:
+    records = [
+        Record(time=time, series={"buoy.z": 2.0 * time})
+        for time in (np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0]))
+    ]
+    path = written(tmp_path, Grid((axis("Hs", (1.0, 2.0)),)), records, (), series=("buoy.z",))
+    found = load_study_result(path).series
+    assert found is not None
+    assert found.evenly
+    inside = found.time <= 1.0
+    np.testing.assert_allclose(found.values["buoy.z"][0], 2.0 * found.time)
+    np.testing.assert_allclose(found.values["buoy.z"][1, inside], 2.0 * found.time[inside])
+    assert np.isnan(found.values["buoy.z"][1, ~inside]).all()
+
+
+@pytest.mark.parametrize(
+    ("attributes", "said"),
+    [
+        ({}, "no result of a study, or an old one"),
+        ({"record": "{"}, "damaged"),
+        ({"record": '{"format": 9}'}, "of format 9"),
+        (None, "no netCDF file of a study"),
+    ],
+)
+def test_files_that_are_no_results_are_refused(
+    attributes: dict[str, str] | None, said: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "r.nc"
+    if attributes is None:
+        path.write_bytes(b"nothing")
+    else:
+        xarray.Dataset(attrs=attributes).to_netcdf(path)
+    with pytest.raises(InputError, match=said):
+        report_of_study(path, tmp_path / "r.html")
+    assert not (tmp_path / "r.html").exists()
+
+
+LARGE = 10**30
+ODD = "=HYPERLINK(1)"
+
+
+def odd_dataset() -> xarray.Dataset:
+    grid = Grid((axis("seed", [1, LARGE]), axis("kind", ["plain", "-x"])))
+    study = Study("s", Path("x"), True, grid, (Wanted("z", "b.z", "mean"),))
+    records = [Record(values={"z": -1.5}), *[Record(failure=f"{ODD}\udcff")] * 3]
+    return dataset(
+        study, records, Labels(), start_up=[0.0] * 4, attributes={"source": "folder\udcff"}
+    )
+
+
+def test_whole_numbers_and_names_that_files_do_not_have(tmp_path: Path) -> None:
+    path = tmp_path / "s.nc"
+    write_dataset(odd_dataset(), path)
+    with xarray.open_dataset(path) as found:
+        assert found["seed"].values.tolist() == [1.0, 1e30]
+        assert found.attrs["source"] == "folder?"
+        assert str(found["failure"].values[1, 1]) == f"{ODD}?"
+
+
+def test_a_table_has_no_formulas(tmp_path: Path) -> None:
+    path = tmp_path / "s.csv"
+    write_dataset(odd_dataset(), path)
+    head, first, second, *_ = csv.reader(path.read_text("utf-8").splitlines())
+    assert first[head.index("z")] == "-1.5"
+    assert second[head.index("kind")] == "'-x"
+    assert second[head.index("failure")] == f"'{ODD}?"

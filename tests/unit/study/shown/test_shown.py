@@ -1,0 +1,252 @@
+"""Summaries and pictures of studies: means over seeds and over states, and what is not run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import t as student
+from support.small_study import written_study
+
+from m4e_fmi.statistics import STATISTICS
+from m4e_fmi.statistics.marine import annual_energy
+from m4e_fmi.study import StudyOutcome, run_study
+from m4e_fmi.study.given.grid import Axis, Grid, Varied
+from m4e_fmi.study.given.study import Wanted
+from m4e_fmi.study.report.result import load_study_result
+from m4e_fmi.study.shown.figure import _bins, _shown, plot_study
+from m4e_fmi.study.shown.over_states import (
+    LARGEST,
+    States,
+    averaged,
+    differences,
+    over_states,
+    states_of,
+)
+from m4e_fmi.study.shown.summary import summary
+
+STUDY = """\
+name: carts
+model: cart.model.yaml
+simulation: {stop_time: 0.5}
+vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}
+wanted:
+  swing: {variable: joint.hinge.q, statistic: maximum}
+"""
+SCATTER = "scatter: {file: t.csv, rows: k, columns: joint.hinge.u}\n"
+IN_STATES = STUDY.replace("k: [30, 40, 50], ", "") + SCATTER
+"""Two designs in the three states of `TABLE` that occur."""
+TABLE = "k/u,0,1\n30,1,2\n40,3,0\n"
+
+
+def made(folder: Path, text: str, table: str = TABLE, **given: object) -> StudyOutcome:
+    (folder / "t.csv").write_text(table, "utf-8")
+    path = written_study(folder, text)
+    return run_study(path, build_directory=folder / "build", **given)  # type: ignore[arg-type]
+
+
+def test_a_summary_has_a_matrix_failures_warnings_and_the_start_up(tmp_path: Path) -> None:
+    outcome = made(tmp_path, STUDY)
+    odd = {"odd value 3": 2, "odd value 4": 1, "b": 3}
+    text = summary(replace(outcome, failures={4: "it broke"}, warnings=odd))
+    for part in (
+        "carts: 6 runs, 6 made",
+        "k \\ q",
+        "1 of 6 runs failed:\n  k 50, q 0.1: it broke",
+        "warning: odd value 3 (3 runs)",
+        "warning: b (3 runs)",
+        "statistics leave out nothing: no start_up is stated, and no sea has a ramp",
+        "statistics are of rows every 0.01 s: extremes between them are not seen",
+    ):
+        assert part in text
+    stated = summary(made(tmp_path, f"{STUDY}start_up: 0.1\n"))
+    assert "statistics leave out all before t = 0.1 s (as stated)" in stated
+
+
+def test_means_by_probability_leave_out_no_failed_state(tmp_path: Path) -> None:
+    text = STUDY.replace("vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}\n", SCATTER)
+    text = text.replace("statistic: maximum", "statistic: mean")
+    outcome = made(tmp_path, text)
+    values = outcome.data["swing"].values
+    mean = (values[0, 0] + 2 * values[0, 1] + 3 * values[1, 0]) / 6
+    assert f"mean by probability: {mean:.5f} rad" in summary(outcome)
+    assert "the entries of t.csv add up to 6, which counts as all the time" in summary(outcome)
+    failed = summary(made(tmp_path, text, TABLE.replace("k/u,0,1", "k/u,0,1e300")))
+    assert "mean by probability: not known, 1 states" in failed
+
+
+def test_states_that_do_not_occur_are_not_run(tmp_path: Path) -> None:
+    """They are nan without a failure, and nothing of sums; `run_all` runs them."""
+    text, output = IN_STATES.replace("maximum", "mean"), tmp_path / "out.nc"
+    told: list[tuple[int, int]] = []
+    outcome = made(tmp_path, text, output=output, progress=lambda *n: told.append(n))
+    assert (told[0], told[-1]) == ((0, 6), (6, 6))
+    assert not outcome.failures
+    swing, is_run = outcome.data["swing"], outcome.data["is_run"]
+    np.testing.assert_array_equal(np.isnan(swing), ~is_run)
+    assert not is_run.sel(k=40, u=1).any()
+    assert np.isnan(outcome.data["wall_time"].sel(k=40, u=1)).all()
+    lines = summary(outcome)
+    assert "carts: 6 runs, 6 made" in lines
+    assert "1 of 4 sea states does not occur and is not run" in lines
+    assert not {"warning", "failed"} & set(lines.split())
+    assert plot_study(outcome, tmp_path / "p.png").is_file()
+    found = load_study_result(output)
+    assert (found.count, found.record.made, len(found.failed)) == (6, 6, 0)
+    assert found.designs("swing").missing.sum() == 0
+    every = made(tmp_path, text.replace("hinge.u}", "hinge.u, run_all: true}"))
+    assert every.kept == 6
+    assert np.isfinite(every.data["swing"]).all()
+    state, of = states_of(outcome.data), outcome.study.wanted[0]
+    assert state is not None
+    sums = [
+        over_states(one.study.grid, one.data["swing"].values, state, of)[1].mean
+        for one in (outcome, every)
+    ]
+    np.testing.assert_array_equal(sums[0], sums[1])
+    year = annual_energy(swing.transpose(..., "q"), outcome.data["probability"])
+    assert np.isfinite([year.energy, year.error]).all()
+
+
+def test_designs_are_shown_over_all_states(tmp_path: Path) -> None:
+    """The title of the picture says so, and the summary has a scatter diagram for each design."""
+    outcome = made(tmp_path, IN_STATES)
+    largest = np.nanmax(outcome.data["swing"].values[:, [0, 0, 1], [0, 1, 0]], axis=1)
+    assert "largest of all states [rad]:\n    q" in summary(outcome)
+    lines = summary(outcome).splitlines()
+    first = lines.index("  q 0.1")
+    assert lines[first + 1].split() == ["k", "\\", "u", "0", "1"]
+    shown = [float(entry) for entry in lines[first + 2].split()]
+    np.testing.assert_allclose(shown, [30, *outcome.data["swing"].sel(q=0.1, k=30)], rtol=1e-3)
+    assert lines[first + 3].split()[-1] == "–"
+    name, found = _shown(outcome, outcome.study.wanted[0])
+    assert name == ", largest of all states"
+    np.testing.assert_allclose(found.mean, largest)
+
+
+def test_sea_states_and_cases_have_the_product_of_their_probabilities(tmp_path: Path) -> None:
+    given = (
+        "table: {file: cases.csv, columns: {k: k}, weight: p}\n"
+        "scatter: {file: t.csv, rows: joint.hinge.q, columns: joint.hinge.u}\n"
+    )
+    text = STUDY.replace("vary: {k: [30, 40, 50], joint.hinge.q: [0.1, 0.2]}\n", given)
+    (tmp_path / "cases.csv").write_text("k,p\n30,1\n40,3\n", "utf-8")
+    outcome = made(tmp_path, text.replace("maximum", "mean"), "q,0,0.5,1\n0.1,1,2,3\n0.2,4,0,6\n")
+    probability = outcome.data["probability"]
+    assert float(probability.sum()) == pytest.approx(1.0)
+    assert float(probability.sel(q=0.2, u=1, case=40)) == pytest.approx(0.75 * 6 / 16)
+    mean = float((outcome.data["swing"] * probability).sum())
+    (line,) = (x for x in summary(outcome).splitlines() if "mean by probability" in x)
+    assert float(line.split()[3]) == pytest.approx(mean, rel=2e-3)  # it shows four digits
+
+
+@pytest.mark.parametrize("most", [0, 3, 44, 1000, 12345])
+def test_bars_of_counts_have_as_many_whole_numbers_each(most: int) -> None:
+    """Else some bars stand for two numbers and others for one: peaks that are none."""
+    counts = np.arange(3.0, most + 4.0)
+    edges = _bins(counts)
+    assert isinstance(edges, list)
+    assert len(edges) <= 41
+    heights, _ = np.histogram(counts, edges)
+    assert set(heights[:-1]) <= {heights[0]}
+    assert heights.sum() == len(counts)
+    for values in ([0.5, 1.0, 2.0], [], [1.0, 1e300]):
+        assert _bins(np.array(values)) == 5
+
+
+SEEDS, DESIGNS = 3, 2
+
+
+def half_width(sums: np.ndarray) -> np.ndarray:
+    """Of 95 %, of the means over the last axis."""
+    n = sums.shape[-1]
+    return student.ppf(0.975, n - 1) * sums.std(axis=-1, ddof=1) / np.sqrt(n)
+
+
+STATES = States(("height", "period"), np.array([[0.5, 0.25], [0.0, 0.25]]))
+
+
+def axis(name: str, count: int, *, repeats: bool = False) -> Axis:
+    points = tuple((k,) for k in range(count))
+    return Axis(name, (Varied(name, (name,)),), points, repeats=repeats)
+
+
+GRID = Grid(
+    (axis("period", 2), axis("seed", SEEDS, repeats=True), axis("x", DESIGNS), axis("height", 2))
+)
+VALUES = np.random.default_rng(1).uniform(1.0, 2.0, GRID.shape)
+VALUES[0, :, :, 1] = 100.0  # of the state that never occurs
+
+
+def test_means_over_seeds_have_students_interval() -> None:
+    axes = (axis("seed", 4, repeats=True), axis("x", 2))
+    values = np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0], [4.0, np.nan]])
+    found = averaged(axes, values)
+    np.testing.assert_allclose(found.mean, [2.5, 5.0])
+    width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
+    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
+    assert found.missing.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("statistic", "parameters", "power", "said"),
+    [
+        ("mean", (), 1.0, "mean by probability"),
+        ("rms", (), 2.0, "rms by probability"),
+        ("damage_equivalent_load", (("exponent", 5.0),), 5.0, "damage equivalent by probability"),
+    ],
+)
+def test_sums_over_states_of_each_design(
+    statistic: str, parameters: tuple[tuple[str, float], ...], power: float, said: str
+) -> None:
+    name, found = over_states(GRID, VALUES, STATES, Wanted("w", "v", statistic, parameters))
+    assert name == said
+    assert [one.name for one in found.axes] == ["x"]
+    sums = np.einsum("psxh,hp->xs", VALUES**power, STATES.shares) ** (1 / power)
+    np.testing.assert_allclose(found.mean, sums.mean(axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(found.half_width, half_width(sums), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("statistic", "sign"), [("most_probable_maximum", 1), ("minimum", -1)])
+def test_extremes_are_those_of_a_state(statistic: str, sign: int) -> None:
+    _, found = over_states(GRID, sign * VALUES, STATES, Wanted("w", "v", statistic))
+    means = VALUES.mean(axis=1)  # period, x, height
+    there = np.stack([means[0, :, 0], means[1, :, 0], means[1, :, 1]], axis=-1)
+    np.testing.assert_allclose(found.mean, sign * there.max(axis=-1))
+
+
+def test_a_failed_seed_is_missing_in_the_sum() -> None:
+    values = VALUES.copy()
+    values[0, 1, 0, 0] = np.nan
+    _, found = over_states(GRID, values, STATES, Wanted("w", "v", "mean"))
+    assert found.missing.tolist() == [1, 0]
+    assert np.isfinite(found.mean).all()
+
+
+def test_differences_of_designs_are_those_of_pairs() -> None:
+    """What a seed does to both designs is not in the interval."""
+    seed = 50.0 * np.arange(SEEDS)[:, None, None]
+    found = differences(GRID, VALUES + seed, STATES, Wanted("w", "v", "mean"))
+    sums = np.einsum("psxh,hp->xs", VALUES, STATES.shares)
+    two = Grid((axis("x", DESIGNS), axis("seed", SEEDS, repeats=True)))
+    of_a_state = VALUES[1, :, :, 0].T
+    pair = differences(two, of_a_state, None, Wanted("w", "v", "maximum"))
+    for one, gain in ((found, sums[1] - sums[0]), (pair, of_a_state[1] - of_a_state[0])):
+        assert one is not None
+        np.testing.assert_allclose(one.mean, [0.0, gain.mean()], rtol=1e-9)
+        np.testing.assert_allclose(one.half_width[1], half_width(gain), rtol=1e-9)
+    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
+    for grid, values, states, statistic in (
+        (GRID, VALUES, STATES, "maximum"),
+        (GRID, VALUES, None, "mean"),  # of 8 designs
+        (alone, np.ones((1, 2)), None, "mean"),
+    ):
+        assert differences(grid, values, states, Wanted("w", "v", statistic)) is None
+
+
+def test_all_statistics_of_maxima_are_known() -> None:
+    assert {name for name in STATISTICS if "maximum" in name} | {"range", "largest_magnitude"} == (
+        LARGEST
+    )
