@@ -15,12 +15,13 @@ def calm(
     *,
     lever: float = 0.0,
     pitch: float = 200.0,
+    coupling: float = 0.0,
     places: tuple[float, ...] = (),
 ) -> Coefficients:
     """Bodies that do not feel each other, each with a waterplane [m2], in calm water.
 
     Their centres of gravity are at `places`, `lever` [m] right of the centres of buoyancy; `pitch`
-    [m4] is the pitch stiffness over the weight of water.
+    [m4] is the pitch stiffness over the weight of water, `coupling` [m3] that of heave and pitch.
     """
     n, omega = len(bodies), np.linspace(0.2, 3.0, 15)
     added = np.diag([2e4, 6e4, 3e5] * n)
@@ -34,7 +35,9 @@ def calm(
         radiation_damping=np.zeros((len(omega), 3 * n, 3 * n)),
         added_mass_inf=added,
         excitation=np.zeros((len(omega), 3 * n), dtype=complex),
-        hydrostatic_stiffness=RHO * G * np.diag([0.0, area, pitch] * n),
+        hydrostatic_stiffness=RHO
+        * G
+        * np.kron(np.eye(n), [[0.0, 0.0, 0.0], [0.0, area, coupling], [0.0, coupling, pitch]]),
         buoyancy=DISPLACED * G * np.array([0.0, 1.0, lever] * n),
         density=RHO,
     )
