@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import ast
-import copy
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 FOLDERS = ("m4e_fmi", "adapters", "fmus")
 LEFT_OUT = ("templates", "platforms.py")
 """Texts of other projects' starts, and what only a release runs."""
-OPPOSITES: dict[type[ast.AST], type[ast.AST]] = {
+OPPOSITES: dict[type[ast.AST], type[Any]] = {
     ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt,
     ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.And: ast.Or, ast.Or: ast.And,
     ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult,
 }  # fmt: skip
+
+Part = ast.expr | ast.stmt
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def inner_statements(tree: ast.Module) -> Iterator[ast.stmt]:
                     yield statement
 
 
-def changes(statement: ast.stmt) -> Iterator[tuple[ast.AST, ast.AST]]:
+def changes(statement: ast.stmt) -> Iterator[tuple[Part, Part]]:
     """Parts of a statement itself, not of statements within, and what stands in their place."""
     if isinstance(statement, ast.Expr):
         if isinstance(statement.value, ast.Call):
@@ -81,19 +83,19 @@ def changes(statement: ast.stmt) -> Iterator[tuple[ast.AST, ast.AST]]:
     if isinstance(statement, ast.If | ast.While):
         yield statement.test, ast.UnaryOp(ast.Not(), statement.test)
     for part in (node for expression in below for node in ast.walk(expression)):
-        if changed := changed_part(part):
+        if isinstance(part, ast.expr) and (changed := changed_part(part)):
             yield part, changed
 
 
-def changed_part(part: ast.AST) -> ast.AST | None:
+def changed_part(part: ast.expr) -> ast.expr | None:
     """The expression with its operator turned, or its number or truth value changed."""
     match part:
         case ast.Compare(ops=[operator]) if type(operator) in OPPOSITES:
-            changed = copy.copy(part)
-            changed.ops = [OPPOSITES[type(operator)]()]
-        case ast.BinOp(op=operator) | ast.BoolOp(op=operator) if type(operator) in OPPOSITES:
-            changed = copy.copy(part)
-            changed.op = OPPOSITES[type(operator)]()
+            return ast.Compare(part.left, [OPPOSITES[type(operator)]()], part.comparators)
+        case ast.BinOp() if type(part.op) in OPPOSITES:
+            return ast.BinOp(part.left, OPPOSITES[type(part.op)](), part.right)
+        case ast.BoolOp():
+            return ast.BoolOp(OPPOSITES[type(part.op)](), part.values)
         case ast.UnaryOp(op=ast.USub() | ast.Not(), operand=operand):
             return operand
         case ast.Constant(value=bool(value)):
@@ -102,10 +104,9 @@ def changed_part(part: ast.AST) -> ast.AST | None:
             return ast.Constant(value + 1 if isinstance(value, int) else 2 * value or 1.0)
         case _:
             return None
-    return changed
 
 
-def fault_of(root: Path, file: Path, part: ast.AST, changed: ast.AST) -> DrawnFault:
+def fault_of(root: Path, file: Path, part: Part, changed: Part) -> DrawnFault:
     text = file.read_text("utf-8")
     original = ast.get_source_segment(text, part) or ""
     lines = text.splitlines(keepends=True)

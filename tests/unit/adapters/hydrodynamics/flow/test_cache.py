@@ -148,14 +148,15 @@ def test_frequencies_are_kept_one_by_one_and_computed_again_where_damaged(
         "warning: capytaine: coarse",
     ]
     assert solved(0.2, 0.4) == [FROM_CACHE, "warning: capytaine: coarse"]
-    for file in sorted(folder.iterdir()):
+    files = sorted(folder.iterdir())
+    for file in files:
         content = file.read_bytes()
         file.write_bytes(content[:-20])
         told = solved(0.1, 0.2, 0.3, 0.4)
         assert f"cannot be used and are computed again: {file} is damaged" in told[0]
         assert file.read_bytes() == content
-    file.unlink()
-    file.mkdir()  # neither to be read nor to be replaced
+    files[-1].unlink()
+    files[-1].mkdir()  # neither to be read nor to be replaced
     assert any("the coefficients are not cached" in line for line in solved(0.1, 0.2, 0.3, 0.4))
 
 
