@@ -92,6 +92,7 @@ def test_it_is_found() -> None:
 
 @pytest.mark.usefixtures("site")
 def test_the_page_shows_what_comes_out(tmp_path: Path) -> None:
+    """`run_page` fails where a block does not give what the page shows."""
     run_page(PAGE, tmp_path / "page")
 
 

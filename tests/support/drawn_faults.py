@@ -61,14 +61,14 @@ def draw(root: Path, count: int, seed: int) -> list[DrawnFault]:
     ]
 
 
-def inner_statements(tree: ast.Module) -> Iterator[ast.stmt]:
-    """The statements of functions, without docstrings."""
+def inner_statements(tree: ast.Module) -> list[ast.stmt]:
+    """The statements of functions, each once; a function within another is not one itself."""
     functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+    nodes = (node for function in functions for part in function.body for node in ast.walk(part))
+    found = {id(node): node for node in nodes if isinstance(node, ast.stmt)}
     for function in functions:
-        for node in function.body:
-            for statement in ast.walk(node):
-                if isinstance(statement, ast.stmt) and statement not in functions:
-                    yield statement
+        found.pop(id(function), None)
+    return list(found.values())
 
 
 def changes(statement: ast.stmt) -> Iterator[tuple[Part, Part]]:
