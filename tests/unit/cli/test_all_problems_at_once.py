@@ -1,4 +1,7 @@
-"""A system is looked at before anything is built; what is said is in tests/corpus/problems_at_once.yaml."""
+"""A system is looked at before anything is built.
+
+Messages are in tests/corpus/problems_at_once.yaml.
+"""
 
 from __future__ import annotations
 

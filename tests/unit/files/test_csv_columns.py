@@ -1,4 +1,7 @@
-"""Columns of CSV files in the forms of other programs; mistakes are in tests/corpus/csv_file.yaml."""
+"""Columns of CSV files in the forms of other programs.
+
+Mistakes are in tests/corpus/csv_file.yaml.
+"""
 
 from __future__ import annotations
 
