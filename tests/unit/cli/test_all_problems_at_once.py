@@ -23,7 +23,7 @@ from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmus import hydrodynamics, mooring
 
-CORPUS = Path(__file__).parents[2] / "corpus" / "system_file.yaml"
+CORPUS = Path(__file__).parents[2] / "corpus" / "problems_at_once.yaml"
 FILES = YAML(typ="safe").load(CORPUS.read_text("utf-8"))["files"]
 SOUND, MODEL = FILES["s.system.yaml"], FILES["buoy.model.yaml"]
 
