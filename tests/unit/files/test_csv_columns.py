@@ -19,14 +19,6 @@ def test_si_units_in_names_and_empty_entries_at_the_end_are_fine(tmp_path: Path)
     assert read_columns(file, [(0, "s"), (1, "N")]).values == ([0.0, 1.0], [1.0, 2.0])
 
 
-@pytest.mark.parametrize("header", ["# time,eta", "# time [s],eta [m]"])
-def test_a_mark_before_the_names_is_refused(tmp_path: Path, header: str) -> None:
-    file = tmp_path / "t.csv"
-    file.write_text(f"{header}\n0,1\n", "utf-8")
-    with pytest.raises(InputError, match="remove this mark before the names"):
-        read_columns(file, [("time", "s"), ("eta", "m")])
-
-
 @pytest.mark.parametrize("mark", [";", "\t"])
 def test_other_separators(tmp_path: Path, mark: str) -> None:
     file = tmp_path / "t.csv"
@@ -40,14 +32,6 @@ def test_a_column_is_asked_for_twice_in_two_units(tmp_path: Path) -> None:
     found = read_columns(file, [("force", "N"), ("force [kN]", "kN"), ("force", None)])
     assert found.values == ([1000.0, 2000.0], [1.0, 2.0], [1.0, 2.0])
     assert set(found.names) == {"force [kN]"}
-
-
-@pytest.mark.parametrize("header", ["a,a [m]", "a [m],a [cm]", "a,a"])
-def test_columns_of_one_name_are_refused_whatever_their_units(tmp_path: Path, header: str) -> None:
-    file = tmp_path / "t.csv"
-    file.write_text(f"{header}\n0,1\n", "utf-8")
-    with pytest.raises(InputError, match="1:1: two columns are called 'a'"):
-        read_columns(file, [("a", "m")])
 
 
 def test_numbers_that_are_too_large_in_the_unit_asked_for_are_refused(tmp_path: Path) -> None:

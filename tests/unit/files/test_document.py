@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import Field, field_validator
 
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Document, Section, rejected
 
 
@@ -53,83 +53,6 @@ def problems(text: str) -> list[Problem]:
 def marked(problem: Problem) -> str:
     """The piece of the source line that the carets stand under."""
     return problem.source[problem.column - 1 : problem.column - 1 + problem.width]
-
-
-def test_right_document() -> None:
-    text = (
-        "name: a\ncount: 3\nmounts: {left: {at: [1, 2]}}\nparts: {p: {kind: rope, diameter: 0.1}}"
-    )
-    file = Document.parse(text).validate(File)
-    assert (file.name, file.count, file.mounts["left"].at) == ("a", 3, (1.0, 2.0))
-    assert isinstance(file.parts["p"], Rope)
-
-
-SECTION = "expected 'key: value' lines, got"
-PLACES = [  # text after the name, line, column and the word there, message, remedy
-    ("cuont: 3", 2, 1, "cuont", "unknown key 'cuont'", "did you mean 'count'?"),
-    ("qqq: 1", 2, 1, "qqq", "unknown key 'qqq'", "known keys: count, mounts, name, notes, parts"),
-    ("mounts:\n  m:\n    at: [1, 2]\n    color: red", 5, 5, "color", "unknown key 'color'",
-     "did you mean 'colour'?"),
-    ("mounts: {m: {at: [1, 2], colour: gren}}", 2, 34, "gren", "unknown colour 'gren'",
-     "did you mean 'green'?"),
-    ("parts: {p: {kind: sprign, stiffness: 1}}", 2, 19, "sprign", "unknown kind 'sprign'",
-     "did you mean 'spring'?"),
-    # compared with members that have these keys, and with keys of the chosen member
-    ("parts: {p: {kind: cord, diameter: 1}}", 2, 19, "cord", "unknown kind 'cord'",
-     "known: rope"),
-    ("parts: {p: {kind: sprope, diameter: 1, size: 2}}", 2, 19, "sprope",
-     "unknown kind 'sprope'", "did you mean 'rope'?"),
-    ("parts: {p: {kind: chain, links: 3}}", 2, 19, "chain", "unknown kind 'chain'",
-     "known: rope, spring"),
-    ("parts: {p: {kind: rope, diameter: 1, stiffness: 2}}", 2, 38, "stiffness",
-     "unknown key 'stiffness'", "known keys: diameter, kind"),
-    ("parts:\n  p: {stiffness: 1}", 3, 3, "p", "missing key 'kind'",
-     "add 'kind: …' here, one of rope, spring"),
-    ("parts: {p: {kind: rope}}", 2, 9, "p", "missing key 'diameter'", "add 'diameter: …' here"),
-    ("parts: {p: {kind: rope, diamter: 1, diameter: 2}}", 2, 25, "diamter",
-     "unknown key 'diamter'", "did you mean 'diameter'?"),
-    ("mounts: {m: {at: [1, -2]}}", 2, 14, "at", "is below the ground: -2.0",
-     "give a height above zero"),
-    ("mounts: {m: {at: [1]}}", 2, 14, "at", "at: too few entries, got 1", "write 2 entries"),
-    ("count: many", 2, 8, "many", "count: expected a whole number, got 'many'", ""),
-    ("mounts: 7", 2, 9, "7", f"mounts: {SECTION} 7", ""),
-    ("mounts:", 2, 1, "mounts", f"mounts: {SECTION} None", ""),
-    ("mounts:\n  m: 7", 3, 6, "7", f"mounts.m: {SECTION} 7", "write m: {at: 7}"),
-    ("mounts:\n  m:", 3, 3, "m", f"mounts.m: {SECTION} None", "write m: {at: …}"),
-    ("notes: [one, [two]]", 2, 14, "[", "notes.1: expected text, got a list", ""),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "line", "column", "mark", "message", "remedy"), PLACES)
-def test_place_message_and_remedy(
-    text: str, line: int, column: int, mark: str, message: str, remedy: str
-) -> None:
-    (problem,) = problems(f"name: a\n{text}\n")
-    assert (problem.line, problem.column, marked(problem)) == (line, column, mark)
-    assert (problem.message, problem.remedy) == (message, remedy)
-    assert problem.file == "some.yaml"
-
-
-def test_words_that_are_equally_near_are_all_named() -> None:
-    assert suggestion("spring", ["torsion_spring", "tension_spring", "force"]) == (
-        "did you mean 'tension_spring' or 'torsion_spring'?"
-    )
-
-
-def test_all_problems_at_once_in_order_of_place() -> None:
-    found = problems("cuont: 3\nmounts: {m: {at: [1, -2], colour: blue}}\n")
-    assert [(p.line, p.message) for p in found] == [
-        (0, "missing key 'name'"),
-        (1, "unknown key 'cuont'"),
-        (2, "is below the ground: -2.0"),
-        (2, "unknown colour 'blue'"),
-    ]
-
-
-def test_carets_end_with_the_line() -> None:
-    """A value that spans lines is longer than the line it starts on."""
-    (problem,) = problems("name: a\ncount: >\n  many words\n  that go on and on\n")
-    assert problem.column + problem.width - 1 <= len(problem.source)
 
 
 def test_merged_keys_and_anchors() -> None:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 from support.lagrange import RELATIVE, Mechanism, turned
 from support.pin_in_slot import PinInSlot
 from support.programs import Evaluated
@@ -22,8 +21,8 @@ from support.screw import Screw
 from m4e_fmi import build_fmu, read_description
 from m4e_fmi.errors import InputError
 from m4e_fmi.joints import JOINT_TYPES, JointType
-from m4e_fmi.model import Body, Joint, JointEffort, JointStop, Model, TorsionSpring, load_model
-from m4e_fmi.multibody import Equations, mass_matrix_program, model_program, topology
+from m4e_fmi.model import Body, Joint, Model, TorsionSpring, load_model
+from m4e_fmi.multibody import mass_matrix_program, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.model_program.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
@@ -249,35 +248,3 @@ def test_accelerations_of_new_types_are_those_of_lagrange(kind: str, *, relative
         rates = Evaluated(program).rates(numbered(names[::2], q) | numbered(names[1::2], u))
         got = [rates[name] for name in names[1::2]]
         assert got == pytest.approx(expected, rel=0, abs=RELATIVE * abs(expected).max())
-
-
-def nut(**more: JointEffort | JointStop) -> Model:
-    """2 kg on a vertical screw with a pitch of 0.3 m/rad."""
-    screw = Joint("screw", "nut", direction=(0.0, 0.3), initial={"q": 0.1})
-    return Model("press", {"nut": Body(2.0, 0.5)}, {"screw": screw}, loads=more, gravity=9.81)
-
-
-def test_a_driven_screw_as_written_down_by_hand() -> None:
-    """(m h² + J) φ̈ = τ − m g h; the thread carries m (h φ̈ + g) and J φ̈."""
-    program = Evaluated(model_program(nut()))
-    state = {"joint.screw.q": 0.7, "joint.screw.effort": 11.0}
-    alpha = (11.0 - 2.0 * 9.81 * 0.3) / (2.0 * 0.3**2 + 0.5)
-    assert program.rates(state)["joint.screw.u"] == pytest.approx(alpha, rel=1e-14)
-    out = program.outputs(state)
-    assert out["body.nut.z"] == pytest.approx(0.21, rel=1e-14)
-    assert out["joint.screw.reaction_z"] == pytest.approx(2 * (0.3 * alpha + 9.81), rel=1e-14)
-    assert out["joint.screw.reaction_moment"] == pytest.approx(0.5 * alpha, rel=1e-14)
-    equations = Equations(nut())
-    assert equations.mass_matrix[0] == sp.Rational("0.3") ** 2 * 2 + sp.Rational("0.5")
-    assert list(equations.topology.coordinate_names) == ["Phi_1"]
-
-
-def test_loads_see_the_coordinate_of_a_screw() -> None:
-    """Held by an effort of m g h − 4 q: q follows (m h² + J) φ̈ = −4 q."""
-    model = nut(hold=JointEffort("screw", "2*9.81*0.3 - 4*joint.screw.q"))
-    result = simulate(model, stop_time=1.0, tolerance=1e-10)
-    expected = 0.1 * np.cos(np.sqrt(4 / 0.68) * result.time)
-    assert result["joint.screw.q"] == pytest.approx(expected, abs=1e-8)
-    stop = model_program(nut(end=JointStop("screw", 100.0, upper=1.0)))
-    units = {v.name: v.unit for v in stop.outputs}
-    assert (units["load.end.gap"], units["load.end.effort"]) == ("rad", "N.m")

@@ -53,7 +53,3 @@ def test_other_variables() -> None:
     assert differences(spring(), less) == ["outputs: - force"]
     assert differences(less, spring()) == ["outputs: + force"]
     assert differences(spring(), replace(spring(), name="other")) == ["name: 'spring' -> 'other'"]
-
-
-def test_a_program_is_no_other_thing() -> None:
-    assert spring() != "spring"

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from support.planar_trees import random_tree
 from support.programs import Evaluated
 
-from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Recorder, Variable, sin, with_feedback
 
 
@@ -36,16 +34,6 @@ def test_a_law_takes_the_place_of_an_input() -> None:
     assert found.outputs(values) == {"power": force * 0.25, "force": force}
     assert found.calculated({}) == {"weight": 2.0 * 9.81}
     assert found.rates(values, t=1.0)["v"] > found.rates(values)["v"]
-
-
-def test_a_law_that_gives_the_input_changes_nothing() -> None:
-    """The law of one input of a tree hands on another: the same bits."""
-    program = model_program(random_tree(4, size=5))
-    first, second = (v.name for v in program.inputs[:2])
-    joined = with_feedback(program, {first: lambda x: x[second]})
-    values = {v.name: 0.1 * k for k, v in enumerate(program.states)} | {second: 0.7}
-    expected = Evaluated(program).rates({**values, first: 0.7})
-    assert Evaluated(joined).rates(values) == pytest.approx(expected, rel=1e-12)
 
 
 def test_refusals() -> None:

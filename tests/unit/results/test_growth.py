@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from m4e_fmi.results.growth import growth, largest_growth
+from m4e_fmi.results.growth import growth
 
 T = np.linspace(0.0, 10.0, 1001)
 DOUBLING = np.array([2.0**k - 1 for k in range(1, 20)])
@@ -73,14 +73,3 @@ def test_growth_from_sample_to_sample() -> None:
     found = growth("x", np.arange(10.0), cubes, decades=6)
     assert found is not None
     assert (found.low, found.high) == (1.1, 1e243)
-
-
-def test_the_largest_is_named() -> None:
-    columns = {"ramp": 1e9 * T, "slow": np.exp(3 * T), "fast": -np.exp(4 * T)}
-    found = largest_growth(T, columns, decades=6)
-    assert found is not None
-    assert found.name == "fast"
-    assert found.told("angle", "rad") == (
-        f"fast (angle) grew from {found.low:.3g} rad at t = {found.since:.6g} s to 2.35e+17 rad at "
-        "t = 10 s, tenfold every 0.58 s"
-    )

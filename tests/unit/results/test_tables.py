@@ -72,21 +72,6 @@ def test_headings(text: str, name: str, unit: str | None) -> None:
     assert heading(text) == (name, unit)
 
 
-def test_notes_say_how_a_table_was_read(tmp_path: Path) -> None:
-    assert read(tmp_path, PLAIN).notes == (taken := ("column 'time' says no unit: taken as s",))
-    found = read(tmp_path, "a tool\n" + FORMS["decimal commas"]).notes
-    assert {*found} == {
-        "columns separated by semicolons, decimal commas",
-        "1 line above the names left out",
-        *taken,
-    }
-
-
-def test_integers_at_the_end_do_not_hide_decimal_commas(tmp_path: Path) -> None:
-    found = read(tmp_path, "t;x\n0,5;1,25\n1;2\n2;3\n3;4\n")
-    assert found.quantities["x"].values[0] == 1.25
-
-
 def test_gaps_and_rows_at_one_time(tmp_path: Path) -> None:
     found = read(tmp_path, "time [ms],x\n0,1\n100,\n100,NaN\n200,3\n200,4\n")
     assert found.time == pytest.approx([0.0, 0.1, 0.2])

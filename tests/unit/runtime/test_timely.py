@@ -6,27 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.runtime_programs import chain, waves
+from support.runtime_programs import waves
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.program import Program, Variable
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.engine import Control, Engine, ensemble
 
-FEW = 5  # components: too few to be computed apart
-
 
 def _fresh(program: Program, height: float, t: float) -> np.ndarray:
     engine = Engine(program)
     engine.set_parameters([height])
     return engine.rates(t, [0.2, 0.3, 0.4])
-
-
-def test_what_is_computed_apart() -> None:
-    """The force on all rates is one value; the elevation is of no use to them."""
-    assert Engine(waves()).counts.timely == 1
-    assert Engine(waves(FEW)).counts.timely == 0
-    assert Engine(chain(7)).counts.timely == 0
 
 
 def test_values_follow_time_and_parameters() -> None:
@@ -73,15 +64,6 @@ def test_times_foreseen_have_the_bits_of_single_ones(method: str) -> None:
         engine.set_parameters([2.0 * height])  # what was foreseen for the last time is so no more
         found = engine.rates(6.0, [0.2, 0.3, 0.4])
         np.testing.assert_array_equal(found, _fresh(program, 2.0 * height, 6.0))
-
-
-@pytest.mark.parametrize("method", ["rk45", "dop853", "rodas"])
-def test_steps_that_differ_give_the_same_solution(method: str) -> None:
-    """Within the tolerances, against a run at one of 1e-12."""
-    program, times = waves(), np.linspace(0.0, 6.0, 7)
-    exact = Engine(program).simulate(times, control=Control("dop853", 1e-12, 1e-12))
-    run = Engine(program).simulate(times, control=Control(method, 1e-8, 1e-8))
-    np.testing.assert_allclose(run.states, exact.states, atol=1e-6)
 
 
 def test_a_calculated_parameter_does_not_depend_on_time() -> None:

@@ -91,20 +91,6 @@ def test_what_does_not_agree_stays_apart(other: FmuVariable) -> None:
     assert list(arrays(output("b.x"), other)) == ["time", "b.x", other.name]
 
 
-def test_what_an_array_is_called_and_says() -> None:
-    matrix = [output(f"a[{i},{j}]", unit=f"m{i}") for i in (1, 2) for j in (1, 2)]
-    forces = [output(f"b.force_{a}", description=f"Force, world {a.upper()}") for a in "xyz"]
-    found = arrays(output("b.x"), output("b.z"), *matrix, output("c"), *forces)
-    assert found["b.position"].elements == ("b.position[1]", "b.position[2]")
-    assert found["b.position"].unit == "m"
-    assert found["b.position"].description == "b.x; b.z"
-    assert found["a"].elements == ("a[1,1]", "a[1,2]", "a[2,1]", "a[2,2]")
-    assert found["a"].unit is None
-    assert found["a"].description.endswith("units of the elements: m1, m1, m2, m2")
-    assert found["c"].elements == ("c",)
-    assert found["b.force"].description == "Force, world X, Y, Z"
-
-
 PLACES = output("b.x"), output("b.z")
 SPEEDS = [output(f"b.v{a}", derivative_of=f"b.{a}") for a in "xz"]
 STATES = [output(f"b.{a}", initial="exact", start=0.0) for a in "xz"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
-from support.planar_trees import random_tree
 
 from m4e_fmi.cosim import load_system, run
 from m4e_fmi.fmu import read_description
@@ -26,7 +24,6 @@ from m4e_fmi.model import (
     TorsionDamper,
     TorsionSpring,
 )
-from m4e_fmi.multibody import model_program
 from m4e_fmi.report import run_summary, simulation_summary
 from m4e_fmi.simulate import simulate
 
@@ -110,32 +107,6 @@ def test_every_load_tells_its_force_and_what_it_depends_on() -> None:
     same("stop.effort", -(100 * depth + more))
     same("stop.gap", 0.9 - theta)
     assert depth.any()
-
-
-def test_units_and_words() -> None:
-    program = model_program(two_bodies())
-    units = {v.name: v.unit for v in program.outputs if v.name.startswith("load.")}
-    assert units["load.motor.effort"] == "N.m"
-    assert units["load.rub.effort"] == "N"
-    assert units["load.stop.gap"] == "rad"
-    assert units["load.spring.tension"] == "N"
-    assert not any(v.local or not v.description for v in program.outputs)
-    (rate,) = (v for v in program.outputs if v.name == "load.spring.distance_rate")
-    assert rate.derivative_of == "load.spring.distance"
-
-
-@pytest.mark.parametrize("seed", range(2))
-def test_they_cost_the_accelerations_nothing(seed: int) -> None:
-    """The rates need the same operations with and without any output."""
-    program = model_program(random_tree(seed, size=6))
-    alone, all_ = program.operations(program.rates), program.operations(program.results)
-    pairs = zip(program.outputs, program.results, strict=True)
-    loads = [k for v, k in pairs if v.name.startswith("load.")]
-    more = set(program.operations(loads)) - set(alone)
-    assert len(loads) > 20
-    # a product or two, and a root where a distance is not needed otherwise
-    assert len(more) < 5 * len(loads)
-    assert more <= set(all_)
 
 
 def test_they_are_in_coupled_results_and_summaries(tmp_path: Path) -> None:

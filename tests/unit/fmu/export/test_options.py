@@ -60,18 +60,6 @@ def test_without_a_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 class TestOutputs:
-    def test_those_that_match_and_the_states(self) -> None:
-        program = with_outputs(driven(), ["e*y", "h?ight", "x"])
-        assert names(program) == ["height", "energy"]
-        assert {v.name: v.local for v in program.states} == {"x": False, "v": True}
-
-    def test_what_only_others_need_is_not_in_the_file(self, tmp_path: Path) -> None:
-        sizes = [
-            build_fmu(driven(), tmp_path / "a.fmu", native=True, outputs=outputs).stat().st_size
-            for outputs in (None, ["height"])
-        ]
-        assert sizes[1] < sizes[0]
-
     def test_no_link_to_one_that_is_gone(self) -> None:
         """`a` is the rate of the state v; without it the FMU shows der(v)."""
         assert "der(v)" not in names(with_rates(driven()))
@@ -84,17 +72,6 @@ class TestOutputs:
 
 
 class TestRenamed:
-    def test_every_group_and_the_rates(self) -> None:
-        table = {"x": "arm.tip[2].x", "force": "pull_in", "mass": "m", "energy": "'Σ E'"}
-        program = renamed(with_rates(driven()), table)
-        assert {v.name for v in program.states} == {"arm.tip[2].x", "v"}
-        assert "pull_in" in {v.name for v in program.inputs}
-        assert "m" in {v.name for v in program.parameters}
-        assert "'Σ E'" in names(program)
-        rate = next(v for v in program.outputs if v.name == "der(arm.tip[2].x)")
-        assert rate.derivative_of == "arm.tip[2].x"
-        assert rate.description == f"Rate: {program.states[0].description}"
-
     @pytest.mark.parametrize("table", [{"x": "v", "v": "x"}, {"x": "energy", "energy": "x"}])
     def test_names_may_change_places(self, table: dict[str, str]) -> None:
         full = with_rates(driven())
