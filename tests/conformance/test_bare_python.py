@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 from support.chains import sprung_chain
-from support.fmu_instances import Instance
-from support.together import without_library
+from support.fmu_instances import Instance, without_library
 
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.multibody import model_program

@@ -145,20 +145,6 @@ class TestDescription:
         assert [found[n].nominal for n in ("joint.hinge.q", "joint.hinge.u")] == [None, None]
         assert (found["c"].variability, found["m"].variability) == ("tunable", "fixed")
 
-    def test_a_damper_may_change_between_steps(
-        self, pendulums: dict[str, Path], load: Load, kind: str
-    ) -> None:
-        speeds = []
-        for damping in (5.0, 5e5):
-            instance = load(kind, pendulums[kind]).initialise({"joint.hinge.u": 0.1})
-            instance.step(0.0, 0.5)
-            before = instance["joint.hinge.u"]
-            instance.set({"c": damping})
-            instance.step(0.5, 0.5)
-            speeds.append((before, instance["joint.hinge.u"]))
-        assert speeds[0][0] == speeds[1][0]
-        assert abs(speeds[1][1]) < abs(speeds[0][1])
-
     def test_a_mass_below_zero_is_refused(
         self, pendulums: dict[str, Path], load: Load, kind: str
     ) -> None:

@@ -8,7 +8,6 @@ import os
 import re
 import subprocess
 import sys
-import xml.etree.ElementTree as ET
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
@@ -18,7 +17,6 @@ import numpy as np
 import pytest
 from fmpy.util import read_csv
 from fmpy.validation import validate_fmu
-from matplotlib import rc_context
 from PIL import Image
 from support.fmu_instances import FILES
 
@@ -28,7 +26,6 @@ from m4e_fmi.fmu import Options, build_fmu
 from m4e_fmi.model import Body, Joint, Model, Sphere, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import fmu_documentation
-from m4e_fmi.report.drawing.schematic import model_figure
 
 PENDULUM = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
 RENAME = {"joint.elbow.*": "knee.*", "m": "mass"}
@@ -189,40 +186,6 @@ def test_the_icon_is_a_square_picture_with_something_on_it(fmu: Path) -> None:
     colours = picture.convert("RGB").getcolors(maxcolors=1 << 16) or []
     covered = sum(count for count, colour in colours if colour != (255, 255, 255))
     assert 0.05 * 256**2 < covered < 0.95 * 256**2
-
-
-def test_the_drawing_is_rounded_in_its_places_only(tmp_path: Path) -> None:
-    """Links of 8 mm, whose axes have thousandths: the texts are matplotlib's, the places are its
-    to half of the last digit that is kept, 0.005 pt."""
-    text = PENDULUM.read_text(encoding="utf-8").replace("L: {value: 1,", "L: {value: 0.008,")
-    path = tmp_path / "small.model.yaml"
-    path.write_text(text, encoding="utf-8")
-    small = load_model(path)
-    program, plain = model_program(small), io.StringIO()
-    page = fmu_documentation(small, program, Options())["documentation/index.html"].decode()
-    drawing = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
-    with rc_context({"svg.fonttype": "none"}):
-        figure = model_figure(small, program=program)
-        nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        figure.savefig(plain, format="svg", bbox_inches="tight", pad_inches=0.15, metadata=nothing)
-    given, found = (ET.fromstring(svg) for svg in (plain.getvalue(), drawing))
-    texts = [[t.strip() for t in svg.itertext() if t.strip()] for svg in (given, found)]
-    assert any(re.search(r"0\.00\d", t) for t in texts[1])
-    assert texts[1] == texts[0]
-    for attribute in ("d", "x", "y", "transform"):
-        lists = [
-            [
-                number
-                for element in svg.iter()
-                if element.tag.partition("}")[2] in ("path", "use", "text", "rect")
-                for number in re.findall(r"-?\d+(?:\.\d+)?", element.get(attribute, ""))
-            ]
-            for svg in (given, found)
-        ]
-        assert lists[1]
-        assert max(len(n.partition(".")[2]) for n in lists[1]) <= 2
-        before, after = (np.array(numbers, float) for numbers in lists)
-        np.testing.assert_allclose(after, before, rtol=0, atol=0.005 + 1e-9)
 
 
 def test_the_reference_series_is_what_the_fmu_gives(fmu: Path, tmp_path: Path) -> None:

@@ -38,7 +38,9 @@ def rows(instance: Instance, first: int, last: int) -> list[list[float]]:
 
 class TestStates:
     @kinds
-    @pytest.mark.parametrize("name", ["driven", "plane", "pendulum", "tunable", "algebraic"])
+    @pytest.mark.parametrize(
+        "name", ["driven", "plane", "pendulum", "brick", "tunable", "algebraic"]
+    )
     def test_replay_is_exact_to_the_bit(self, load: Load, kind: str, name: str) -> None:
         """In the same instance as often as wanted, in another one, as bytes."""
         instance = load(kind, name).initialise()

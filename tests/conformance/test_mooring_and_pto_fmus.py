@@ -133,18 +133,6 @@ def test_a_current_beyond_the_internal_step_ends_the_run(
     assert "waves and current reach 4 m/s" in fmu.last_error
 
 
-def test_the_pto_fmu_integrates_the_power(files: dict[str, Path], load: Load) -> None:
-    fmu = load("python", files["pto"]).initialise()
-    for k in range(10):
-        fmu.set({"p.vz": 0.5})
-        fmu.step(k * 0.1, 0.1)
-    assert fmu["power"] == pytest.approx(1e5 * 0.25)
-    # a constant power for one second; the integrator's tolerance is 1e-8
-    assert fmu["energy"] == pytest.approx(1e5 * 0.25, rel=1e-7)
-    fmu.set({"damping": 2e5})
-    assert fmu["p.force_z"] == pytest.approx(-2e5 * 0.5)
-
-
 def test_a_line_that_a_run_stretches_far_beyond_its_length_is_told(
     files: dict[str, Path], c_fmu: Callable[[str], Path]
 ) -> None:

@@ -3,75 +3,16 @@
 from __future__ import annotations
 
 import ctypes
-import gc
 import math
 import threading
 from collections.abc import Callable
 from ctypes import byref, c_double, c_int, c_size_t, c_uint
-from pathlib import Path
 from typing import Any
 
 import pytest
-from fmpy import fmi2
-from support.fmu_instances import DISCARD, ERROR, KINDS, Instance, answers, opened
+from support.fmu_instances import DISCARD, ERROR, Instance, answers
 
 Load = Callable[..., Instance]
-CO_SIMULATION = "instantiated", "initializing", "stepping", "terminated"
-ALLOWED = {
-    "SetupExperiment": CO_SIMULATION[:1],
-    "EnterInitializationMode": CO_SIMULATION[:1],
-    "ExitInitializationMode": CO_SIMULATION[1:2],
-    "Terminate": CO_SIMULATION[2:3],
-    "SetReal": CO_SIMULATION[:3],
-    "GetReal": CO_SIMULATION[1:],
-    "DoStep": CO_SIMULATION[2:3],
-    "SetRealInputDerivatives": CO_SIMULATION[:3],
-    "GetRealOutputDerivatives": CO_SIMULATION[2:],
-    "GetDirectionalDerivative": CO_SIMULATION[1:],
-    "CancelStep": (),
-    "EnterEventMode": (),
-    "NewDiscreteStates": (),
-    "EnterContinuousTimeMode": (),
-    "CompletedIntegratorStep": (),
-    "SetTime": (),
-}
-"""Function → phases of co-simulation in which it may be called."""
-
-
-def test_a_call_in_the_wrong_phase(load: Load) -> None:
-    """In each phase every call that the standard does not allow there is an error."""
-    instance = load("native 2")
-    fmu, r, one = instance.fmu, instance.references, c_size_t(1)
-    force, x, a = ((c_uint * 1)(r[name]) for name in ("force", "x", "a"))
-    number, order, zero = (c_double * 1)(1.0), (c_int * 1)(1), c_double(0.0)
-    arguments: dict[str, tuple[Any, ...]] = {
-        "SetupExperiment": (0, zero, zero, 0, zero),
-        "SetReal": (force, one, number),
-        "GetReal": (x, one, number),
-        "DoStep": (zero, c_double(0.1), 1),
-        "SetRealInputDerivatives": (force, one, order, (c_double * 1)(0.0)),
-        "GetRealOutputDerivatives": (x, one, order, number),
-        "GetDirectionalDerivative": (a, one, x, one, (c_double * 1)(1.0), number),
-        "NewDiscreteStates": (byref(fmi2.fmi2EventInfo()),),
-        "CompletedIntegratorStep": (0, byref(c_int()), byref(c_int())),
-        "SetTime": (zero,),
-    }
-    enter = {
-        "initializing": fmu.enterInitializationMode,
-        "stepping": fmu.exitInitializationMode,
-        "terminated": fmu.terminate,
-    }
-    for phase in CO_SIMULATION:
-        enter.get(phase, lambda: None)()
-        state = fmu.getFMUstate()
-        for name, phases in ALLOWED.items():
-            instance.heard().clear()
-            status = instance.call(name, *arguments.get(name, ()))
-            assert status == (0 if phase in phases else ERROR), (name, phase)
-            if status:
-                assert f"fmi2{name} cannot be called" in instance.heard()[-1][1]
-            fmu.setFMUstate(state)
-        fmu.freeFMUstate(state)
 
 
 def test_phases_of_model_exchange(load: Load) -> None:
@@ -138,19 +79,6 @@ def test_inputs_follow_their_derivatives(load: Load, built: dict[str, Any], erro
         instance.restore(instance.unpack(saved))  # which has them, too
     for order, value in ((3, 1.0), (1, math.nan)):
         answers(ERROR, lambda o=order, v=value: fmu.setRealInputDerivatives([r], [o], [v]))
-
-
-def test_fmpy_logs_when_other_instances_are_gone(
-    load: Load, fmu: Callable[..., Path], tmp_path: Path
-) -> None:
-    """FMPy has one logger for the whole process: that of tests/support outlives its instances."""
-    with opened(fmu("native 2"), tmp_path / "gone", KINDS["native 2"]) as instance:
-        instance.initialise()
-    del instance
-    gc.collect()
-    instance = load("native 2")
-    answers(ERROR, instance.fmu.exitInitializationMode)
-    assert "cannot be called" in instance.heard()[-1][1]
 
 
 def test_instances_in_threads(load: Load) -> None:

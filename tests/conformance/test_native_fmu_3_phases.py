@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import subprocess
 from collections.abc import Callable
 from ctypes import POINTER, byref, c_bool, c_double, c_int32, c_size_t, c_uint, c_uint8, c_uint64
 from typing import Any
@@ -11,8 +10,6 @@ from typing import Any
 import pytest
 from fmpy import fmi3
 from support.fmu_instances import Instance
-
-from m4e_fmi.runtime.platforms import this_platform
 
 OK, ERROR = 0, 3
 PHASES = {
@@ -77,10 +74,6 @@ NONE_THERE = {
     "SetString",
 }
 """Functions of variables that the FMU has none of: an error in every state."""
-ELSEWHERE = {
-    *("InstantiateModelExchange", "InstantiateCoSimulation", "InstantiateScheduledExecution"),
-    "FreeInstance",
-}
 
 
 @pytest.fixture(params=PHASES)
@@ -170,16 +163,6 @@ def expected(name: str, phase: str, kind: str) -> int:
     return OK if phase in {**ALLOWED, **table}.get(name, set()) else ERROR
 
 
-def test_every_exported_function_is_in_the_table(instance: Instance) -> None:
-    (binary,) = instance.folder.glob(f"binaries/{this_platform().name}/*")
-    listed = subprocess.run(
-        ["nm", "-D", "--defined-only", str(binary)], capture_output=True, text=True, check=True
-    )
-    names = {line.split()[-1] for line in listed.stdout.splitlines()}
-    tables = {*ALLOWED, *ONLY_STEPPING, *ONLY_EXCHANGE, *NONE_THERE, *ELSEWHERE}
-    assert {name[4:] for name in names if name.startswith("fmi3")} == tables
-
-
 def test_every_function_in_every_state(instance: Instance) -> None:
     fmu, kind = instance.fmu, ("ModelExchange" if instance.exchange else "CoSimulation")
     names = sorted({*ALLOWED, *ONLY_STEPPING, *ONLY_EXCHANGE, *NONE_THERE} - {"GetVersion"})
@@ -221,22 +204,3 @@ def test_every_function_in_every_state(instance: Instance) -> None:
     check("terminated")
     assert wrong == []
     assert set(checked) == set(PHASES[kind])
-
-
-def test_no_instance_is_an_error(instance: Instance) -> None:
-    for name, arguments in calls(instance, instance.fmu.getFMUState()).items():
-        assert getattr(instance.fmu.dll, f"fmi3{name}")(None, *arguments) == ERROR
-    instance.fmu.dll.fmi3FreeInstance(None)
-
-
-def test_nowhere_to_put_answers(instance: Instance) -> None:
-    """Null pointers in place of each argument that is one: an error, or no need of it."""
-    state = instance.fmu.getFMUState()
-    for name, arguments in calls(instance, state).items():
-        if name in NONE_THERE:
-            continue
-        for place, argument in enumerate(arguments):
-            if isinstance(argument, bool | float | int | c_size_t | c_uint):
-                continue
-            given = [*arguments[:place], None, *arguments[place + 1 :]]
-            assert instance.call(name, *given) in (OK, ERROR)

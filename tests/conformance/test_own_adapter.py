@@ -9,12 +9,10 @@ import importlib
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.metadata import entry_points
-from math import sin
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from doc_tools.run_page import run_page
@@ -24,7 +22,6 @@ from m4e_fmi.cosim import load_system, prepare, run
 from m4e_fmi.cosim.preparation import components
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import PythonSource, build_fmu, validate_fmu
-from m4e_fmi.program.python_form import load_python
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "hydraulic_pto"
@@ -54,19 +51,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     yield target
     sys.path.remove(str(target))
     forget()
-
-
-@pytest.fixture
-def module(site: Path) -> Callable[[str], ModuleType]:
-    """`module(name)` is that module of the installed package."""
-
-    def get(name: str) -> ModuleType:
-        found = importlib.import_module(f"{NAME}.{name}")
-        assert found.__file__ is not None
-        assert Path(found.__file__).is_relative_to(site)
-        return found
-
-    return get
 
 
 def python_source(package: Path) -> PythonSource:
@@ -129,36 +113,6 @@ def test_it_is_built_again_when_any_of_its_files_changes(site: Path, tmp_path: P
         assert built() == {"hydraulics"}
     finally:
         changed.write_text(text)
-
-
-def test_oil_is_area_times_travel_while_the_motor_is_closed(module: Callable) -> None:
-    """And pressure follows the adiabatic law; 1e-6: 20 steps at the solver's tolerance of 1e-8."""
-    circuit = module("circuit").Circuit(0.02, 0.2, 5e6, conductance=0.0, opening_speed=1e-9)
-    accumulator = module("accumulator").Accumulator(circuit, 0.0)
-    for k in range(20):
-        accumulator.advance(0.1 * k, 0.1, -1.0 if k % 2 else 1.0, tolerance=1e-8)
-    assert accumulator.oil == pytest.approx(0.02 * 2.0, rel=1e-6)
-    pressure = 5e6 * (1.25**1.4 - 1)
-    assert circuit.pressure(accumulator.oil) == pytest.approx(pressure, rel=1e-6)
-
-
-def test_what_the_rod_gives_is_delivered_or_held_by_the_gas(module: Callable) -> None:
-    """Power in = power out + p dV/dt at any state; and the program computes the same.
-
-    Powers up to 1e7 W are added: 1e-6 W are a hundred roundings.
-    """
-    circuit = module("circuit").Circuit(**VALUES, opening_speed=0.1)
-    made = module("program_fmu")
-    program = made.make(made.Config(rod="rod", **VALUES), name="hydraulics")
-    form, parameters = load_python(program), [v.start for v in program.parameters]
-    constants = form.constants(parameters)
-    for k in range(10):
-        oil, speed = 0.019 * k, 2 * sin(k)
-        pressure, delivered = circuit.pressure(oil), circuit.delivered(oil)
-        held = pressure * circuit.oil_rate(oil, speed)
-        assert circuit.absorbed(oil, speed) == pytest.approx(delivered + held, abs=1e-6)
-        found = form.outputs(0.0, [oil, 0.0], [speed], parameters, constants)
-        assert found == pytest.approx([circuit.force(oil, speed), pressure, delivered], rel=1e-14)
 
 
 DEFECTS = (  # file, what is there, what is there instead, what validate then finds

@@ -7,10 +7,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import zipfile
 from pathlib import Path
 
-import fmpy
 import pytest
 
 from m4e_fmi import load
@@ -108,23 +106,6 @@ def test_without_library_and_compiler(project: Path) -> None:
     done = without("ziglang", "run", "system.yaml", **nothing)
     assert done.returncode == 0, done.stderr
     assert "Python FMUs instead of native ones" in done.stdout
-
-
-def test_an_fmu_of_another_platform(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """It cannot run; `validate` checks what can be checked without running it."""
-    assert main(["build", MODEL, "--native"]) == 0
-    with zipfile.ZipFile("build/double_pendulum.fmu") as old, zipfile.ZipFile("x.fmu", "w") as new:
-        for name in old.namelist():
-            renamed = name.replace(f"binaries/{fmpy.platform}/", "binaries/os9/")
-            new.writestr(renamed, old.read(name))
-    (project / "system.yaml").write_text(SYSTEM.replace(f"model: {MODEL}", "fmu: x.fmu"))
-    capsys.readouterr()
-    assert main(["validate", "x.fmu"]) == 1
-    assert f"there is no binaries/{fmpy.platform}" in capsys.readouterr().out
-    assert main(["run", "system.yaml"]) == 2
-    said = capsys.readouterr()
-    assert f"has no binary for this platform, {fmpy.platform}" in said.err
-    assert f"export it for {fmpy.platform}" in said.err
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

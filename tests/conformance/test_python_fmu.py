@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import gc
 import math
 import os
 import shutil
 import stat
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,9 +14,8 @@ from typing import Any
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
-from support.fmu_instances import Instance, discarded
+from support.fmu_instances import Instance, discarded, without_library
 from support.fmu_programs import algebraic, tunable
-from support.together import without_library
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
@@ -112,24 +109,3 @@ class TestErrors:
         errors = [text for status, text in instance.heard() if status == 3]
         assert len(errors) == 1
         assert any("Traceback" in text for status, text in instance.heard() if status == 0)
-
-    def test_an_error_that_stays_during_initialization_stays(self, load: Load) -> None:
-        instance = load("python", "fragile").initialise()  # x = 1
-        assert "inverse is inf" in instance.last_error
-        instance.set({"rate": 0.5})
-        discarded(lambda: instance.step(0.0, 0.1))
-
-
-def test_instances_leave_nothing_behind(fmu: Fmu, tmp_path: Path) -> None:
-    def run(k: int) -> None:
-        with Instance(fmu("python", "tunable"), tmp_path / f"run_{k}") as instance:
-            instance.initialise().step(0.0, 0.1)
-
-    run(0)
-    gc.collect()
-    modules = set(sys.modules)
-    for k in range(1, 11):
-        run(k)
-    gc.collect()
-    assert set(sys.modules) == modules
-    assert [x for x in gc.get_objects() if type(x).__name__ == "Slave"] == []

@@ -143,12 +143,6 @@ def test_an_output_that_is_no_number(counter: Path, load: Load) -> None:
     discarded(lambda: instance.step(0.0, 0.1))
 
 
-def test_percent_signs_in_log_messages(counter: Path, load: Load) -> None:
-    instance = load("python", counter).initialise({"u": 5.0})
-    instance.step(0.0, 0.1)
-    assert (0, "percent %s %n %d") in instance.heard()
-
-
 def test_a_state_with_bytes_replays(counter: Path, load: Load) -> None:
     first, second = (load("python", counter).initialise() for _ in range(2))
     first.step(0.0, 0.1)

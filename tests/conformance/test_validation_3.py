@@ -17,8 +17,7 @@ from support.chains import hanging_chain
 from support.defects import XML, planted
 from support.plane import plane
 
-from m4e_fmi.cli import main
-from m4e_fmi.fmu import build_fmu, fmu_contents, validate_fmu
+from m4e_fmi.fmu import build_fmu, validate_fmu
 from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
@@ -122,21 +121,6 @@ def test_arrays_and_a_matrix_have_no_finding(tmp_path: Path) -> None:
     report = validate_fmu(build_fmu(plane(), tmp_path / "plane.fmu", native=True, fmi="3"))
     assert report.of_severity("error", "warning") == ()
     assert all(group.passed for group in report.groups)
-
-
-def test_a_call_that_both_ways_allow_is_listed_once(chain: Path) -> None:
-    report = validate_fmu(chain, only=("phases",))
-    (note,) = [f.message for f in report.findings if f.id == "phases.readable"]
-    assert note.count("GetFloat64 before initialization") == 1
-
-
-def test_info_lists_directional_derivatives(
-    chain: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    kinds = fmu_contents(chain)["kinds"]
-    assert all(kind["providesDirectionalDerivatives"] for kind in kinds.values())
-    assert main(["info", str(chain)]) == 0
-    assert capsys.readouterr().out.count("providesDirectionalDerivatives") == len(kinds) == 2
 
 
 @pytest.mark.parametrize("name", FAULTS)

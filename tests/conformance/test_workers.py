@@ -84,24 +84,6 @@ def test_runs_undisturbed(armed: Fmus, c_fmu: Fmus, tmp_path: Path) -> None:
     assert children() == []
 
 
-def test_the_words_on_a_lost_process_depend_on_its_end(armed: Fmus, c_fmu: Fmus) -> None:
-    """SIGKILL comes from outside; without memory an FMU ends in some way of its own."""
-    mass = armed("mass+state+armed")
-    prepared = masses(mass, c_fmu("spring+state"))
-    limited = replace(prepared, hosts={"body": Host(memory=500 * 10**6)})
-    remedies = []
-    for fault, one in (("kill", prepared), ("segv", prepared), ("memory", limited)):
-        trouble_file(mass).write_text(f"step {fault} 0.5")
-        with pytest.raises(RunError) as caught:
-            run(one)
-        remedies.append(caught.value.remedy)
-    killed, faulty, hungry = remedies
-    assert killed.startswith("an FMU seldom does that itself: the system may have been out of mem")
-    assert faulty.startswith("the FMU is faulty")
-    limit = "it may have met its limit of memory, 500 MB (`limits` of the component); else "
-    assert hungry == limit + faulty
-
-
 @pytest.mark.parametrize("call", ["terminate", "free"])
 def test_harm_at_the_end_says_that_the_results_are_complete(
     armed: Fmus, c_fmu: Fmus, tmp_path: Path, call: str

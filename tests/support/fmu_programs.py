@@ -77,7 +77,27 @@ def tunable(name: str = "tunable", rate: float = 2.0) -> Program:
     return r.program()
 
 
+def brick() -> Program:
+    """A free body that turns about the axis of its middle moment of inertia, nearly."""
+    model = Model(
+        "brick",
+        {"brick": Body(1.0, (1.0, 2.0, 3.0))},
+        {
+            "free": Joint(
+                "floating", "brick",
+                initial={"phi": 0.3, "theta": -0.2, "psi": 0.5, "omega_x": 0.01, "omega": 2.0},
+            )
+        },
+        gravity=0.0,
+        dimensions=3,
+    )  # fmt: skip
+    return model_program(model)
+
+
 PROGRAMS: dict[str, Callable[[], Program]] = {
     make.__name__: make
-    for make in (driven, fragile, plane, pendulum, floating, algebraic, autonomous, bare, tunable)
+    for make in (
+        *(driven, fragile, plane, pendulum, floating, brick, algebraic, autonomous, bare),
+        tunable,
+    )
 }

@@ -110,17 +110,6 @@ def test_a_file_that_is_open_elsewhere_gets_time(
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_a_compilation_that_was_killed_leaves_nothing(
-    writer: subprocess.Popen, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("M4E_FMI_CACHE", str(tmp_path))
-    writer.kill()
-    writer.wait()
-    assert len(list(tmp_path.iterdir())) == 2
-    library = cached_shared("one", [], "double m4e_one(void);\ndouble m4e_one(void) { return 1.; }")
-    assert list(tmp_path.iterdir()) == [library]
-
-
 def test_another_version_of_the_compiler_compiles_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

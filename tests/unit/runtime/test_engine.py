@@ -86,19 +86,6 @@ def test_operations_that_share_an_instruction_are_rounded_each_by_itself() -> No
         np.testing.assert_array_equal(run.outputs, [engine.outputs(0.0, x)])
 
 
-def test_values_that_are_set_and_outputs_that_are_chosen() -> None:
-    program = every_operation()
-    engine = Engine(program)
-    engine.set_parameters([1.5])
-    engine.set_inputs([-0.4])
-    started = Engine(program.with_start({"q": 1.5, "w": -0.4}))
-    np.testing.assert_array_equal(engine.rates(0.1, [0.2]), started.rates(0.1, [0.2]))
-    np.testing.assert_allclose(engine.calculated(), [1.5**2 + np.sin(1.5)], rtol=4e-16)
-    names = [v.name for v in program.outputs]
-    some = Engine(program, outputs=[names[5], names[2]]).outputs(0.4, [0.3])
-    np.testing.assert_array_equal(some, Engine(program).outputs(0.4, [0.3])[[5, 2]])
-
-
 @pytest.mark.parametrize("method", ["rk45", "dop853", "rodas", "rk4"])
 def test_runs_repeat_to_the_bit_interpreted_or_compiled_in_one_call_or_many(method: str) -> None:
     program, times = chain(3), np.linspace(0.0, 2.0, 101)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -241,33 +240,6 @@ LINKS = (
     "body.body.m.vx -> spring.end.vx",
     "spring.end.force_x -> body.body.m.force_x",
 )
-
-
-def test_actions_are_what_connections_and_start_values_do(c_fmu: Fmus, algorithm: str) -> None:
-    """None that acts, an offset, a replaced signal."""
-    body = Component("body", FmuFile(c_fmu("mass+state+inputs")), {"body.m.x": 1.0})
-    spring = Component("spring", FmuFile(c_fmu("spring+state+inputs")), {"damping": 0.3})
-    plain = System("s", (body, spring), LINKS, Simulation(2.0, 0.02, algorithm))
-
-    def rows(given: System, **actions: Action) -> np.ndarray:
-        names = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x")
-        return np.array(watched(replace(given, scenario=actions), *names))
-
-    idle = {
-        "later": Action(at=100, freeze=("spring.end.vx", "body.body.m.x")),
-        "never": Action(
-            when="body.body.m.x > 5 m", noise={"spring.end.force_x": 1.0}, seed=1, every=1
-        ),
-    }
-    assert np.array_equal(rows(plain, **idle), rows(plain))
-    drift = rows(plain, drift=Action(at=0, offset={"spring.end.x": "2 cm"}))
-    shifted = replace(plain, connections=("body.body.m.x + 0.02 -> spring.end.x", *LINKS[1:]))
-    assert np.array_equal(drift, rows(shifted))
-    lost = rows(plain, lost=Action(at=0, replace={"spring.end.vx": 0.25}))
-    spring = replace(spring, start={"damping": 0.3, "end.vx": 0.25})
-    free = replace(plain, components=(body, spring), connections=(LINKS[0], LINKS[2]))
-    assert np.abs(lost - rows(free)).max() < ROUNDING  # other calls, other rounding
-    assert np.abs(lost - rows(plain)).max() > 0.01
 
 
 def test_an_output_in_place_of_another_follows_the_actions_at_its_point(

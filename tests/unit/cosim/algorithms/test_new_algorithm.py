@@ -47,11 +47,6 @@ def test_it_is_unknown_without_its_file(
     assert f"unknown algorithm '{EXAMPLE}'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", algorithm_names())
-def test_descriptors_are_those_of_their_files(name: str) -> None:
-    assert algorithm_descriptor(name).name == name
-
-
 def test_names_are_spelt_in_their_files_only() -> None:
     spelt = re.compile(rf"""["']({"|".join(algorithm_names())})\b""")
     own = {ROOT / "m4e_fmi" / "cosim" / "algorithms" / f"{name}.py" for name in algorithm_names()}

@@ -9,10 +9,6 @@ import pytest
 from support.programs import Evaluated
 
 from m4e_fmi.cosim import load_system, save_system, system_program
-from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu import build_fmu
-from m4e_fmi.model import load_model
-from m4e_fmi.multibody import model_program
 from m4e_fmi.simulate import simulate
 
 CART = """\
@@ -96,22 +92,3 @@ def test_native_fmus_of_ours_are_the_programs_that_they_carry(tmp_path: Path) ->
     assert [v.start for v in packed.parameters if v.name == "b.k"] == [70.0]
     nothing = system_program(load_system(package), keep_open=["a", "b"])
     assert not nothing.states
-
-
-def test_an_fmu_of_python_is_named_or_left_open(tmp_path: Path) -> None:
-    path = system(tmp_path, "connections: []\n", a=2, b=4)
-    build_fmu(model_program(load_model(tmp_path / "a.model.yaml")), tmp_path / "a.fmu")
-    path.write_text(path.read_text("utf-8").replace("model: a.model.yaml", "fmu: a.fmu"), "utf-8")
-    with pytest.raises(InputError, match="a is an FMU, whose equations are not known"):
-        system_program(load_system(path))
-    assert [part.name for part in system_program(load_system(path), keep_open=["a"]).parts] == ["b"]
-
-
-def test_a_failure_names_the_component(tmp_path: Path) -> None:
-    """The second cart's load is the root of a negative number."""
-    path = system(tmp_path, "connections: []\n", a=2, b=4)
-    model = tmp_path / "b.model.yaml"
-    wrong = "effort: 20*sqrt(0.1 - joint.rail.q)"
-    model.write_text(model.read_text("utf-8").replace("effort: -k*joint.rail.q", wrong), "utf-8")
-    with pytest.raises(RunError, match=r"b: load spring cannot be computed"):
-        simulate(system_program(load_system(path)), stop_time=5.0)

@@ -57,13 +57,3 @@ def test_how_late_each_connection_is(
     assert timings["spring.end.force_x -> c.u"] is beyond
     assert "components that interact:\n  spring, body" in str(found)
     assert "converted: c.u = 2 * spring.end.force_x" in str(found)
-
-
-def test_loops_are_named(c_fmu: Fmus) -> None:
-    found = prepared(c_fmu, dict.fromkeys("ab", "stage"), "a.y -> b.u", "b.y -> a.u")
-    assert [[str(port) for port in loop] for loop in found.structure.loops] == [
-        ["a.u", "a.y", "b.u", "b.y"]
-    ]
-    told = str(found).splitlines()
-    at = told.index("algebraic loops, solved at every communication point:")
-    assert told[at + 1] == "  a.u -> a.y -> b.u -> b.y -> a.u"

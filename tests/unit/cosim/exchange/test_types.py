@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
 import pytest
 from support.small_systems import Fmus, observed, system, watched
 
@@ -170,19 +169,3 @@ def test_python_reads_and_sets_all_types(c_fmu: Fmus) -> None:
         point = stepped.step()
         assert [point[f"b.u_{kind}"] for kind in KINDS] == [-7, True, 3, "grüß"]
         assert point["b.y_uint64"] == 2**64 - 1
-
-
-def test_a_system_without_reals_says_why_its_error_is_not_known(c_fmu: Fmus) -> None:
-    ring = pair(c_fmu, "kinds+state", "kinds+state", *linked(("a", "b", "a"), ("bool",)))
-    assert run(ring).certificate == "no Real is exchanged"
-
-
-def test_the_same_bits_with_and_without_other_values(c_fmu: Fmus) -> None:
-    """A Boolean that never changes does not disturb the Reals."""
-    fmus = {"a": "mass+state", "b": "partner+state", "c": "kinds+state", "d": "3:kinds+state"}
-    start = {"a": {"stiffness": 1.0, "body.m.x": 1.0}}
-    plain, more = (
-        watched(system(c_fmu, fmus, "a.m <-> b.end", *links, start=start), "a.body.m.x", "b.x")
-        for links in ((), linked(("c", "d")))
-    )
-    assert np.array_equal(plain, more)

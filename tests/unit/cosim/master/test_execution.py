@@ -87,13 +87,6 @@ def test_what_a_run_refuses(c_fmu: Fmus) -> None:
         assert len(list(run)) == 21
 
 
-@pytest.mark.parametrize("options", ["", "+state"])
-def test_a_run_that_was_left_at_once_has_no_certificate(c_fmu: Fmus, options: str) -> None:
-    with start(oscillator(c_fmu, options)) as run:
-        run["body.damping"] = 0.1
-    assert run.outcome.certificate == "the run has no steps"
-
-
 def test_branches_leave_no_trace_in_the_certificate(c_fmu: Fmus) -> None:
     """It is that of the course that led here, of 600 steps, past its first two windows."""
     system = oscillator(c_fmu).changed(stop_time=60.0, algorithm="gauss_seidel")

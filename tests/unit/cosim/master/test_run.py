@@ -9,7 +9,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.small_study import written_study
 from support.small_systems import Fmus, oscillator, system
@@ -30,29 +29,6 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.model import load_model
 from m4e_fmi.report.text.summaries import run_summary
-
-
-def test_time_never_drifts(c_fmu: Fmus) -> None:
-    seen: list[float] = []
-    settings = Simulation(1000, 0.1)
-    alone = system(c_fmu, {"clock": "rogue"}, simulation=settings)
-    outcome = run(alone, observers=[lambda t, _: seen.append(t)])
-    assert outcome.steps == 10_000
-    assert seen[-1] == 1000.0
-    assert seen == [k / 10 for k in range(10_001)]
-
-
-def test_the_last_step_is_shortened_to_the_stop_time(c_fmu: Fmus) -> None:
-    seen: list[float] = []
-    values: list[float] = []
-
-    def observe(t: float, network: Network) -> None:
-        seen.append(t)
-        values.append(network.read("body.body.m.x"))
-
-    run(oscillator(c_fmu, Simulation(1.025, 0.01)), observers=[observe])
-    assert seen[-2:] == [1.02, 1.025]
-    assert values[-1] == pytest.approx(np.cos(1.025), abs=2e-5)  # H²/12 and phase, as above
 
 
 def test_calculated_parameters_reach_parameters_in_order(c_fmu: Fmus) -> None:

@@ -14,11 +14,8 @@ import pytest
 from support.small_systems import Fmus, oscillator, system
 
 from m4e_fmi.cosim import (
-    Component,
-    FmuFile,
     Network,
     Simulation,
-    System,
     load,
     read_parameters,
     run,
@@ -26,8 +23,6 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.results.writer import LEAST_ROWS
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu import build_fmu
-from m4e_fmi.program import Recorder, Variable
 from m4e_fmi.report.text.summaries import run_summary
 from m4e_fmi.signals import Terminated
 
@@ -179,16 +174,6 @@ def test_results_tell_what_was_changed(c_fmu: Fmus, tmp_path: Path) -> None:
     assert "not as in" not in repr(plain)
 
 
-def test_a_run_without_columns_says_so(tmp_path: Path) -> None:
-    recorder = Recorder("silent", "")
-    recorder.parameter(Variable("m", "kg", "nobody reads it", start=1.0))
-    part = Component("a", FmuFile(build_fmu(recorder.program(), tmp_path / "silent.fmu")))
-    told: list[str] = []
-    outcome = run(System("s", (part,), (), SHORT), results=tmp_path / "r.nc", tell=told.append)
-    assert [line[:38] for line in told] == ["the results have no column but time: t"]
-    assert told[0] in run_summary(outcome)
-
-
 def test_a_run_without_an_estimate_has_the_same_values_and_says_so(
     c_fmu: Fmus, tmp_path: Path
 ) -> None:
@@ -205,19 +190,6 @@ def test_a_run_without_an_estimate_has_the_same_values_and_says_so(
     with start(given, certify=False) as stepped:
         stepped.step()
     assert stepped.outcome.certificate == reason
-
-
-@pytest.mark.parametrize("seconds", [0.0, 1e9])
-def test_a_long_run_tells_that_its_error_is_estimated(
-    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float
-) -> None:
-    told: list[str] = []
-    monkeypatch.setattr("m4e_fmi.cosim.master.begun.LONG", seconds)
-    given, path = oscillator(c_fmu, SHORT), tmp_path / "r.nc"
-    run(given, results=path, tell=told.append, real_time=1e6)
-    assert not told
-    run(given, results=path, tell=told.append)
-    assert ["error is estimated" in line for line in told] == [True] * (not seconds)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes")

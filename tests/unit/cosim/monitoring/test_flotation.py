@@ -244,18 +244,3 @@ def test_bodies_of_one_hinge_have_their_own_neutral_masses(tmp_path: Path) -> No
         "hydro.bow.neutral_mass -> raft.body.fore.neutral_mass",
         "hydro.stern.neutral_mass -> raft.body.aft.neutral_mass",
     ]
-
-
-def test_joined_bodies_that_capsize_are_told(tmp_path: Path) -> None:
-    """Two hulls with 981 kN/m at 5 m aside and 1962 kN.m/rad each carry 10 t, 600 m up."""
-    mast = "bodies:\n  mast: {mass: 10e3, inertia: 1e5}"
-    text = (
-        RAFT.replace("mass: m,", "mass: 90e3,").replace("bodies:", mast).replace("para", "# para")
-    )
-    text += "  foot: {type: fixed, parent: fore, child: mast, joint_to_child: [0, 600]}\n"
-    told, *_ = run(raft(tmp_path, text), results=tmp_path / "r.nc").warnings
-    # 2 (490.5 · 25 + 1962) kN.m, less 98.1 kN at 600 m
-    assert told.startswith(
-        "raft.body.fore and body.aft: with mast they are unstable in pitch, with a stiffness of "
-        "-3.041e+07 N.m/rad"
-    )

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 
 from m4e_fmi import code_hash as code_module
 from m4e_fmi.code_hash import package_hash
-from m4e_fmi.cosim import load_system, read_parameters, run
+from m4e_fmi.cosim import load_system, run
 from m4e_fmi.cosim.preparation import components
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu.export.build_record import read_record
@@ -131,31 +131,6 @@ def test_a_link_to_another_file_is_a_change(table: Project) -> None:
     shutil.copy(folder / "one.csv", folder / "new/level.csv")
     (folder / "tables").symlink_to(folder / "new")
     assert table.run() == (True, first)
-
-
-def test_a_copy_of_a_project_has_files_of_its_own(table: Project, tmp_path: Path) -> None:
-    table.run()
-    shutil.copytree(tmp_path, tmp_path / "copy", ignore=shutil.ignore_patterns("copy"))
-    copy = Project(tmp_path / "copy", table.case)
-    copy.change()
-    assert copy.run()[1] != table.run()[1]
-
-
-def test_a_parameter_set_is_read_each_time(tmp_path: Path) -> None:
-    case = CASES["table of a model"]
-    project = Project(tmp_path, case)
-    model = tmp_path / "pulled.model.yaml"
-    text = model.read_text().replace("mass: 2.0", "mass: m")
-    model.write_text(text + "parameters: {m: {value: 2, unit: kg}}\n")
-    system = load_system(tmp_path / "system.yaml")
-
-    def result(mass: float) -> float:
-        file = project.write("set.yaml", f"values: {{a.m: {mass}}}")
-        changed = system.changed(start=read_parameters(file))
-        outcome = run(changed, results=tmp_path / "r.nc", build_directory=tmp_path)
-        return float(outcome.results()[case["output"]].values[-1])
-
-    assert result(2.0) == pytest.approx(2 * result(4.0))
 
 
 FORCE = """\

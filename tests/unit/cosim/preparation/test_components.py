@@ -20,7 +20,6 @@ from m4e_fmi.cosim import Component, FmuFile, Kind, Simulation, System, prepare,
 from m4e_fmi.cosim.preparation import components
 from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import RunError
-from m4e_fmi.files.files_read import are_unchanged, depends_on, files_read, read_bytes
 from m4e_fmi.fmu.export import native as native_module
 from m4e_fmi.runtime import compiler
 
@@ -170,18 +169,6 @@ def test_code_that_changed_after_the_process_began_is_not_trusted(
     assert hash_in_another_process() != hash_in_another_process()
 
 
-def test_versions_of_libraries_count(monkeypatch: pytest.MonkeyPatch) -> None:
-    def of(name: str, found: str) -> str:
-        code_hash.cache_clear()
-        with monkeypatch.context() as patch:
-            patch.setattr(code_module, "_version", lambda n: found if n == name else "1.0")
-            return code_hash()
-
-    for name in ("capytaine", "moordyn", "numpy", "pythonfmu", "scipy", "sympy"):
-        assert of(name, "1.0") != of(name, "1.1")
-    code_hash.cache_clear()
-
-
 def test_an_fmu_that_is_replaced_after_it_was_read_is_not_used(c_fmu, tmp_path: Path) -> None:
     fmu = tmp_path / "a.fmu"
     shutil.copy(c_fmu("mass"), fmu)
@@ -192,20 +179,3 @@ def test_an_fmu_that_is_replaced_after_it_was_read_is_not_used(c_fmu, tmp_path: 
         with pytest.raises(RunError, match="was replaced by another FMU meanwhile"):
             use()
     run(system)
-
-
-def test_files_of_readings_that_differ_are_never_current(tmp_path: Path) -> None:
-    path = tmp_path / "x"
-    path.write_text("one")
-    with files_read() as files, files_read() as inner:
-        read_bytes(path)
-        depends_on(tmp_path / "none")
-        assert files == inner
-        assert are_unchanged(files)
-        path.write_text("two")
-        assert not are_unchanged(files)
-        depends_on(path)
-    for content in ("one", "two"):
-        path.write_text(content)
-        assert not are_unchanged(files)
-    assert files[str(tmp_path / "none")] is None

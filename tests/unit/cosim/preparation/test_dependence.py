@@ -12,8 +12,6 @@ import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +31,6 @@ from m4e_fmi.cosim import (
     save_system,
 )
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.monitoring.late_dependence import _Part
 from m4e_fmi.errors import RunError
 
 RING = ("a.y -> b.u", "b.y -> a.u")
@@ -91,19 +88,6 @@ def test_a_ring_that_declares_nothing_is_coupled_as_one_that_does(
     assert not prepare(blind).structure.loops
     known = ring(c_fmu, f"{version}integrator{options}", algorithm, y=1.0)
     assert compared(known, "a.y", np.cos)[:2] == (error, told)
-
-
-@pytest.mark.parametrize("options", ["", "3:+state", "1:+lazy"])
-def test_each_component_is_probed_alone(c_fmu: Fmus, options: str) -> None:
-    """Which of its outputs follow which inputs, in `info` and in the summary."""
-    told = str(prepare(added_mass(c_fmu, "gauss_seidel", options)))
-    late = " before its next step" if "lazy" in options else ""
-    of_a, of_b = ("no input", "no input") if late else ("body.m.force_x", "end.ax, end.x")
-    probed = "no dependencies are declared; probed"
-    of_a = f"body.m.ax follows {of_a}{late}; body.m.x follows no input"
-    assert f"a: {probed}, {of_a}\n" in told
-    assert f"b: {probed}, end.force_x follows {of_b}{late}\n" in told
-    assert ("algebraic loops, solved at every" in told) is not bool(late)
 
 
 @pytest.mark.parametrize(
@@ -297,13 +281,3 @@ def test_dependencies_and_delays_survive_in_an_ssp_package(c_fmu: Fmus, tmp_path
         {"y": ["u"]}
     ] * 2
     assert [k.delayed for k in prepare(again).wiring.links] == [False, True]
-
-
-def test_what_is_zero_but_for_rounding_has_not_changed() -> None:
-    """Nodes of a line in the X-Z plane of space: y is 1e-13 m beside x = 260 m."""
-    units = np.array([0, 0, 1, 0])  # m, m, N, m
-    anything: Any = SimpleNamespace()
-    part = _Part(anything, ("x", "y", "f", "z"), np.arange(4), np.zeros(4), anything, units)
-    one = np.array([260.0, 1.0e-13, 1.0e-13, 1.0e-6])
-    other = np.array([260.0 + 1e-8, 1.7e-13, 1.7e-13, 1.001e-6])
-    assert part.changed(one, other).tolist() == [False, False, True, True]

@@ -12,7 +12,6 @@ from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, Model, load_model
 from m4e_fmi.multibody import Equations, model_program
-from m4e_fmi.report import draw_model
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.simulate import simulate
 
@@ -60,10 +59,6 @@ def test_equations_keep_it_as_a_symbol(buoy: Path) -> None:
     assert np.isnan(scope["equations"](0.0, [0.0] * 3, [0.0] * 3)[0]).any()
     M, _ = scope["equations"](0.0, [0.0] * 3, [0.0] * 3, (5.0, *[0.0] * 9))
     assert M[0, 0] == 5.0
-
-
-def test_it_is_drawn_without_a_value(buoy: Path) -> None:
-    assert draw_model(load_model(buoy), buoy.with_name("buoy.png")).is_file()
 
 
 def test_its_fmu_says_that_a_value_is_missing(

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
-from support.small_systems import Fmus, system
+from support.small_systems import Fmus
 
-from m4e_fmi.cosim import Action, load, prepare, run, save_system
+from m4e_fmi.cosim import load, prepare, run, save_system
 from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.load import load_system
-from m4e_fmi.errors import InputError
 from m4e_fmi.report.text.summaries import run_summary
 
 FILE = """\
@@ -67,16 +64,6 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
     assert "scenario:\n  " + "\n  ".join(lines) in run_summary(outcome)
     assert "no energy balance there" in "\n".join(outcome.notes)
     assert not outcome.energy
-
-
-def test_in_python_a_file_of_parameters_is_to_be_read_first(c_fmu: Fmus) -> None:
-    plain = system(c_fmu, {"body": "mass", "spring": "spring"}, "body.m <-> spring.end")
-    soft = {"soft": Action(at=0.5, parameters="soft.yaml")}
-    with pytest.raises(InputError) as raised:
-        prepare(replace(plain, scenario=soft))
-    (problem,) = raised.value.problems
-    assert problem.message == "test: the file 'soft.yaml' of 'soft' is not read here"
-    assert "read_parameters" in problem.remedy
 
 
 def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:

@@ -18,7 +18,6 @@ from support.packages import (
 )
 
 from m4e_fmi.cosim import System, load_system, prepare, run
-from m4e_fmi.cosim.ssp import read_parameter_set
 from m4e_fmi.errors import InputError
 from m4e_fmi.units import Quantity
 
@@ -214,13 +213,6 @@ def test_bindings_further_out_and_later_ones_win(tmp_path: Path, stages: Files) 
     assert "parameter 'other' of a reaches no variable: it is left out" in system.notes
 
 
-def test_an_unknown_unit_of_a_parameter_is_refused_with_its_line(tmp_path: Path) -> None:
-    file = tmp_path / "set.ssv"
-    file.write_text(parameter_set({"k": 'Real value="1"', "x": 'Real value="1" unit="[m]"'}))
-    with pytest.raises(InputError, match=r"set\.ssv:2: parameter 'x': .* is not a unit"):
-        read_parameter_set(file)
-
-
 def test_mapped_and_converted_parameters(tmp_path: Path, c_fmu: Fmus) -> None:
     units = """<ssd:Units><ssc:Unit name="ft"><ssc:BaseUnit m="1" factor="0.3048"/></ssc:Unit>
                </ssd:Units>"""
@@ -287,14 +279,3 @@ def test_missing_settings_are_told(tmp_path: Path, stages: Files) -> None:
     system = read(tmp_path, description(elements(component("a", "s.fmu")), step), stages)
     assert (system.simulation.stop_time, system.simulation.step_size) == (5.0, 0.25)
     assert system.notes == ("annotations of type 'org.example' are left out",)
-
-
-def test_archives_that_should_not_be_read_are_refused(tmp_path: Path) -> None:
-    """All other refusals: tests/corpus/ssp.yaml."""
-    cases: list[tuple[Files, str]] = [
-        ({"../s.fmu": "x"}, "leads out of its folder"),
-        ({"big": "0" * 50_000_000}, "would unpack to 50 MB"),
-    ]
-    for files, match in cases:
-        with pytest.raises(InputError, match=match):
-            read(tmp_path, description(elements(component("a", "s.fmu"))), files)

@@ -26,8 +26,7 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, rate, seconds
-from m4e_fmi.cosim.system.simulation import TICK
+from m4e_fmi.cosim.system.component_step import ComponentStep, rate, seconds
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import read_description
 
@@ -61,14 +60,6 @@ def inside(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, float], None]:
     return set_step
 
 
-def test_times_are_fractions() -> None:
-    given = (0.01, "0.01", "10 ms", "1/3 ms", "2 min")
-    assert [seconds(one) for one in given] == [10 * MS, 10 * MS, 10 * MS, MS / 3, 120]
-    for none in ("soon", "", "1/0 s", "1e999999999 s", 0, -1.0, float("nan"), "inf"):
-        with pytest.raises(InputError, match="step_size"):
-            seconds(none)
-
-
 def test_rates() -> None:
     assert rate(50 * MS, 50 * MS) == ComponentStep(0.05)
     assert rate(10 * MS, 50 * MS) == ComponentStep(0.01, pieces=5)
@@ -78,25 +69,6 @@ def test_rates() -> None:
     with pytest.raises(InputError, match=r"6\.0024 times") as caught:
         rate(Fraction("0.00833"), 50 * MS)
     assert "take 1/140 s or 1/120 s" in caught.value.problems[0].remedy
-
-
-@pytest.mark.parametrize(
-    ("steps", "found", "wrong"),
-    [
-        ((50, 10, 150), 50, ""),
-        ((20,), 10, ""),
-        ((75,), 25, ""),
-        ((125, 10), 5, ""),  # 10 ms went into 50 ms, but not into 25 ms
-        ((20, 33, Fraction(43, 100)), 10, "33 43/100"),
-        ((75, Fraction(50, 3)), 25, "50/3"),  # each of them would fit
-    ],
-)
-def test_the_step_that_meets_all_points(
-    steps: tuple[Fraction, ...], found: int, wrong: str
-) -> None:
-    common, problems = common_step(50 * MS, {str(step): step * MS for step in steps}, TICK)
-    assert common == found * MS
-    assert " ".join(problems) == wrong
 
 
 def test_own_steps_are_told(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -225,34 +197,6 @@ def test_where_longer_steps_miss_points_shorter_ones_tell(c_fmu: Fmus, options: 
     )
     assert outcome.certificate.longer == ({} if options else {"b": ""})
     assert (outcome.checked.errors[0].error > 0.01) == (not options)
-
-
-@pytest.mark.parametrize("options", ["", "+constant"])
-def test_longer_steps_that_cannot_be_halved_are_named(
-    c_fmu: Fmus, inside: Callable[[str, float], None], options: str
-) -> None:
-    """Of an FMU that makes steps of one size, or of its own inside: nothing that is known is 0."""
-    if not options:
-        inside("partner", 0.05)
-    system = pair(c_fmu, "0.15 s", options=options)
-    outcome = run(system, check=True)
-    for report in (outcome.certificate, outcome.checked):
-        assert isinstance(report, CouplingErrorReport)
-        assert report.longer == {"b": "its FMU makes steps of one length only"}
-        assert report.errors == ()
-        known = "the coupling error is not known: it is rounding, without the longer steps of b"
-        assert str(report) == known
-    (warning,) = outcome.warnings
-    assert "the longer steps of b (its FMU makes steps of one length only): take" in warning
-    others = (
-        Component("c", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
-        Component("d", FmuFile(c_fmu("spring+state"))),
-    )
-    parts, links = (*system.components, *others), (*system.connections, "c.m <-> d.end")
-    report = run(replace(system, components=parts, connections=links)).certificate
-    assert isinstance(report, CouplingErrorReport)
-    assert all(one.error > 0.0 for one in report.errors)
-    assert ", without the longer steps of b; halve the step for" in str(report)
 
 
 def test_a_run_that_goes_back_does_not_know_its_longer_steps(c_fmu: Fmus) -> None:

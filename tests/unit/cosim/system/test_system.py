@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import Component, FmuFile, Kind, Simulation, load_system
 from m4e_fmi.cosim.system.component import KIND_GROUP, kinds
 from m4e_fmi.cosim.system.processes import Limits
 from m4e_fmi.errors import InputError
-from m4e_fmi.results.results_file import load
 
 GOOD = """\
 name: pair
@@ -26,7 +22,6 @@ connections:
 buses: {b: {x: '1', y.z: m}}
 simulation: {start_time: -500 ms, stop_time: 1/6 min, step_size: 100 ms, output_interval: 0.5 s}
 """
-PENDULUM = Path(__file__).parents[4] / "examples/double_pendulum/double_pendulum.model.yaml"
 
 
 def test_a_good_file_is_understood(tmp_path: Path) -> None:
@@ -72,17 +67,3 @@ def test_kinds_are_known_as_soon_as_they_are_installed(
     assert kinds()["late"].value == "late.kind"
     monkeypatch.undo()
     assert "late" not in kinds()
-
-
-def test_a_simulation_is_written_as_csv_too(tmp_path: Path) -> None:
-    path = tmp_path / "swing.csv"
-    command = ["simulate", str(PENDULUM), "--stop-time", "0.1", "--no-plot"]
-    assert main([*command, "--output-file", str(path)]) == 0
-    with path.open(newline="", encoding="utf-8") as file:
-        header, *rows = csv.reader(file)
-    results = load(path.with_suffix(".nc"))
-    series = results.series
-    assert header == ["time [s]", *(f"{name} [{one.unit}]" for name, one in series.items())]
-    table = np.array(rows, dtype=float)
-    assert np.array_equal(table[:, 0], results.time)
-    assert np.array_equal(table[:, 1:].T, [one.values for one in series.values()])

@@ -10,7 +10,7 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import read_description
 
@@ -93,19 +93,6 @@ def test_bad_content_is_refused(
         assert "it has: amiga68" in problem.remedy
     if message.endswith("/mass"):
         assert f"it has: {HERE}/heavy." in problem.remedy
-
-
-def test_bad_files_of_a_system_are_told_at_once(c_fmu: Fmus, tmp_path: Path) -> None:
-    (tmp_path / "a.fmu").write_text("<html>404</html>")
-    (tmp_path / "cut.fmu").write_bytes(c_fmu("mass").read_bytes()[:-200])
-    components = tuple(Component(n, FmuFile(tmp_path / f"{n}.fmu")) for n in ("a", "cut", "cat"))
-    with pytest.raises(InputError) as caught:
-        prepare(System("s", components, (), Simulation(1, 0.1)))
-    told = {Path(problem.file).stem: problem.message for problem in caught.value.problems}
-    assert "not a readable ZIP archive" in told["a"]
-    assert "not a readable ZIP archive" in told["cut"]
-    assert set(told) == {"a", "cut", "cat"}
-    assert "did you mean 'cut.fmu'" in str(caught.value)
 
 
 @pytest.mark.parametrize("same", [True, False])

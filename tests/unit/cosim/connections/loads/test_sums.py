@@ -10,7 +10,6 @@ from support.described import described
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
 from m4e_fmi.cosim.connections.connect import connect, sum_components
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -95,26 +94,6 @@ def test_sources_in_part_have_sums_of_their_own() -> None:
     assert wiring.sums == ("buoy_body_float_sum", "buoy_joint_arm_sum")
     into = {k.source.component: k for k in wiring.links if "arm_sum" in k.target.component}
     assert (into["legs"].factor, into["skirt"].delayed) == (2.0, True)
-
-
-def test_the_components_are_named_once() -> None:
-    whole = system(*BOTH)
-    (component,) = sum_components(whole, FMUS)
-    assert isinstance(component.source, Kind)
-    config = component.source.config.model_dump()
-    assert config["inputs"] == {"hull": 1.0, "legs": 1.0}
-    assert config["signals"] == {"force_x": "N"}
-    name = component.name
-    of_sum = described(
-        name,
-        ("hull.force_x", "input", "N"),
-        ("legs.force_x", "input", "N"),
-        ("sum.force_x", "output", "N"),
-    )
-    assert sum_components(whole, {**FMUS, name: of_sum}) == ()
-    other = {**FMUS, name: described(name, ("u", "input", "N"))}
-    (renamed,) = sum_components(whole, other)
-    assert renamed.name == f"{name}_2"
 
 
 def test_what_does_not_add_up_has_one_source() -> None:
