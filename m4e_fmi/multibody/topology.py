@@ -68,18 +68,6 @@ class Topology:
     def _indices(self) -> dict[str, int]:
         return {link.body: k for k, link in enumerate(self.links)}
 
-    def branches(self) -> list[list[str]]:
-        """All paths of bodies from the ground to a leaf."""
-        parents = {link.parent for link in self.links}
-        return [self._path(k) for k in range(len(self.links)) if k not in parents]
-
-    def _path(self, k: int) -> list[str]:
-        path: list[str] = []
-        while k >= 0:
-            path.append(self.links[k].body)
-            k = self.links[k].parent
-        return path[::-1]
-
     def __repr__(self) -> str:
         bodies = [f"{link.number} {link.body}" for link in self.links]
         return listing("Topology", bodies=bodies, coordinates=self.coordinate_names)

@@ -175,7 +175,7 @@ class LoopEquations:
         ]
         self._scale = OF_NOMINAL * np.array(nominals)
         self._newton = QuasiNewton()
-        self._started = False
+        self.is_started = False
 
     @property
     def roughness(self) -> float:
@@ -188,7 +188,7 @@ class LoopEquations:
             self.input_values.copy(),
             self.output_values.copy(),
             copy(self._newton),
-            self._started,
+            self.is_started,
             self._scale.copy(),
         )
 
@@ -196,14 +196,14 @@ class LoopEquations:
         """Return to a snapshot; the calls of the FMUs hold the addresses of the arrays."""
         self.input_values[:], self.output_values[:] = kept.inputs, kept.outputs
         self._scale[:] = kept.scale
-        self._started = kept.started
+        self.is_started = kept.started
         self._newton = copy(kept.newton)
 
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
-        if not self._started:
+        if not self.is_started:
             self._first()
-            self._started = True
+            self.is_started = True
         guess = self.input_values.copy()
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
@@ -217,11 +217,6 @@ class LoopEquations:
                 f"{failure.size:.3g} of its value",
                 REMEDY,
             ) from failure
-
-    @property
-    def is_started(self) -> bool:
-        """True if it has been solved before."""
-        return self._started
 
     @property
     def _names(self) -> str:

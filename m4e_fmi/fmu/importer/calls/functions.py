@@ -157,10 +157,6 @@ class Functions(ABC):
         arguments = room, len(data), ctypes.byref(state)
         return self._call("DeSerializeFMUstate", *arguments, note=note)
 
-    @abstractmethod
-    def counted(self, count: int) -> tuple[int, ...]:
-        """Arguments behind an array of `count` values: in FMI 3.0 their number."""
-
 
 def references_of(arrays: Arrays) -> ctypes.Array[ctypes.c_uint]:
     """The value references, as C functions take them."""

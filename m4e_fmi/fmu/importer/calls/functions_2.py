@@ -113,10 +113,6 @@ class Functions2(Functions):
         arguments = (references_of(inputs), count, orders, pointer_to(rates))
         return self._call("SetRealInputDerivatives", *arguments)
 
-    def counted(self, count: int) -> tuple[int, ...]:
-        del count
-        return ()
-
 
 def last_successful_time(call: Invoke, unwritten: float) -> tuple[Status, float]:
     """Time [s] that fmi2GetRealStatus tells; `unwritten` where it does not."""

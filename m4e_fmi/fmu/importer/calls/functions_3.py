@@ -218,6 +218,3 @@ class Functions3(Functions):
         orders = (ctypes.c_int32 * count)(*[order] * count)
         arguments = (references_of(outputs), count, orders, pointer_to(found), len(found))
         return self._call("GetOutputDerivatives", *arguments, note=f"{len(found)} values")
-
-    def counted(self, count: int) -> tuple[int, ...]:
-        return (count,)

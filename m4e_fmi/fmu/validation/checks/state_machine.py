@@ -108,7 +108,7 @@ def _functions(context: Context, *, exchange: bool) -> dict[str, tuple[tuple[str
         "Reset": (ANY, _plain("Reset")),
     }
     if not subject.fmi_3:
-        found["SetupExperiment"] = ((INSTANTIATED,), _setup)
+        found["SetupExperiment"] = ((INSTANTIATED,), lambda p: _status(p.setup))
     real = "Float64" if subject.fmi_3 else "Real"
     if subject.outputs:
         reference = [subject.outputs[0].valueReference]
@@ -172,10 +172,6 @@ def _status(action: Callable[[], object]) -> int:
     except RefusedError as error:
         return error.status
     return 0
-
-
-def _setup(probe: Probe) -> int:
-    return _status(probe.setup)
 
 
 def _save(probe: Probe) -> int:

@@ -11,7 +11,6 @@ from support.described import described
 from m4e_fmi.cosim import Component, FmuFile, Port, Simulation, System
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
 from m4e_fmi.fmu.importer.reading import Description
 
 SIMULATION = Simulation(stop_time=1, step_size=0.1)
@@ -20,15 +19,6 @@ SIMULATION = Simulation(stop_time=1, step_size=0.1)
 def wired(descriptions: dict[str, Description], *connections: str) -> Wiring:
     components = tuple(Component(name, FmuFile(Path(f"{name}.fmu"))) for name in descriptions)
     return connect(System("s", components, connections, SIMULATION), descriptions)
-
-
-def with_variability(description: Description, variability: str) -> Description:
-    """The description with this variability of all parameters."""
-    variables = {
-        name: replace(v, variability=variability) if v.causality == "parameter" else v
-        for name, v in description.variables.items()
-    }
-    return replace(description, variables=variables)
 
 
 BUOY = described(
@@ -105,43 +95,6 @@ def test_what_is_connected(connection: str, links: list[str], once: list[str]) -
     assert [str(link) for link in wiring.links] == links
     assert [str(link) for link in wiring.initial_links] == once
     assert [link.delayed for link in wiring.links] == ["delayed" in connection] * len(links)
-
-
-MATRIX = "hydro.added_mass -> buoy.added_mass"
-ELEMENTS = ("added_mass[1,1]", "added_mass[1,2]")
-
-
-@pytest.mark.parametrize(
-    ("causality", "size", "variability", "advice"),
-    [
-        ("calculatedParameter", 2, "fixed", f"'{MATRIX}'"),
-        ("output", 2, "tunable", f"'{MATRIX}'"),
-        (
-            "output", 2, "fixed",
-            "buoy.added_mass, which is fixed, keeps its start value while hydro.added_mass varies",
-        ),
-        (
-            "calculatedParameter", 3, "fixed",
-            "buoy.added_mass, which differs in size (3 and 2 elements), keeps its start value",
-        ),
-    ],
-)  # fmt: skip
-def test_an_added_mass_that_is_not_carried_over_is_told(
-    causality: str, size: int, variability: str, advice: str
-) -> None:
-    names = [f"added_mass[1,{k + 1}]" for k in range(size)]
-    hydro = described("hydro", *((name, causality, "kg") for name in names))
-    buoy = described("buoy", *((name, "parameter", "kg") for name in ELEMENTS))
-    both = {"buoy": with_variability(buoy, variability), "hydro": hydro}
-    parts = tuple(Component(name, FmuFile(Path(name))) for name in both)
-
-    def found(*connections: str) -> list[str]:
-        system = System("s", parts, connections, SIMULATION)
-        return unconnected_parameters(system, both, connect(system, both))
-
-    assert found() == [f"hydro.added_mass is calculated, but not transferred: {advice}"]
-    if advice == f"'{MATRIX}'":
-        assert found(MATRIX) == []
 
 
 @pytest.mark.parametrize(
