@@ -5,11 +5,11 @@ with a unit and a description, and one tape of arithmetic that computes derivati
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
 This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
-`program`; `derivatives`, `feedback` and `composition` make programs of programs; `python_form`,
-`symbolic_form` and `binary_form` are the forms a program is written out in.
+`program`; `derivatives`, `feedback` and `composition` make programs of programs; `python_form` and
+`binary_form` are the forms a program is written out in.
 """
 
-from m4e_fmi.program.comparison import differences, listing
+from m4e_fmi.program.comparison import listing
 from m4e_fmi.program.composition import (
     LEAST_PIVOT,
     AlgebraicLoopError,
@@ -68,7 +68,6 @@ __all__ = [
     "atan2",
     "compose",
     "cos",
-    "differences",
     "evaluated",
     "exp",
     "is_singular",

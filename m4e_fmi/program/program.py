@@ -13,7 +13,7 @@ from itertools import chain
 from typing import Protocol
 
 from m4e_fmi.errors import UnknownNameError
-from m4e_fmi.program.comparison import differences
+from m4e_fmi.program.comparison import are_equal
 from m4e_fmi.program.tape import Scalar, Tape
 from m4e_fmi.shown import Displayed, listing, one_line
 
@@ -125,7 +125,7 @@ class Program(Displayed):
     loops: tuple[Loop, ...] = field(default=(), repr=False, compare=False)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Program) and not differences(self, other)
+        return isinstance(other, Program) and are_equal(self, other)
 
     def __hash__(self) -> int:
         groups = (self.parameters, self.inputs, self.states, self.outputs, self.calculated)

@@ -16,7 +16,6 @@ from support.programs import Evaluated
 from m4e_fmi import program as functions
 from m4e_fmi.program import Program, Recorder, Variable
 from m4e_fmi.program.python_form import load_python, python_source
-from m4e_fmi.program.symbolic_form import to_sympy
 from m4e_fmi.program.tape import BINARY, UNARY
 
 
@@ -128,26 +127,6 @@ class TestPythonForm:
         assert names <= {"a", "c", "p", "t", "u", "x", "float"}
         assert not any(isinstance(n, ast.Constant) and n.value == text for n in ast.walk(tree))
         assert load_python(program).outputs(0.0, [2.0], [], [3.0], []) == [5.0]
-
-
-class TestSymbolicForm:
-    def test_agrees_with_the_python_form(self) -> None:
-        program = oscillator()
-        form = to_sympy(program)
-        values = {"k": 7.0, "m": 3.0, "x": 0.3, "v": -2.0, "u": 1.5}
-        substitutions: Any = {
-            form.symbols[name]: value for name, value in (values | {"time": 0.7}).items()
-        }
-        p = Evaluated(program)
-        pairs = [
-            (form.rates, p.rates(values, t=0.7)),
-            (form.outputs, p.outputs(values, t=0.7)),
-            (form.calculated, p.calculated({"k": 7.0, "m": 3.0})),
-        ]
-        for expressions, expected in pairs:
-            numbers = [float(e.subs(substitutions)) for e in expressions]
-            # a dozen operations in double precision, in another order
-            assert numbers == pytest.approx(list(expected.values()), rel=1e-14)
 
 
 class TestFunctions:
