@@ -88,13 +88,6 @@ class Tape:
         """The scalar of a node."""
         return self._scalars[self.operations[index]]
 
-    def copy(self) -> Tape:
-        """A tape with the same nodes, to record further on."""
-        other = Tape()
-        for operation in self.operations:
-            other.node(operation)
-        return other
-
     def constant(self, value: float) -> Scalar:
         """The scalar of a number; ValueError if it is not finite."""
         value = float(value)

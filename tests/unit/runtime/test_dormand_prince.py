@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from support.runtime_programs import chain
 
 from m4e_fmi.multibody import model_program
@@ -84,6 +85,20 @@ class TestOrder:
         assert len(calls) == run.evaluations
         # sines of another library, and sums in another order, in some ten steps
         np.testing.assert_allclose(x, run.states[-1], rtol=1e-13)
+
+    @pytest.mark.parametrize("tolerance", [1e-5, 1e-9])
+    def test_like_scipy_on_the_double_pendulum(self, tolerance: float) -> None:
+        """The same pair with the same norm of the error, but SciPy's scale is |x| + 1, too."""
+        (rates, start), t_end = pendulum(), 3.0
+        reference = solve_ivp(rates, (0, t_end), start, method="DOP853", rtol=1e-13, atol=1e-13)
+        scipy = solve_ivp(rates, (0, t_end), start, method="RK45", rtol=tolerance, atol=tolerance)
+        integrator = DormandPrince(rates, tolerance=tolerance)
+        x = integrator.advance(0.0, start, t_end)
+        ours = np.abs(np.array(x) - reference.y[:, -1]).max()
+        theirs = np.abs(scipy.y[:, -1] - reference.y[:, -1]).max()
+        # the same local errors; the two choose slightly different steps
+        assert ours < 3 * theirs
+        assert integrator.evaluations == pytest.approx(scipy.nfev, rel=0.1)
 
     def test_error_is_in_proportion_to_the_tolerance(self) -> None:
         errors = [

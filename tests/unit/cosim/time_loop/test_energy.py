@@ -65,6 +65,12 @@ def test_a_spring_exchanges_its_potential_whatever_the_preload(
     assert found.exchanged == pytest.approx(STIFFNESS * A**2 / 2, rel=(4 * np.pi / 400) ** 2)
 
 
+def test_a_body_that_is_towed_takes_the_work_of_the_mean_force() -> None:
+    times = np.linspace(0.0, 100.0, 4001)
+    found = balance(times, np.full(times.size, 50.0), np.full(times.size, 3.0), 3.0 * times)
+    assert found.exchanged == pytest.approx(50.0 * 300.0)
+
+
 @pytest.mark.parametrize("amplitude", [1e-6, 1.0])
 def test_errors_of_a_displacement_count_without_the_preload(amplitude: float) -> None:
     """A velocity that is wrong by 1e-5 is no energy of a preload of 10 kN, however small all is."""
