@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
 from support.programs import Evaluated
 
 from m4e_fmi.program import Recorder, Variable, sin, with_feedback
@@ -34,10 +33,3 @@ def test_a_law_takes_the_place_of_an_input() -> None:
     assert found.outputs(values) == {"power": force * 0.25, "force": force}
     assert found.calculated({}) == {"weight": 2.0 * 9.81}
     assert found.rates(values, t=1.0)["v"] > found.rates(values)["v"]
-
-
-def test_refusals() -> None:
-    with pytest.raises(KeyError, match="mass has no input push"):
-        with_feedback(mass().program(), {"push": lambda _: 0.0})
-    with pytest.raises(KeyError, match="y"):
-        with_feedback(mass().program(), {"force": lambda x: x["y"]})

@@ -40,13 +40,6 @@ def test_a_new_algorithm_is_one_file(
     assert EXAMPLE in capsys.readouterr().out
 
 
-def test_it_is_unknown_without_its_file(
-    c_fmu: Callable[[str], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(arguments(c_fmu, tmp_path)) == 2
-    assert f"unknown algorithm '{EXAMPLE}'" in capsys.readouterr().err
-
-
 def test_names_are_spelt_in_their_files_only() -> None:
     spelt = re.compile(rf"""["']({"|".join(algorithm_names())})\b""")
     own = {ROOT / "m4e_fmi" / "cosim" / "algorithms" / f"{name}.py" for name in algorithm_names()}

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.cosim import Component, FmuFile, Kind, Simulation, load_system
+from m4e_fmi.cosim import FmuFile, Kind, Simulation, load_system
 from m4e_fmi.cosim.system.component import KIND_GROUP, kinds
-from m4e_fmi.cosim.system.processes import Limits
-from m4e_fmi.errors import InputError
 
 GOOD = """\
 name: pair
@@ -39,18 +37,6 @@ def test_a_good_file_is_understood(tmp_path: Path) -> None:
     assert read.connections == ("body.m <-> total.one",)
     assert read.buses == {"b": {"x": "1", "y.z": "m"}}
     assert read.simulation == Simulation(10.0, 0.1, output_interval=0.5, start_time=-0.5)
-
-
-def test_what_is_given_in_python_is_checked_too() -> None:
-    given = FmuFile(Path("mass.fmu"))
-    for wrong, match in (
-        (lambda: Simulation(stop_time=0, step_size=0.1), "stop_time"),
-        (lambda: Simulation(1, 0.1, algorithm="gauss_sidel"), "did you mean 'gauss_seidel'"),
-        (lambda: Component("a", given, process="there"), "'there' is unknown"),
-        (lambda: Component("a", given, process="here", limits=Limits(call=1.0)), "no limits"),
-    ):
-        with pytest.raises(InputError, match=match):
-            wrong()
 
 
 def test_kinds_are_known_as_soon_as_they_are_installed(
