@@ -26,7 +26,6 @@ from m4e_fmi.analysis import (
 from m4e_fmi.cosim import system_program
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.engine import Control, ensemble
 from m4e_fmi.simulate import simulate
 
 SEEDS = range(1, 7)
@@ -194,28 +193,6 @@ def test_sensitivities_of_the_equilibrium_and_of_the_motion(seed: int, tmp_path:
     exact = by_differences(ended, start, by)
     scale = np.abs(exact).max(axis=0)
     assert (np.abs(motion.derivatives[:, 0] - exact) <= 1e-6 * scale).all()
-
-
-def test_an_ensemble_has_the_motions_of_simulate(tmp_path: Path) -> None:
-    program = system_program(cart_system(tmp_path, 1))
-    names = [v.name for v in program.parameters]
-    times = np.linspace(0.0, 2.0, 21)
-    stiff = np.linspace(20.0, 60.0, 11)
-    parameters = np.tile([v.start for v in program.parameters], (len(stiff), 1))
-    parameters[:, names.index("m0.k")] = stiff
-    states = np.tile([v.start for v in program.states], (len(stiff), 1))
-    control = Control(rtol=1e-11, atol=1e-11)
-    runs = ensemble(program, times, parameters=parameters, states=states, control=control)
-    place = [v.name for v in program.states].index("m0.joint.hinge.q")
-    for k, run in zip(stiff, runs, strict=True):
-        alone = simulate(
-            program,
-            stop_time=2.0,
-            output_interval=0.1,
-            start_values={"m0.k": float(k)},
-            tolerance=1e-11,
-        )
-        assert np.abs(run.states[:, place] - alone["m0.joint.hinge.q"]).max() < 1e-8
 
 
 def test_the_linear_equations_for_python_control(tmp_path: Path) -> None:

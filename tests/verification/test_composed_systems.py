@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import fmpy
 import numpy as np
 import pytest
-from fmpy.fmi2 import FMU2Model
 from support.cart_systems import ALGORITHMS, cart_system
 from support.example_systems import EXAMPLES, example_system, hydraulic_kinds
 
 from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
-from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
 from m4e_fmi.report import linear_text
 from m4e_fmi.simulate import simulate
@@ -149,26 +145,6 @@ def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
     assert result.energy.total == pytest.approx(kinetic + potential, rel=1e-14)
 
 
-def test_the_linear_equations_are_those_of_differences(tmp_path: Path) -> None:
-    """A of a system with a controller and a take-off, by central differences of its rates."""
-    program = system_program(cart_system(tmp_path, 1))
-    linear = linearize(program)
-    # the energy that the take-off counts is no state of the linear equations
-    names = [v.name for v in linear.states]
-    assert {v.name for v in program.states} - set(names) == {"pto.energy"}
-
-    def rates(at: dict[str, float]) -> np.ndarray:
-        return linearize(program, at=at).rates
-
-    start = {v.name: v.start for v in program.states}
-    for column, name in enumerate(names):
-        h = 1e-5
-        change = (
-            rates(start | {name: start[name] + h}) - rates(start | {name: start[name] - h})
-        ) / (2 * h)
-        assert linear.A[:, column] == pytest.approx(change, rel=1e-7, abs=1e-6)
-
-
 def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path) -> None:
     program = system_program(cart_system(tmp_path, 1))
     linear = linearize(program)
@@ -201,30 +177,3 @@ def test_the_table_has_the_modes_of_the_motions() -> None:
     eigenvalue = found.eigenvalues[int(rows[0].split()[0]) - 1]
     # after the first swings only the least damped motion is left
     assert crossings[-1] - crossings[-2] == pytest.approx(2 * np.pi / eigenvalue.imag, rel=1e-3)
-
-
-def test_the_one_fmu_has_the_same_derivatives(tmp_path: Path) -> None:
-    """A by directional derivatives of the FMU of the whole, in model exchange."""
-    program = system_program(cart_system(tmp_path, 1))
-    linear = linearize(program)
-    path = build_fmu(program, tmp_path / "whole.fmu", native=True)
-    described: Any = fmpy.read_model_description(str(path))
-    fmu = FMU2Model(
-        guid=described.guid,
-        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
-        modelIdentifier=described.modelExchange.modelIdentifier,
-        instanceName="whole",
-    )
-    fmu.instantiate()
-    fmu.setupExperiment(startTime=0.0)
-    fmu.enterInitializationMode()
-    fmu.exitInitializationMode()
-    states = {d.variable.derivative.name: d.variable for d in described.derivatives}
-    rates = [states[v.name].valueReference for v in linear.states]
-    A = [
-        fmu.getDirectionalDerivative(rates, [states[v.name].derivative.valueReference], [1.0])
-        for v in linear.states
-    ]
-    fmu.terminate()
-    fmu.freeInstance()
-    assert pytest.approx(linear.A, rel=1e-12, abs=1e-12) == np.array(A).T

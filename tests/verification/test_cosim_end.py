@@ -53,20 +53,13 @@ def results(system: System, path: Path) -> tuple[Outcome, Results]:
     independent="the same system with that stop time",
     tolerance="identical",
 )
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("interval", [None, 0.4])
 def test_the_run_ends_there(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    algorithm: str,
-    interval: float | None,
-    by_python: bool,
+    c_fmu: Fmus, tmp_path: Path, algorithm: str, interval: float | None
 ) -> None:
     """At a communication point: all rows are those of a run that was to end there."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     settings: dict[str, Any] = {"algorithm": algorithm, "output_interval": interval}
     outcome, found = results(pair(c_fmu, "+state", 1.0, **settings), tmp_path / "r.nc")
     _, other = results(pair(c_fmu, "+state", 9.0, stop_time=1.0, **settings), tmp_path / "o.nc")

@@ -51,20 +51,13 @@ def test_the_second_set_of_the_certificate(c_fmu: Fmus, tmp_path: Path, version:
     assert outcome.certificate.errors[0].error == pytest.approx(0.0625 / 1.0, rel=0.5)
 
 
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("version", ["", "1:", "3:"])
 @pytest.mark.parametrize("process", ["here", "own"])
 def test_a_way_to_round_that_an_fmu_leaves_behind_changes_nothing(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    process: str,
-    version: str,
-    by_python: bool,
+    c_fmu: Fmus, tmp_path: Path, process: str, version: str
 ) -> None:
     """It rounds upward from its first step on; the equations are chaotic."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     found = []
     for option in ("", "+rounds"):
         x, yz = (f"{version}roessler_{part}+inputs{option}" for part in ("x", "yz"))

@@ -256,15 +256,6 @@ def test_an_order_beside_a_convolution_is_refused() -> None:
     assert caught.value.problems[0].line == 2
 
 
-def test_a_memory_that_is_unknown_is_refused() -> None:
-    text = (
-        "bodies: {ball: {shape: {sphere: {radius: 5}}, center_of_gravity: [0, -2]}}\n"
-        "radiation: {memory: convolved}\n"
-    )
-    with pytest.raises(InputError, match="memory"):
-        Document.parse(text).validate(HydrodynamicsConfig)
-
-
 def test_a_file_with_a_convolution(tmp_path: Path) -> None:
     """The key reaches the program: as many states as polynomials."""
     from m4e_fmus import hydrodynamics

@@ -22,7 +22,6 @@ from support.published_coefficients import (
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.memory import group_fit, soundness
-from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
@@ -114,21 +113,6 @@ def test_rm3_is_released_as_by_wec_sim(fitted: Fitted) -> None:
         assert np.sqrt(np.square(difference).mean()) < 1e-3 * np.ptp(given)
 
 
-def test_the_frequencies_at_which_a_matrix_is_singular_are_found() -> None:
-    """Re 1/(jω + a) = a/(ω² + a²): of two terms, and of two by two with known null vectors."""
-    poles = np.array([-1.0 + 0j, -3.0 + 0j])
-    # 1/(1 + w2) - 2 (3/(9 + w2)) = 0 where 9 + w2 = 6 + 6 w2
-    (one,) = singular_frequencies(poles, np.array([[1.0, -2.0]]), 1)
-    assert one == pytest.approx(np.sqrt(3 / 5), rel=1e-9)
-    first, second = np.array([1.0, -2.0]), np.array([1.0, -1.0])  # the second: at w2 = 3
-    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
-    full = np.einsum("ia,ak,ja->ijk", turn, np.array([first, second]), turn)
-    rows, columns = np.triu_indices(2)
-    found = singular_frequencies(poles, full[rows, columns], 2)
-    np.testing.assert_allclose(found, [np.sqrt(3 / 5), np.sqrt(3)], rtol=1e-9)
-    assert not len(singular_frequencies(poles, np.array([[1.0, 1.0]]), 1))
-
-
 def test_negative_damping_is_left_out_and_named() -> None:
     data = sphere()
     spoilt = data.radiation_damping.copy()
@@ -183,13 +167,6 @@ def test_data_that_end_early_are_told() -> None:
         warnings = [text for text in told if "still more than half" in text]
         assert bool(warnings) == expected
         assert not expected or "ball heave at 1.5 rad/s (9" in warnings[0]
-
-
-@pytest.mark.parametrize("kept", [slice(0, 1), slice(0, 5), slice(80, None)])
-def test_too_few_frequencies_are_refused(kept: slice) -> None:
-    data = sphere()
-    with pytest.raises(InputError, match="a radiation memory needs 8 or more"):
-        fit_radiation(shortened(data, np.arange(len(data.omega))[kept]))
 
 
 def test_no_real_data_at_a_steep_peak_are_left_out() -> None:

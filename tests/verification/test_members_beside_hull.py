@@ -20,7 +20,6 @@ from m4e_fmi.cosim import (
     save_system,
     system_program,
 )
-from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.simulate import simulate
 
@@ -172,10 +171,3 @@ def test_sums_travel_in_packages_and_fmus(tmp_path: Path) -> None:
     program = system_program(system)
     assert build_fmu(program, tmp_path / "whole.fmu", native=True).is_file()
     assert any("takes the sum of a.float, b.float" in n for n in prepare(system).notes)
-
-
-def test_motions_do_not_add_up(tmp_path: Path) -> None:
-    system = written(tmp_path, {"a": members(1.0, 0.4), "b": members(0.5, 0.6)})
-    wrong = replace(system, connections=(*system.connections, "b.wave.elevation -> a.float.z"))
-    with pytest.raises(InputError, match=r"a\.float\.z has two sources"):
-        prepare(wrong, build_directory=tmp_path / "build")
