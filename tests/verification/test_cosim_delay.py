@@ -26,7 +26,7 @@ def delay(fmus: Fmus, algorithm: str, options: str, count: int) -> float:
     start = {"a": {"stiffness": 1.0, "body.m.x": 1.0}}
     settings = Simulation(STEP * round(2 * pi * PERIODS / STEP), STEP, algorithm)
     chain = system(fmus, parts, *links, start=start, simulation=settings)
-    rows, _ = observed(chain, f"c{count - 1}.y")
+    rows, _ = observed(chain, f"c{count - 1}.y", certify=False)
     t, y = np.array(rows[-round(2 * pi / STEP) :]).T
     waves = np.column_stack([np.cos(t), np.sin(t)])
     cosine, sine = np.linalg.lstsq(waves, y, rcond=None)[0]

@@ -15,7 +15,7 @@ from m4e_adapters.hydrodynamics.drift.far_field import far_field_drift
 
 PUBLISHED = Path(__file__).parents[1] / "data" / "hydrodynamics" / "hemisphere_drift_wamit.csv"
 SIZE = (2.07293 / (2.0 / 3.0 * math.pi)) ** (1.0 / 3.0)  # m, radius of WAMIT's volume
-NUMBERS = [0.5, 0.8, 1.0, 1.2, 2.0, 3.0]
+NUMBERS = [0.5, 1.0, 2.0, 3.0]
 HULME = {0.1: (0.5223, 0.0011), 0.5: (0.6439, 0.0987), 1.0: (0.5740, 0.3535)}
 
 
@@ -63,7 +63,7 @@ def test_a_floating_hemisphere_has_the_published_drift() -> None:
 
 def test_exact_theory_has_the_published_drift() -> None:
     """Of the same volume: 1.1 % at most, by WAMIT's 400 panels."""
-    numbers, published = np.loadtxt(PUBLISHED, delimiter=",")[::6].T
+    numbers, published = np.loadtxt(PUBLISHED, delimiter=",")[::12].T
     exact = [SIZE * drift(k * SIZE, free=True) for k in numbers]
     assert exact == pytest.approx(published, rel=0.015)
 

@@ -17,7 +17,6 @@ from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup, _duration
 from m4e_adapters.hydrodynamics.memory.kernel import Kernel
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system, prepare, run, system_program
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -306,15 +305,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-def test_its_fmu_keeps_its_state(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Rollback, and saved states in new instances and processes, bit for bit."""
-    assert main(["build", str(folder / "system.yaml"), "--build-folder", str(folder)]) == 0
-    (path,) = folder.rglob("water.fmu")
-    capsys.readouterr()
-    assert main(["validate", str(path), "--only", "state"]) == 0
-    assert "no errors, no warnings" in capsys.readouterr().out
-
-
 def test_a_coupled_run_is_of_the_order_of_its_algorithm(folder: Path) -> None:
     """Against the whole system as one program: of second order or better."""
     system = load_system(folder / "system.yaml")
@@ -323,7 +313,7 @@ def test_a_coupled_run_is_of_the_order_of_its_algorithm(folder: Path) -> None:
     errors = []
     for size in (0.2, 0.1):
         prepared = prepare(system.changed(step_size=size))
-        found = run(prepared, results=folder / "run.nc").results()[height].values
+        found = run(prepared, results=folder / "run.nc", certify=False).results()[height].values
         errors.append(np.abs(found[:: round(0.2 / size)] - exact[height]).max())
     assert errors[1] < errors[0] / 4
     assert errors[1] < 1e-4
