@@ -24,7 +24,6 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.chrono import model_of_chrono
 from m4e_fmi.model.m4e import model_of_lists
 
-EXAMPLES = 100
 STRANGE = (
     None, True, 0, -1, 1e308, float("nan"), float("inf"), "", "t", "x + y", "__import__('os')",
     "BD10", "ground", "REVOLUTE", [], [0], [0, 0, 0], {}, {"name": "a"}, [[0, 1]], 10**30,
@@ -124,13 +123,14 @@ def damaged(draw: st.DrawFn, whole: Any) -> Any:
     tolerance="identical",
 )
 @pytest.mark.parametrize("form", FORMS)
-@given(choice=st.data())
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
-def test_a_message_or_a_model(form: str, choice: st.DataObject) -> None:
+@pytest.mark.parametrize("examples", [40, pytest.param(400, marks=pytest.mark.verify)])
+def test_a_message_or_a_model(form: str, examples: int) -> None:
+    unhurried = [HealthCheck.too_slow, HealthCheck.data_too_large]
+    limits = settings(max_examples=examples, deadline=None, suppress_health_check=unhurried)
+    limits(given(choice=st.data())(check))(form)
+
+
+def check(form: str, choice: st.DataObject) -> None:
     whole, read = FORMS[form]
     data = choice.draw(damaged(whole))
     text = json.dumps(data).replace("NaN", ".nan").replace("Infinity", ".inf")

@@ -193,15 +193,3 @@ def test_sensitivities_of_the_equilibrium_and_of_the_motion(seed: int, tmp_path:
     exact = by_differences(ended, start, by)
     scale = np.abs(exact).max(axis=0)
     assert (np.abs(motion.derivatives[:, 0] - exact) <= 1e-6 * scale).all()
-
-
-def test_the_linear_equations_for_python_control(tmp_path: Path) -> None:
-    control: Any = pytest.importorskip("control")
-    program = with_own_ports(tmp_path, 1)
-    linear = linearize(program, inputs=own_and_open_inputs(program), outputs=OUTPUTS)
-    space = linear.to_control()
-    assert isinstance(space, control.StateSpace)
-    assert space.input_labels[0] == PUSH
-    assert space.output_labels[-1] == "place"
-    for ours, theirs in zip("ABCD", (space.A, space.B, space.C, space.D), strict=True):
-        assert (getattr(linear, ours) == theirs).all()

@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.cart_systems import ALGORITHMS, cart_system
-from support.example_systems import EXAMPLES, example_system, hydraulic_kinds
+from support.example_systems import example_system, hydraulic_kinds
 
-from m4e_fmi.analysis import equilibrium, linearize, modes
+from m4e_fmi.analysis import linearize
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
 from m4e_fmi.program import Program
-from m4e_fmi.report import linear_text
 from m4e_fmi.simulate import simulate
 
 NOISE = 1e-8
@@ -158,22 +157,3 @@ def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path
     at = dict(zip(names, speed, strict=True))
     energies = linearize(program, at=at, outputs=["m0.energy.kinetic", "m1.energy.kinetic"])
     assert 0.5 * speed @ found.M @ speed == pytest.approx(energies.values.sum(), rel=1e-13)
-
-
-def test_the_table_has_the_modes_of_the_motions() -> None:
-    """Surge, heave and pitch of the sphere of the memory's many modes; heave as of a decay."""
-    program = system_program(load_system(EXAMPLES / "sphere_decay" / "system.yaml"))
-    linear = linearize(program, at=equilibrium(program))
-    found = modes(linear)
-    assert found.participation.sum(axis=0) == pytest.approx(np.ones(len(found.eigenvalues)))
-    text = linear_text(linear, found, title="equilibrium")
-    rows = [line for line in text.splitlines() if "body.body.sphere." in line and "i" in line[-2:]]
-    assert [row.split()[4] for row in rows] == ["body.body.sphere.z", "body.body.sphere.theta"]
-    assert "and 16 in which other states" in text
-    decay = simulate(program, stop_time=15.0, output_interval=0.01, tolerance=1e-10)
-    z = decay["body.body.sphere.z"] + 2.0
-    up = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
-    crossings = decay.time[up] - z[up] * 0.01 / (z[up + 1] - z[up])
-    eigenvalue = found.eigenvalues[int(rows[0].split()[0]) - 1]
-    # after the first swings only the least damped motion is left
-    assert crossings[-1] - crossings[-2] == pytest.approx(2 * np.pi / eigenvalue.imag, rel=1e-3)

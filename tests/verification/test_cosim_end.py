@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from netCDF4 import Dataset
+from support.small_systems import Fmus
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
@@ -24,7 +24,6 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.results.results_file import Results
 
-Fmus = Callable[[str], Path]
 ALGORITHMS = ["jacobi", "gauss_seidel", "corrector", "implicit"]
 
 

@@ -7,7 +7,6 @@ that read outputs straight after each step, as FMPy does, never see them.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -17,6 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi2
+from support.small_systems import Fmus
 from unit.cosim.preparation.test_dependence import silenced
 
 from m4e_fmi.cosim import (
@@ -33,7 +33,6 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
 OUTPUTS = ("yz.y", "yz.z", "x.x")
 """Of these yz.z is not connected."""
 

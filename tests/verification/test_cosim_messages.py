@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from support.small_systems import Fmus
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
@@ -23,7 +23,6 @@ from m4e_fmi.cosim import (
 from m4e_fmi.errors import RunError
 from m4e_fmi.report import run_summary
 
-Fmus = Callable[[str], Path]
 VERSIONS = ["talker", "1:talker", "3:talker"]
 
 
@@ -181,39 +180,3 @@ def test_messages_of_a_run_that_fails_are_in_its_results(c_fmu: Fmus, tmp_path: 
     lines = load(tmp_path / "r.nc").attributes["messages"].splitlines()
     assert [line.split(",")[0] for line in lines] == ["pump", "rogue"]
     assert "rogue, error at t = 0.4 s: the pump ran dry" in lines[1]
-
-
-def test_run_and_info_tell_of_an_input_that_nobody_feeds(
-    c_fmu: Fmus,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    loop = ["plant.y -> control.y", "control.u -> plant.u"]
-    told = "control.y is connected to nothing and runs on its start value 0: connect it"
-
-    def write(connections: list[str]) -> None:
-        content = {
-            "name": "loop",
-            "components": {
-                "plant": {"fmu": str(c_fmu("lag")), "start": {"y": 1}},
-                "control": {"fmu": str(c_fmu("pi"))},
-            },
-            "connections": connections,
-            "simulation": {"stop_time": 1.0, "step_size": 0.1},
-        }
-        Path("system.yaml").write_text(json.dumps(content))
-
-    write(loop[1:])
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    out, err = capsys.readouterr()
-    assert err.count(f"warning: {told}") == 1
-    assert told not in out
-    assert main(["info", "system.yaml"]) == 0
-    out = capsys.readouterr().out
-    assert f"warning: {told}" in out
-    assert "unconnected inputs, which keep their start values:\n  control.y = 0\n" in out
-    write(loop)
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    assert "connected to nothing" not in "".join(capsys.readouterr())

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, System, load, run
 
-Fmus = Callable[[str], Path]
 VERSIONS = ["", "1:", "3:"]
 
 

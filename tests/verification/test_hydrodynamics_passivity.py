@@ -21,7 +21,7 @@ from support.published_coefficients import (
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.flow import cache
-from m4e_adapters.hydrodynamics.memory import group_fit, soundness
+from m4e_adapters.hydrodynamics.memory import group_fit
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
@@ -167,21 +167,6 @@ def test_data_that_end_early_are_told() -> None:
         warnings = [text for text in told if "still more than half" in text]
         assert bool(warnings) == expected
         assert not expected or "ball heave at 1.5 rad/s (9" in warnings[0]
-
-
-def test_no_real_data_at_a_steep_peak_are_left_out() -> None:
-    """A flap in deep water: its damping doubles from one frequency of the table to the next."""
-    omega = np.arange(1, 41) * 0.0927
-    s = 1j * omega
-    peak, plateau = s / ((s + 0.15) ** 2 + 1.3**2), 0.1 * s / ((s + 1.0) ** 2 + 1.5**2)
-    known = np.ones((1, 40), dtype=bool)
-    values = (peak + plateau)[None, :] / np.abs(peak).max()
-    assert soundness.on_the_line(omega, values, known).all()
-    for spoilt in ([20], [30], [20, 21]):
-        wrong = values.copy()
-        wrong[0, spoilt] += 0.2
-        trusted = soundness.on_the_line(omega, wrong, known)
-        assert np.flatnonzero(~trusted).tolist() == spoilt
 
 
 def spoilt_beyond(end: float) -> Coefficients:
@@ -361,20 +346,6 @@ def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.Monke
     changed = replace(changed, misfit=replace(good.misfit, error=0.01))
     fits_in_turn(monkeypatch, changed, good)
     assert fit_radiation(data).groups == (good,)
-
-
-def test_a_fit_of_less_data_is_compared_on_these(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fit that seems poor, for data that scatter, and is better than another below these."""
-    data = replace(sphere(), resolved=(2.5,))
-    good = fit_radiation(data).groups[0]
-    assert isinstance(good, RadiationGroup)
-    damping = data.radiation_damping.copy()
-    high = data.omega > 1.9
-    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
-    poor = replace(good, misfit=replace(good.misfit, error=0.1))
-    other = replace(good, misfit=replace(good.misfit, error=0.019))
-    fits_in_turn(monkeypatch, poor, poor, other)
-    assert fit_radiation(replace(data, radiation_damping=damping)).groups == (poor,)
 
 
 def test_cross_terms_that_are_noise_are_dropped() -> None:

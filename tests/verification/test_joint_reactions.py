@@ -94,21 +94,6 @@ def test_a_weld_carries_a_bracket() -> None:
     assert reaction(found, "weld") == pytest.approx((0.0, 5 * G, moment), abs=1e-13)
 
 
-def test_an_added_mass_is_felt_by_the_joint() -> None:
-    """Pushed along X, a buoy on a vertical rail meets the water's coupling of heave and surge."""
-    model = Model(
-        name="buoy",
-        gravity=0.0,
-        bodies={"buoy": Body(4.0, 1.0, added_mass=True)},
-        joints={"rail": Joint("prismatic", "buoy", direction=(0, 1))},
-    )
-    values = {"added_mass[2,2]": 6.0, "added_mass[1,2]": 1.5, "added_mass[3,2]": 0.7}
-    found = Evaluated(model_program(model)).outputs({**values, "body.buoy.force_z": 20.0})
-    assert found["body.buoy.az"] == pytest.approx(2.0, rel=ROUNDING)
-    # what holds it has to move the water: R = A v̇
-    assert reaction(found, "rail") == pytest.approx((3.0, 0.0, 1.4), rel=ROUNDING, abs=1e-14)
-
-
 def test_symbolic_reactions() -> None:
     model = Model(
         name="link",

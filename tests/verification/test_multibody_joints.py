@@ -6,7 +6,6 @@ Both sides are double precision; see support/lagrange.py for the tolerance.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 import sympy as sp
@@ -145,18 +144,3 @@ def test_initial_values_are_relative_and_what_bodies_report_is_absolute() -> Non
     rates = Evaluated(program).rates(state)
     alpha = rates["joint.shoulder.u"] + rates["joint.elbow.u"]
     assert got["body.lower.alpha"] == pytest.approx(alpha, rel=1e-12)
-
-
-def test_a_chain_in_relative_angles_costs_what_one_in_absolute_angles_costs() -> None:
-    def operations(coordinate: str, n: int) -> int:
-        link = Joint("revolute", "b", "a", (0.0, -0.5), (0.0, -0.5), None, coordinate)  # pyright: ignore[reportArgumentType]
-        joints = {
-            f"j{k}": replace(link, child=f"b{k}", parent=f"b{k - 1}" if k else "ground")
-            for k in range(n)
-        }
-        model = Model(name="c", bodies={f"b{k}": Body(1.0, 1.0) for k in range(n)}, joints=joints)
-        program = recorded(model, topology(model), Recursion)
-        return len(program.operations(program.rates))
-
-    # of each link: its absolute angle and rate, and the difference of two accelerations
-    assert operations("relative", 40) <= operations("absolute", 40) + 3 * 40

@@ -6,7 +6,7 @@ Simulations have a tolerance of 1e-10 per step and some hundred steps.
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asinh, cos, pi, sin, sinh, sqrt, tanh
+from math import asinh, pi, sinh, sqrt, tanh
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,6 @@ from m4e_fmi.model import (
     Parameter,
     Point,
     PointDrag,
-    PointForce,
     Table,
     TensionDamper,
     TensionSpring,
@@ -154,40 +153,6 @@ class TestLaws:
 
 
 class TestForces:
-    @pytest.mark.parametrize("load", [
-        BodyForce("body", (3.0, -1.0), 0.4, "body"),
-        PointForce("top", (3.0, -1.0), "body"),
-    ])  # fmt: skip
-    def test_forces_in_body_axes_turn_with_the_body(self, load: Load) -> None:
-        model = Model(
-            name="free",
-            gravity=0.0,
-            bodies={"body": Body(MASS, INERTIA)},
-            joints={"sea": Joint("floating", "body")},
-            points={"top": Point("body", (0.0, 0.5))},
-            loads={"load": load},
-        )
-        theta = 0.7
-        rates = Evaluated(model_program(model)).rates({"body.body.theta": theta})
-        x, z = 3 * cos(theta) - sin(theta), -3 * sin(theta) - cos(theta)
-        assert rates["body.body.vx"] == pytest.approx(x / MASS, rel=ROUNDING)
-        assert rates["body.body.vz"] == pytest.approx(z / MASS, rel=ROUNDING)
-        # at the point 0.5 above: M_y = 0.5 · 3
-        moment = 0.4 if isinstance(load, BodyForce) else 1.5
-        assert rates["body.body.omega"] == pytest.approx(moment / INERTIA, rel=ROUNDING)
-
-    @pytest.mark.parametrize("coordinate", ["absolute", "relative"])
-    def test_a_joint_effort_is_what_the_input_is(self, coordinate: str) -> None:
-        load = JointEffort("b", "3*t - 2*joint.b.u + body.first.theta")
-        model = pair(load, coordinate)
-        state = {"joint.b.u": 0.3, "joint.a.q": 0.8, "joint.a.u": -0.1}
-        loaded = Evaluated(model_program(model)).rates(state, t=2.0)
-        effort = 3 * 2.0 - 2 * 0.3 + 0.8
-        bare = Evaluated(model_program(replace(model, loads={})))
-        driven = bare.rates({**state, "joint.b.effort": effort})
-        assert loaded == pytest.approx(driven, rel=ROUNDING)
-        assert loaded["joint.a.u"] == pytest.approx(-effort / INERTIA, rel=ROUNDING)
-
     def test_an_expression_of_the_motion_closes_a_loop(self) -> None:
         """A PD controller written as a force: ẍ = (−8 x − 2 ẋ)/2, ω = 2, ζ = 1/4."""
         load = BodyForce("block", ("-8*body.block.x - 2*point.hook.vx", 0.0))

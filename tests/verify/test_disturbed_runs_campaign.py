@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,11 +20,11 @@ from support.disturbed import (
     running,
     write_system,
 )
+from support.small_systems import Fmus
 
 from m4e_fmi.cosim import load_system, run
 from m4e_fmi.results.results_file import Results, load
 
-Fmus = Callable[[str], Path]
 SEED = int(os.environ.get("SEED", "20261122"))
 OLD = b"results of an earlier run"
 
