@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import tracemalloc
 from pathlib import Path
 
 import pytest
 from support.small_systems import Fmus
 
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
     Component,
     CouplingErrorReport,
@@ -112,26 +110,6 @@ def test_the_steps_that_tell_the_error_are_not_heard(c_fmu: Fmus) -> None:
 
 def _silent(talker: Component) -> Component:
     return Component(talker.name, talker.source, {"answer": 1.0, "count": 0.0})
-
-
-def test_the_command_tells_at_once_and_in_the_summary(
-    c_fmu: Fmus,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    content = {
-        "name": "talking",
-        "components": {"pump": {"fmu": str(c_fmu("talker")), "start": {"when": 0.5}}},
-        "connections": [],
-        "simulation": {"stop_time": 1.0, "step_size": 0.1},
-    }
-    Path("system.yaml").write_text(json.dumps(content))
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    told = capsys.readouterr()
-    assert told.err.count("pump, warning at t = 0.5 s: line aaa is 500 m too long") == 1
-    assert "pump, warning, 5 times, t = 0.5 s to 0.9 s: line aaa is 500 m too long" in told.out
 
 
 @pytest.mark.parametrize(

@@ -165,19 +165,6 @@ def test_the_damping_at_resonance(
         assert found == pytest.approx(exact, rel=0.01)
 
 
-def test_the_program_is_the_group_that_was_told(memories: Of) -> None:
-    """K(jω) of the program's equations and of the group; and a past that cannot grow."""
-    data = sphere()
-    (group,) = fit_radiation(data, convolution=True).groups
-    assert isinstance(group, ConvolutionGroup)
-    memory = memories("sphere")["convolution"]
-    assert len(memory.a) == group.order
-    omega = np.linspace(0.0, 12.0, 40)
-    apart = memory.transfer(omega)[:, 1, 1] - group.transfer(omega)[:, 0, 0]
-    assert np.abs(apart).max() < 1e-9 * data.radiation_damping.max()
-    assert np.linalg.eigvals(memory.a).real.max() < 0
-
-
 @pytest.mark.verifies(
     "convolution, passive at all frequencies: least eigenvalue of Re K, over the largest |K|, 0 to "
     "100 rad/s; the damping added for that, over the largest B",

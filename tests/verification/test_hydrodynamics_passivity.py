@@ -311,22 +311,15 @@ def test_a_body_without_memory_is_named() -> None:
     ]
 
 
-def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:
-    data = sphere()
-    told: list[str] = []
-    wrong = replace(data, added_mass_inf=1.05 * data.added_mass_inf)
+@pytest.mark.parametrize(("factor", "head"), [(1.05, ""), (1.2, "warning: ")])
+def test_an_added_mass_that_disagrees_is_fitted_and_told(factor: float, head: str) -> None:
+    data, told = sphere(), list[str]()
+    wrong = replace(data, added_mass_inf=factor * data.added_mass_inf)
     memory = fit_radiation(wrong, progress=told.append)
+    assert told[0].startswith(f"{head}radiation of ball heave")
     assert "A(ω) and A∞ disagree, A∞ is by the fit: ball heave 1.30" in told[0]
     assert memory.added_mass_inf[1, 1] == pytest.approx(data.added_mass_inf[1, 1], rel=2e-3)
-    memory = fit_radiation(data)
-    assert memory.added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
-
-
-def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
-    data, told = sphere(), []
-    fit_radiation(replace(data, added_mass_inf=1.2 * data.added_mass_inf), progress=told.append)
-    assert told[0].startswith("warning: radiation of ball heave")
-    assert "A∞ is by the fit: ball heave 1.30" in told[0]
+    assert fit_radiation(data).added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
 
 
 def fits_in_turn(monkeypatch: pytest.MonkeyPatch, *fits: RadiationGroup) -> None:
