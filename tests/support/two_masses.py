@@ -23,7 +23,7 @@ MOTION = (
     -float(np.sin(TIME) - _FAST * np.sin(_FAST * TIME)) / 2,
 )
 """x and v of both masses after 10 s, [m] and [m/s]."""
-EXACT = dict(zip(STATES, MOTION, strict=True))
+EXACT: dict[str, float] = dict(zip(STATES, MOTION, strict=True))
 SETTINGS = Simulation(TIME, 0.1)
 
 

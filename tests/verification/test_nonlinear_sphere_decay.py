@@ -27,8 +27,8 @@ RELEASE = 5.0  # m above the equilibrium
 )
 def test_against_cfd(tmp_path: Path) -> None:
     file = write_system(tmp_path, release=RELEASE, stop_time=30.0)
-    files = {"results": tmp_path / "decay.nc", "build_directory": tmp_path}
-    results = run(load_system(file), **files, certify=False).results()
+    system, path = load_system(file), tmp_path / "decay.nc"
+    results = run(system, results=path, build_directory=tmp_path, certify=False).results()
     times, heave = np.loadtxt(SERIES, delimiter=",", comments="#").T
     found = np.interp(times, results.time, results["body.body.ball.z"].values - EQUILIBRIUM)
     assert np.sqrt(np.mean((found - heave) ** 2)) < 0.008 * RELEASE

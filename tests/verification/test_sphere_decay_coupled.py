@@ -32,8 +32,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def decay(folder: Path) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and displacement above equilibrium [m]."""
-    files = {"results": folder / "decay.nc", "build_directory": folder}
-    results = run(load_system(EXAMPLE), **files, certify=False).results()
+    system, file = load_system(EXAMPLE), folder / "decay.nc"
+    results = run(system, results=file, build_directory=folder, certify=False).results()
     return results.time, results["body.body.sphere.z"].values - EQUILIBRIUM
 
 
