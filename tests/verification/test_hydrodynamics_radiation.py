@@ -153,12 +153,6 @@ def test_memory_force_against_convolution(sphere: Coefficients) -> None:
     np.testing.assert_allclose(force, np.interp(time, fine, direct), atol=0.01 * abs(direct).max())
 
 
-def test_a_steady_velocity_feels_no_memory(sphere: Coefficients) -> None:
-    _, force = run(hydrodynamics_program(sphere), lambda _: 1.0, 200.0)
-    assert abs(force[-1]) < FIT * sphere.radiation_damping.max()
-    assert abs(force).max() > 0.1 * sphere.radiation_damping.max()
-
-
 def test_parts_of_the_force(sphere: Coefficients) -> None:
     """Away from the reference pose, without memory: buoyancy − K ξ − c |v| v, and A∞ beside it."""
     program = hydrodynamics_program(

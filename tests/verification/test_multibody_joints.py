@@ -13,7 +13,7 @@ from support.lagrange import RELATIVE, Mechanism, assert_accelerations, forces, 
 from support.programs import Evaluated
 
 from m4e_fmi.model import Body, Joint, Model, Point, TorsionDamper, TorsionSpring
-from m4e_fmi.multibody import Equations, model_program, topology
+from m4e_fmi.multibody import model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.model_program.recording import recorded
 from m4e_fmi.multibody.sensitivity import Recursion
@@ -72,13 +72,6 @@ def test_what_is_welded_together_moves_like_one_body(algorithm: type) -> None:
     assert got["energy.total"] == pytest.approx(want["energy.total"], rel=RELATIVE)
     assert got["body.bob.theta"] == 0.7
     assert got["body.bob.alpha"] == got["body.rod.alpha"]
-
-
-def test_a_welded_body_has_no_coordinate_and_no_effort() -> None:
-    program = model_program(welded())
-    assert [v.name for v in program.states] == ["joint.hinge.q", "joint.hinge.u"]
-    assert [v.name for v in program.inputs if v.name.startswith("joint")] == ["joint.hinge.effort"]
-    assert Equations(welded()).B.shape == (9, 1)
 
 
 def double_pendulum() -> Model:
