@@ -91,3 +91,9 @@ def test_a_loop_without_a_solution_is_an_error(c_fmu: Fmus) -> None:
     )
     with pytest.raises(RunError, match=named):
         run(stages.changed(start_time=1.0, stop_time=2.0))
+
+
+def test_an_fmu_that_cannot_go_back_is_named(c_fmu: Fmus) -> None:
+    parts, settings = {"a": "mass+state", "b": "partner"}, Simulation(1.0, 0.1, "implicit")
+    with pytest.raises(RunError, match=r"which b cannot\n.*corrector"):
+        run(system(c_fmu, parts, "a.m <-> b.end", simulation=settings))
