@@ -49,6 +49,19 @@ def c_fmu(
     return cache(built)
 
 
+@pytest.fixture
+def python_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs exchange values by the loop in Python, as where there is no library."""
+    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+
+
+@pytest.fixture(params=["C", "Python"])
+def loop(request: pytest.FixtureRequest) -> None:
+    """Runs exchange values by the loop in C and, again, by that in Python."""
+    if request.param == "Python":
+        request.getfixturevalue("python_loop")
+
+
 def pytest_configure() -> None:
     gc.set_threshold(*COLLECTION)
 

@@ -22,7 +22,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import Equations, mass_matrix_program, model_program
 from m4e_fmi.multibody.symbolic.code import Language
-from m4e_fmi.multibody.symbolic.intermediates import intermediates, terms
+from m4e_fmi.multibody.symbolic.intermediates import intermediates
 from m4e_fmi.runtime.engine import Engine
 
 FOLDER = Path(__file__).with_name("equations")
@@ -120,21 +120,6 @@ def test_long_pages_name_what_they_repeat(latex: bool) -> None:
     assert max(map(len, text.splitlines())) < 2_000
     full = Equations(model).text(latex=latex, explicit=True)
     assert len(full) > 5 * len(text)
-
-
-def test_expressions_that_share_much_are_not_walked_through_as_trees() -> None:
-    """Of 2^100 terms written out in full, as those of an arm in space have some 10^8."""
-    import sympy
-
-    x, a, b = sympy.symbols("x a b")
-    shared_much: Any = x
-    for _ in range(100):
-        shared_much = (shared_much + a) * (shared_much + b)
-    assert terms([x, (x + a) * (x + 2 * b)]) == 1 + 5
-    assert terms([shared_much]) == 2**100 + 2 * (2**100 - 1)
-    lines, reduced = intermediates([shared_much], [])
-    assert len(lines) == 99
-    assert terms(reduced) == 4
 
 
 def test_pages_too_long_to_be_written_out_are_refused() -> None:

@@ -168,13 +168,6 @@ def test_corners(name: str, point: tuple[float, float], expected: tuple[float, f
     assert tuple(slopes) == expected
 
 
-def test_unknown_names() -> None:
-    program = one_operation("add")
-    for derive in (lambda: tangent(program, ["a", "c"]), lambda: jacobian(program, by=["c"])):
-        with pytest.raises(KeyError, match="one has no parameter, input or state c"):
-            derive()
-
-
 def test_a_power_has_a_slope_where_its_base_is_zero() -> None:
     r = Recorder("power", "")
     a = r.input(Variable("a", "1", "a"))

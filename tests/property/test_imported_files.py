@@ -6,30 +6,23 @@ what does not belong there.
 
 from __future__ import annotations
 
-import copy
 import json
+import random
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from support import paper_listings
 from support.chrono_files import chrono_model
 from support.chrono_mechanisms import spatial_mechanism
+from support.fuzz.trees import damaged_yaml
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.model import Model
 from m4e_fmi.model.chrono import model_of_chrono
 from m4e_fmi.model.m4e import model_of_lists
-
-EXAMPLES = 100
-STRANGE = (
-    None, True, 0, -1, 1e308, float("nan"), float("inf"), "", "t", "x + y", "__import__('os')",
-    "BD10", "ground", "REVOLUTE", [], [0], [0, 0, 0], {}, {"name": "a"}, [[0, 1]], 10**30,
-    [[1, 2], [0, 1]], "R", "P", ["F"],
-)  # fmt: skip
 
 
 def chrono() -> Any:
@@ -84,61 +77,21 @@ def test_the_whole_is_a_model(form: str) -> None:
     assert isinstance(read(Document.parse(text, "file.yaml")), Model)
 
 
-def places(data: Any, at: tuple = ()) -> list[tuple]:
-    """Where every value of nested data stands."""
-    if not isinstance(data, dict | list):
-        return []
-    items = data.items() if isinstance(data, dict) else enumerate(data)
-    return [place for key, value in items for place in [(*at, key), *places(value, (*at, key))]]
-
-
-@st.composite
-def damaged(draw: st.DrawFn, whole: Any) -> Any:
-    data = copy.deepcopy(whole)
-    for _ in range(draw(st.integers(1, 4))):
-        *parents, last = draw(st.sampled_from(places(data)))
-        target = data
-        for key in parents:
-            target = target[key]
-        match draw(st.sampled_from(("remove", "replace", "rename", "copy"))):
-            case "remove":
-                del target[last]
-            case "rename" if isinstance(target, dict):
-                target[draw(st.sampled_from(("", "name", "extra", "type")))] = target.pop(last)
-            case "copy":
-                other = draw(st.sampled_from(places(whole)))
-                value = whole
-                for key in other:
-                    value = value[key]
-                target[last] = copy.deepcopy(value)
-            case _:
-                target[last] = copy.deepcopy(draw(st.sampled_from(STRANGE)))
-        if not places(data):
-            break
-    return data
-
-
 @pytest.mark.verifies(
     "damaged files of Chrono and the paper give a message or a model",
     analytic="no other outcome",
     tolerance="identical",
 )
 @pytest.mark.parametrize("form", FORMS)
-@given(choice=st.data())
-@settings(
-    max_examples=EXAMPLES,
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
-def test_a_message_or_a_model(form: str, choice: st.DataObject) -> None:
+@pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.verify)])
+def test_a_message_or_a_model(form: str, count: int, tmp_path: Path) -> None:
     whole, read = FORMS[form]
-    data = choice.draw(damaged(whole))
-    text = json.dumps(data).replace("NaN", ".nan").replace("Infinity", ".inf")
-    try:
-        model = read(Document.parse(text, "file.yaml"))
-    except InputError as error:
-        problems = error.problems
-        model = None
-    else:
-        problems = []
-    assert isinstance(model, Model) or (problems and all(p.message for p in problems))
+    sound, file = json.dumps(whole).encode(), tmp_path / "file.yaml"
+    for seed in range(count):
+        file.write_bytes(damaged_yaml(sound, random.Random(seed)))
+        found: Model | InputError
+        try:
+            found = read(Document.load(file))
+        except InputError as error:
+            found = error
+        assert isinstance(found, Model) or (found.problems and all(map(str, found.problems)))

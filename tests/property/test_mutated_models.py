@@ -1,19 +1,17 @@
 """Model files with random damage: a message or a model that runs, never a traceback, never code.
 
-10,000 small files, and some of a long one. `python -m property.test_mutated_models 100000` from the
-folder tests tries more of the long one.
+A sample; `make verify` tries five times as many.
 """
 
 from __future__ import annotations
 
 import random
-import re
-import sys
 from pathlib import Path
 
 import pytest
 from ruamel.yaml import YAML
 from support.flap_file import TEXT, WAVE
+from support.fuzz.texts import WORDS, damaged_text
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -50,60 +48,33 @@ WRONG = tuple(
     for case in YAML(typ="safe", pure=True).load(CORPUS.read_text("utf-8"))["cases"].values()
 )
 EXECUTED = "executed"
-WORDS = (
-    *(
-        "1e999",
-        "1/0",
-        "-",
-        "**",
-        "0.5",
-        "null",
-        "true",
-        "~",
-        "'",
-        '"',
-        "\t",
-        "&a",
-        "*a",
-        "..",
-        "!!",
-    ),
-    *("law", "l", "theta", "t", "abs(l)", "(l+1)**4", "max(", "joint.hinge.q", "__class__"),
-    *(f"open('{EXECUTED}', 'w')", f"!!python/object/apply:open ['{EXECUTED}', 'w']"),
+OWN_WORDS = (
+    *("-", "**", "0.5", "'", '"', "\t", "law", "l", "theta", "abs(l)", "(l+1)**4", "max("),
+    *("joint.hinge.q", "__class__", f"open('{EXECUTED}', 'w')"),
+    f"!!python/object/apply:open ['{EXECUTED}', 'w']",
 )
 
 
-def words_of(text: str) -> list[str]:
-    return re.findall(r"\w+|\W", text) or [""]
-
-
-def damaged(seed: int, texts: tuple[str, ...]) -> str:
-    """One of `texts` with one to three of its words changed, doubled, left out or exchanged."""
-    r = random.Random(seed)
-    words = words_of(r.choice(texts))
-    others = [*sorted({*words}), *WORDS]
-    for _ in range(r.choice([1, 1, 2, 3])):
-        i, j = r.randrange(len(words)), r.randrange(len(words))
-        match r.randrange(5):
-            case 0 | 1:
-                words[i] = r.choice(others)
-            case 2:
-                words.insert(i, r.choice(others))
-            case 3 if len(words) > 1:
-                del words[i]
-            case _:
-                words[i], words[j] = words[j], words[i]
-    return "".join(words)
-
-
 def check(seed: int, folder: Path, *texts: str) -> bool:
-    """True if the damaged file is still a model. Any other error than ours is raised."""
+    """True if one of `texts` with one to three pieces of damage is still a model.
+
+    Any other error than ours is raised.
+    """
+    r = random.Random(seed)
+    content = r.choice(texts).encode()
+    for _ in range(r.choice([1, 1, 2, 3])):
+        content = damaged_text(content, (*WORDS, *OWN_WORDS), r)
     try:
-        model = model_of(Document.parse(damaged(seed, texts), folder / "flap.model.yaml"))
+        model = model_of(Document.parse(content.decode(), folder / "flap.model.yaml"))
     except InputError:
         return False
     assert model_program(model).states
     return True
+
+
+def blocks(sample: int, whole: int) -> list[object]:
+    """Numbers up to before `whole`, those from `sample` on for `make verify`."""
+    return [k if k < sample else pytest.param(k, marks=pytest.mark.verify) for k in range(whole)]
 
 
 @pytest.fixture
@@ -119,26 +90,17 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     analytic="no other outcome",
     tolerance="identical",
 )
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", blocks(1, 4))
 def test_damaged_files(block: int, folder: Path) -> None:
     models = sum(check(seed, folder, TEXT) for seed in range(100 * block, 100 * (block + 1)))
     assert 0 < models < 50
     assert not (folder / EXECUTED).exists()
 
 
-@pytest.mark.parametrize("block", range(10))
+@pytest.mark.parametrize("block", blocks(2, 10))
 def test_damaged_small_files(block: int, folder: Path) -> None:
     """Half of them were wrong before."""
     texts = (*SOUND * 45, *WRONG)
     models = sum(check(seed, folder, *texts) for seed in range(1000 * block, 1000 * (block + 1)))
     assert 10 < models < 300
     assert not (folder / EXECUTED).exists()
-
-
-if __name__ == "__main__":
-    import tempfile
-
-    with tempfile.TemporaryDirectory() as name:
-        (Path(name) / "wave.csv").write_text(WAVE)
-        count = int(sys.argv[1])
-        print(sum(check(seed, Path(name), TEXT) for seed in range(count)), "models of", count)

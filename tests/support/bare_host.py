@@ -15,7 +15,6 @@ from xml.etree import ElementTree
 STEPS, H = 50, 0.01
 TEXT = ctypes.c_char_p
 LOGGER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, TEXT, ctypes.c_int, TEXT, TEXT)
-ALLOCATE = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t)
 FREE = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
 PROCESS = ctypes.CDLL(None)
 PROCESS.calloc.restype = ctypes.c_void_p

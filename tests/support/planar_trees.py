@@ -86,8 +86,9 @@ class Reference:
         self.parameters = {
             name: mpmath.mpf(values.get(name, p.value)) for name, p in model.parameters.items()
         }
-        self._known_steps: dict[tuple[Any, ...], list[list[Any]]] = {}
-        self._known_poses: dict[tuple[Any, ...], list[tuple[Any, Any, Any]]] = {}
+        # by the identity of numbers, which are kept: their hashes would take a fifth of all time
+        self._known_steps: dict[tuple[int, ...], tuple[list[Any], list[list[Any]]]] = {}
+        self._known_poses: dict[tuple[int, ...], tuple[list[Any], list[tuple[Any, Any, Any]]]] = {}
         self.u = [mpmath.mpf(values[name]) for name in self._names(("vx", "vz", "omega"), "u")]
 
     def _names(self, floating: tuple[str, ...], other: str) -> list[str]:
@@ -115,10 +116,10 @@ class Reference:
 
     def poses(self, q: list[Any]) -> list[tuple[Any, Any, Any]]:
         """(x, z, θ) of every link. The same few q are asked for again and again."""
-        key = tuple(q)
+        key = tuple(map(id, q))
         if key not in self._known_poses:
-            self._known_poses[key] = self._poses(q)
-        return self._known_poses[key]
+            self._known_poses[key] = [*q], self._poses(q)
+        return self._known_poses[key][1]
 
     def _poses(self, q: list[Any]) -> list[tuple[Any, Any, Any]]:
         result: list[tuple[Any, Any, Any]] = []
@@ -149,15 +150,17 @@ class Reference:
         point = self.model.points[name]
         return self.placed(self.pose(point.body, q), point.at)
 
+    def moved(self, side: int, along: list[Any]) -> list[Any]:
+        """The coordinates after a step; those that stay are the same objects."""
+        pairs = zip(self.q, along, strict=True)
+        return [q + side * STEP * d if d else q for q, d in pairs]
+
     def slope(self, function: Callable[[list[Any]], Any], along: list[Any]) -> Any:
         """Derivative of a scalar function of q along a direction."""
-        key = tuple(along)
+        key = tuple(map(id, along))
         if key not in self._known_steps:
-            self._known_steps[key] = [
-                [q + side * STEP * d for q, d in zip(self.q, along, strict=True)]
-                for side in (1, -1)
-            ]
-        ahead, behind = map(function, self._known_steps[key])
+            self._known_steps[key] = [*along], [self.moved(side, along) for side in (1, -1)]
+        ahead, behind = map(function, self._known_steps[key][1])
         return (ahead - behind) / (2 * STEP)
 
     def accelerations(self) -> list[Any]:
@@ -166,6 +169,7 @@ class Reference:
         units = [[mpmath.mpf(i == j) for i in range(n)] for j in range(n)]
         B = mpmath.matrix(3 * bodies, n)
         bias = mpmath.matrix(3 * bodies, 1)
+        steps = [self.moved(side, self.u) for side in (1, -1)]
         for row in range(3 * bodies):
 
             def part(q: list[Any], row: int = row) -> Any:
@@ -173,15 +177,11 @@ class Reference:
 
             for j, unit in enumerate(units):
                 B[row, j] = self.slope(part, unit)
-            ahead, behind = (
-                [q + side * STEP * u for q, u in zip(self.q, self.u, strict=True)]
-                for side in (1, -1)
-            )
+            ahead, behind = steps
             bias[row] = (part(ahead) - 2 * part(self.q) + part(behind)) / STEP**2
-        inertia = self._inertia()
+        weighted = B.T * self._inertia()
         forces = mpmath.matrix([self._work(unit) for unit in units])
-        M = B.T * inertia * B
-        return list(mpmath.lu_solve(M, forces - B.T * inertia * bias))
+        return list(mpmath.lu_solve(weighted * B, forces - weighted * bias))
 
     def _inertia(self) -> Any:
         links = self.tree.links

@@ -51,7 +51,7 @@ class RandomSystem:
         first = self.system.components[0].start
         mass, usual, damping = (float(str(first[n])) for n in ("mass", "damping", "damping"))
         row = len(self.start) // 2
-        found, ways = [], []
+        found, ways, way = [], [], np.empty(0)
         with start(self.system) as execution:
             for k, point in enumerate(execution):
                 found.append([point[name] for name in self.names])
@@ -64,9 +64,11 @@ class RandomSystem:
                         if not execution.done:
                             execution.step()
                     execution.restore(state)
-                matrix = self.matrix.copy()
-                matrix[row, row] -= (damping - usual) / mass
-                ways.append(expm(matrix * self.system.simulation.step_size))
+                if k in dampings or not ways:
+                    matrix = self.matrix.copy()
+                    matrix[row, row] -= (damping - usual) / mass
+                    way = expm(matrix * self.system.simulation.step_size)
+                ways.append(way)
         return self._compared(found, ways[:-1]), _stated(execution.outcome)
 
     def _compared(self, found: Sequence[Sequence[float]], ways: Sequence[np.ndarray]) -> float:

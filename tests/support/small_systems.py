@@ -6,7 +6,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim import (
+    Component,
+    FmuFile,
+    Network,
+    Outcome,
+    Prepared,
+    Simulation,
+    System,
+    run,
+)
 
 Fmus = Callable[[str], Path]
 Starts = Mapping[str, Mapping[str, float | str]]
@@ -36,16 +45,21 @@ def oscillator(fmus: Fmus, simulation: Simulation, options: str = "", of: str = 
     return system(fmus, names, "body.m <-> spring.end", start=start, simulation=simulation)
 
 
-def observed(given: System, *names: str) -> tuple[list[list[Any]], Outcome]:
-    """The time and the values of variables at all points of a run, and its outcome."""
+def observed(
+    given: System | Prepared, *names: str, **options: Any
+) -> tuple[list[list[Any]], Outcome]:
+    """The time and the values of variables at all points of a run, and its outcome.
+
+    `options` are those of `run`.
+    """
     found: list[list[Any]] = []
 
     def observe(time: float, network: Network) -> None:
         found.append([time, *(network.read(name) for name in names)])
 
-    return found, run(given, observers=[observe])
+    return found, run(given, observers=[observe], **options)
 
 
-def watched(given: System, *names: str) -> list[list[Any]]:
+def watched(given: System | Prepared, *names: str, **options: Any) -> list[list[Any]]:
     """The values of variables at all points of a run."""
-    return [row[1:] for row in observed(given, *names)[0]]
+    return [row[1:] for row in observed(given, *names, certify=False, **options)[0]]

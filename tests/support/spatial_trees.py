@@ -8,6 +8,7 @@ of all bodies are projected on the velocities of the joints.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import mpmath
@@ -266,6 +267,16 @@ class SpatialReference:
         """Poses a step ahead and a step behind at velocities `u`."""
         return self.poses(u, None, STEP), self.poses(u, None, -STEP)
 
+    @cached_property
+    def course(self) -> tuple[list[tuple[Any, Any]], list[tuple[Any, Any]]]:
+        """Poses a step ahead and a step behind."""
+        return self.along(self.u)
+
+    @cached_property
+    def motion(self) -> list[Any]:
+        """(v, ω) of every CG."""
+        return self.velocities(self.u)
+
     def velocities(self, u: Sequence[Any]) -> list[Any]:
         """(v, ω) of every CG, one after the other."""
         ahead, behind = self.along(u)
@@ -276,18 +287,21 @@ class SpatialReference:
 
     def bias(self) -> list[Any]:
         """(a, α) of every CG while no velocity of a joint changes."""
-        ahead, behind = self.along(self.u)
+        ahead, behind = self.course
         found: list[Any] = []
         for (p, R), (q, S), (x, now) in zip(ahead, behind, self.now, strict=True):
             found += [*((p - 2 * x + q) / STEP**2), *(axial((R - 2 * now + S) * now.T) / STEP**2)]
         return found
 
-    def tensor(self, k: int) -> Any:
-        inertia: Any = self.model.bodies[self.tree.links[k].body].inertia
-        given = [self.number(part) for part in inertia]
-        xx, yy, zz, xy, yz, zx = [*given, 0, 0, 0][:6]
-        R = self.now[k][1]
-        return R * mpmath.matrix([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) * R.T
+    @cached_property
+    def tensors(self) -> list[Any]:
+        """Moments of inertia of every link, in world axes."""
+        found = []
+        for link, (_, R) in zip(self.tree.links, self.now, strict=True):
+            inertia: Any = self.model.bodies[link.body].inertia
+            xx, yy, zz, xy, yz, zx = [*map(self.number, inertia), 0, 0, 0][:6]
+            found.append(R * mpmath.matrix([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]) * R.T)
+        return found
 
     def accelerations(self) -> list[Any]:
         """u̇."""
@@ -311,7 +325,7 @@ class SpatialReference:
         for k, link in enumerate(self.tree.links):
             mass = self.number(self.model.bodies[link.body].mass)
             a, alpha = motion[6 * k : 6 * k + 3], column(motion[6 * k + 3 : 6 * k + 6])
-            found += [*(mass * part for part in a), *(self.tensor(k) * alpha)]
+            found += [*(mass * part for part in a), *(self.tensors[k] * alpha)]
         moved = [motion[6 * k + c] for k in self.wet for c in range(6)]
         for row, (k, c) in enumerate(((k, c) for k in self.wet for c in range(6)), start=1):
             entries = (self.value(f"added_mass[{row},{j}]") for j in range(1, len(moved) + 1))
@@ -320,10 +334,10 @@ class SpatialReference:
 
     def needed(self, motion: Sequence[Any]) -> list[Any]:
         """The wrenches about the CGs that Newton and Euler ask for at accelerations `motion`."""
-        found, moving = self.inertial(motion), self.velocities(self.u)
+        found, moving = self.inertial(motion), self.motion
         for k in range(len(self.tree.links)):
             omega = column(moving[6 * k + 3 : 6 * k + 6])
-            for axis, part in enumerate(crossed(omega, self.tensor(k) * omega)):
+            for axis, part in enumerate(crossed(omega, self.tensors[k] * omega)):
                 found[6 * k + 3 + axis] += part
         return found
 
@@ -368,7 +382,7 @@ class SpatialReference:
             self._push(total, body, force, crossed(arm, force))
 
     def _moving(self, point: str) -> tuple[Vector, Vector]:
-        ahead, behind = self.along(self.u)
+        ahead, behind = self.course
         rate = (self.point(point, ahead) - self.point(point, behind)) / (2 * STEP)
         return self.point(point, self.now), rate
 
@@ -376,7 +390,7 @@ class SpatialReference:
         k = self.tree.index(body)
         if k < 0:
             return mpmath.eye(3), column([0, 0, 0])
-        return self.now[k][1], column(self.velocities(self.u)[6 * k + 3 : 6 * k + 6])
+        return self.now[k][1], column(self.motion[6 * k + 3 : 6 * k + 6])
 
     def _add(self, load: Load, total: list[Any], efforts: list[Any]) -> None:
         n = self.number
@@ -412,7 +426,7 @@ class SpatialReference:
                 self._push(total, load.body, turn * force, turn * moment)
             case BodyDrag():
                 k = self.tree.index(load.body)
-                v = column(self.velocities(self.u)[6 * k : 6 * k + 3]) - self.vector(load.flow)
+                v = column(self.motion[6 * k : 6 * k + 3]) - self.vector(load.flow)
                 w = self._turning(load.body)[1]
                 force = -n(load.coefficient) * length(v) * v
                 self._push(total, load.body, force, -n(load.moment_coefficient) * length(w) * w)
@@ -472,7 +486,7 @@ class SpatialReference:
         whole, efforts = self.wrenches()
         quiet = SpatialReference(self.model, {k: v for k, v in self.given.items() if not _acts(k)})
         own, rest = quiet.wrenches()
-        along = self.velocities(self.u)
+        along = self.motion
         pairs = zip(whole, own, along, strict=True)
         return sum((a - b) * v for a, b, v in pairs) + sum(
             (a - b) * v for a, b, v in zip(efforts, rest, self.u, strict=True)

@@ -103,7 +103,7 @@ def growth(system: System, names: tuple[str, ...]) -> float:
     """
     rows = []
     try:
-        with start(system) as run:
+        with start(system, certify=False) as run:
             rows += [[point[name] for name in names] for point in run]
     except RunError:  # an overflow, or an implicit step without a solution
         return math.inf

@@ -63,20 +63,16 @@ def trees() -> dict[str, tuple[str, ast.Module]]:
 def aliases() -> dict[str, frozenset[str]]:
     """Names of types that contain an array, by the module (dotted) that defines them."""
     found: dict[str, frozenset[str]] = {}
-    for root in ROOTS:
-        for file in (ROOT / root).rglob("*.py"):
-            tree = ast.parse(file.read_text(encoding="utf-8"))
-            path = file.relative_to(ROOT if root == "m4e_fmi" else ROOT / root)
-            names = [
-                node.targets[0].id
-                for node in tree.body
-                if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-                if isinstance(node.value, (ast.Subscript, ast.Attribute, ast.BinOp, ast.Name))
-                if mentions(node.value, ARRAYS)
-            ]
-            if names:
-                module = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
-                found[module] = frozenset(names)
+    for path, (_, tree) in trees().items():
+        names = [
+            node.targets[0].id
+            for node in tree.body
+            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
+            if isinstance(node.value, (ast.Subscript, ast.Attribute, ast.BinOp, ast.Name))
+            if mentions(node.value, ARRAYS)
+        ]
+        if names:
+            found[module_name(path)] = frozenset(names)
     return found
 
 

@@ -6,29 +6,29 @@ adaptive masters has an error of 3.4e-5 at 3,300 steps of one FMU.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.small_systems import Fmus, observed, system
+from support.two_masses import STATES, two_masses
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim import Outcome, Simulation, System, run
 from m4e_fmi.cosim.stepping.step_control import SMALLEST
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
-
-STATES = ("a.body.m.x", "a.body.m.vx", "b.x", "b.vx")
 D = 0.1
 MATRIX = np.array([[0, 1, 0, 0], [-2, -D, 1, D], [0, 0, 0, 1], [1, D, -2, -D]])
 EXACT = expm(10 * MATRIX)[:, 0]
 
 
-def oscillator(fmus: Fmus, options: str, settings: Simulation) -> System:
-    a = Component("a", FmuFile(fmus(f"mass{options}")), {"stiffness": 1.0, "body.m.x": 1.0})
-    b = Component("b", FmuFile(fmus(f"partner{options}")), {"damping": D})
-    return System("s", (a, b), ("a.m <-> b.end",), settings)
+def oscillator(fmus: Fmus, options: str, **settings: Any) -> System:
+    pair = two_masses(fmus, f"mass{options}", f"partner{options}").changed(**settings)
+    first, second = pair.components
+    return replace(pair, components=(first, replace(second, start={"damping": D})))
 
 
 def error(
@@ -38,14 +38,9 @@ def error(
     step: float = 0.5,
     algorithm: str = "corrector",
 ) -> tuple[float, Outcome]:
-    found = np.zeros(4)
-
-    def observe(_: float, network: Network) -> None:
-        found[:] = [network.read(name) for name in STATES]
-
-    settings = Simulation(10.0, step, algorithm, coupling_tolerance=tolerance)
-    outcome = run(oscillator(fmus, options, settings), observers=[observe])
-    return float(np.abs(found - EXACT).max()), outcome
+    settings = {"step_size": step, "algorithm": algorithm, "coupling_tolerance": tolerance}
+    rows, outcome = observed(oscillator(fmus, options, **settings), *STATES)
+    return float(np.abs(rows[-1][1:] - EXACT).max()), outcome
 
 
 def fmu_steps(outcome: Outcome, pieces: int) -> int:
@@ -85,20 +80,17 @@ def test_error_follows_the_tolerance(c_fmu: Fmus) -> None:
 
 
 def test_steps_are_within_bounds_and_meet_the_rows(c_fmu: Fmus, tmp_path: Path) -> None:
-    times: list[float] = []
-    settings = Simulation(10.0, 0.25, "corrector", output_interval=0.5, coupling_tolerance=1e-4)
-    system = oscillator(c_fmu, "+state", settings)
-    outcome = run(system, results=tmp_path / "r.nc", observers=[lambda t, _: times.append(t)])
+    settings = {"step_size": 0.25, "output_interval": 0.5, "coupling_tolerance": 1e-4}
+    rows, outcome = observed(oscillator(c_fmu, "+state", **settings), results=tmp_path / "r.nc")
+    times = np.ravel(rows)
     assert times[-1] == 10.0
     assert np.diff(times).max() <= 0.25 + 1e-12
     np.testing.assert_allclose(outcome.results().time, np.arange(0, 21) * 0.5, atol=1e-12)
 
 
 def test_an_fmu_that_cannot_go_back_is_named(c_fmu: Fmus) -> None:
-    settings = Simulation(10.0, 0.5, "corrector", coupling_tolerance=1e-4)
-    system = oscillator(c_fmu, "", settings)
     with pytest.raises(RunError, match="which a and b cannot"):
-        run(system)
+        run(oscillator(c_fmu, "", coupling_tolerance=1e-4))
 
 
 @pytest.mark.parametrize(
@@ -121,32 +113,31 @@ def test_the_certificate_holds_for_halves_too(c_fmu: Fmus) -> None:
 
 def test_what_no_step_resolves_is_an_error(c_fmu: Fmus) -> None:
     # y'' = 1e24 y needs steps of 1e-14 s
-    there = Component("a", FmuFile(c_fmu("integrator+state")), {"y": 1.0, "gain": 1e12})
-    back = Component("b", FmuFile(c_fmu("integrator+state")), {"gain": 1e12})
+    parts = {"a": "integrator+state", "b": "integrator+state"}
+    start = {"a": {"y": 1.0, "gain": 1e12}, "b": {"gain": 1e12}}
     settings = Simulation(1.0, 0.5, "corrector", coupling_tolerance=1e-6)
-    links = ("a.y -> b.u", "b.y -> a.u")
+    pair = system(c_fmu, parts, "a.y -> b.u", "b.y -> a.u", start=start, simulation=settings)
     with pytest.raises(RunError, match=r"coupling error of .* stays above coupling_tolerance"):
-        run(System("s", (there, back), links, settings))
+        run(pair)
+
+
+def two_integrals(fmus: Fmus, settings: Simulation, **start: float) -> System:
+    """A source s, its integral a, and the integral b of that."""
+    parts = {"s": "rogue+state", "a": "integrator+state", "b": "integrator+state"}
+    links = ("s.y -> a.u, units ignored", "a.y -> b.u")
+    return system(fmus, parts, *links, start={"s": start}, simulation=settings)
 
 
 def test_a_signal_that_starts_at_zero_does_not_stop_the_run(c_fmu: Fmus) -> None:
     # of y = t²/2 a first-order step misses a share that does not depend on its size
-    ramp = Component("s", FmuFile(c_fmu("rogue+state")), {"when": 9.0})
-    first = Component("a", FmuFile(c_fmu("integrator+state")))
-    second = Component("b", FmuFile(c_fmu("integrator+state")))
-    links = ("s.y -> a.u, units ignored", "a.y -> b.u")
     settings = Simulation(2.0, 0.1, "jacobi", coupling_tolerance=1e-5)
-    off: list[float] = []
-
-    def observe(time: float, network: Network) -> None:
-        exact = {"a.y": time**2 / 2, "b.y": time**3 / 6}
-        off.append(max(abs(network.read(name) - value) for name, value in exact.items()))
-
-    outcome = run(System("s", (ramp, first, second), links, settings), observers=[observe])
+    rows, outcome = observed(two_integrals(c_fmu, settings, when=9.0), "a.y", "b.y")
+    t, a, b = np.array(rows).T
+    off = np.abs([a - t**2 / 2, b - t**3 / 6])
     assert not isinstance(outcome.certificate, str)
     stated = next(e for e in outcome.certificate.errors if e.connection == "a.y -> b.u")
-    assert max(off) < 3 * stated.error * 2.0  # of a range of 2
-    assert max(off) > stated.error * 2.0 / 5
+    assert off.max() < 3 * stated.error * 2.0  # of a range of 2
+    assert off.max() > stated.error * 2.0 / 5
 
 
 @pytest.mark.verifies(
@@ -157,37 +148,25 @@ def test_a_signal_that_starts_at_zero_does_not_stop_the_run(c_fmu: Fmus) -> None
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
 def test_steps_shrink_onto_a_jump_and_pass_over_it(c_fmu: Fmus, tolerance: float) -> None:
     # x' = y, where y is 1 up to x = 0.5 and -1 down to x = -0.5
-    parts = [
-        Component(name, FmuFile(c_fmu(f"{model}+state+inputs")))
-        for name, model in (("r", "relay"), ("i", "integrator"))
-    ]
+    parts = {"r": "relay+state+inputs", "i": "integrator+state+inputs"}
     step, stop = 0.1, 5.2
     settings = Simulation(stop, step, coupling_tolerance=tolerance)
-    off: list[float] = []
-
-    def observe(time: float, network: Network) -> None:
-        s = (time + 0.5) % 2.0
-        off.append(abs(network.read("i.y") - (-0.5 + s if s <= 1 else 1.5 - s)))
-
-    system = System("s", tuple(parts), ("r.y -> i.u", "i.y -> r.u"), settings)
-    outcome = run(system, observers=[observe])
+    loop = system(c_fmu, parts, "r.y -> i.u", "i.y -> r.u", simulation=settings)
+    rows, outcome = observed(loop, "i.y")
+    t, x = np.array(rows).T
+    s = (t + 0.5) % 2.0
+    off = np.abs(x - np.where(s <= 1, -0.5 + s, 1.5 - s))
     # each of five jumps is found in a step of 1e-6 of the largest; the slope then changes by 2
-    assert max(off) < 5 * 2 * SMALLEST * step
+    assert off.max() < 5 * 2 * SMALLEST * step
     assert outcome.rejected > 5 * 6  # from the largest step to the smallest, by fifths at most
 
 
 def test_a_jump_costs_no_more_than_finding_it(c_fmu: Fmus) -> None:
     # y = t, and 100 more from 0.737 s on; the source alone knows when
-    source = Component("s", FmuFile(c_fmu("rogue+state")), {"what": 7.0, "when": 0.737})
-    parts = [Component(n, FmuFile(c_fmu("integrator+state"))) for n in "ab"]
-    links = ("s.y -> a.u, units ignored", "a.y -> b.u")
     settings = Simulation(2.0, 0.1, coupling_tolerance=1e-5)
-    found: dict[float, float] = {}
-    outcome = run(
-        System("s", (source, *parts), links, settings),
-        observers=[lambda t, n: found.__setitem__(t, n.read("a.y"))],
-    )
+    rows, outcome = observed(two_integrals(c_fmu, settings, what=7.0, when=0.737), "a.y")
     assert 0 < outcome.rejected <= 20
     assert outcome.steps < 20 + 3 * 20
     # the jump lies in one step of at most 1e-6 of the largest, and in no other
-    assert found[2.0] == pytest.approx(2.0 + 100 * (2.0 - 0.737), abs=100 * SMALLEST * 0.1)
+    exact = 2.0 + 100 * (2.0 - 0.737)
+    assert rows[-1] == [2.0, pytest.approx(exact, abs=100 * SMALLEST * 0.1)]

@@ -7,18 +7,15 @@ Quarter car: parameters of the OMSimulator and libcosim test cases (400 and 40 k
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from support.small_systems import Fmus, watched
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, run
-
-Fmus = Callable[[str], Path]
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System
 
 
 @dataclass(frozen=True)
@@ -135,16 +132,11 @@ CASES = (
 )
 
 
-def error(fmus: Fmus, case: Case, options: str, step: float, **settings: float | str) -> float:
+def error(fmus: Fmus, case: Case, options: str, step: float) -> float:
     """Largest error at the end over the range of the exact values."""
-    found: list[float] = []
-
-    def observe(_: float, network: Network) -> None:
-        found[:] = [network.read(name) for name in case.exact]
-
     components = tuple(Component(n, FmuFile(fmus(m + options)), s) for n, m, s in case.components)
-    simulation = Simulation(case.stop, step, **settings)  # type: ignore[arg-type]
-    run(System("s", components, case.connections, simulation), observers=[observe])
+    settings = Simulation(case.stop, step)
+    found = watched(System("s", components, case.connections, settings), *case.exact)[-1]
     exact = np.array(list(case.exact.values()))
     return float(np.abs(found - exact).max() / np.abs(exact).max())
 

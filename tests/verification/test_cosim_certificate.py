@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -10,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 from support.random_systems import random_system
+from support.small_systems import Fmus, observed, system
 from unit.cosim.exchange.test_versions import reworded
 
 from m4e_fmi.cosim import (
     Component,
     CouplingErrorReport,
     FmuFile,
-    Network,
     Simulation,
     System,
     prepare,
@@ -27,8 +26,6 @@ from m4e_fmi.cosim.error_estimate.report import LITTLE
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
-
 STOP, STEP = 4.0, 0.05
 PORTS = ("a.body.m.x", "a.body.m.vx")
 
@@ -36,16 +33,12 @@ PORTS = ("a.body.m.x", "a.body.m.vx")
 def pair(fmus: Fmus, algorithm: str, rng: np.random.Generator) -> tuple[System, np.ndarray]:
     """Two masses with random springs, dampers and start; the matrix of x1, v1, x2, v2."""
     m, k, d, kp, kc, dc = rng.uniform((0.5, 0, 0, 0.5, 0.2, 0), (2, 4, 0.5, 4, 4, 0.3))
-    a = Component(
-        "a",
-        FmuFile(fmus("mass+state")),
-        {"mass": m, "stiffness": k, "damping": d, "body.m.x": 1.0},
-    )
-    b = Component(
-        "b",
-        FmuFile(fmus("partner+state")),
-        {"stiffness": kp, "coupling": kc, "damping": dc, "x": 0.0},
-    )
+    begin = {
+        "a": {"mass": m, "stiffness": k, "damping": d, "body.m.x": 1.0},
+        "b": {"stiffness": kp, "coupling": kc, "damping": dc, "x": 0.0},
+    }
+    parts, settings = {"a": "mass+state", "b": "partner+state"}, Simulation(STOP, STEP, algorithm)
+    coupled = system(fmus, parts, "a.m <-> b.end", start=begin, simulation=settings)
     matrix = np.array(
         [
             [0, 1, 0, 0],
@@ -54,7 +47,13 @@ def pair(fmus: Fmus, algorithm: str, rng: np.random.Generator) -> tuple[System, 
             [kc, dc, -kp - kc, -dc],
         ]
     )
-    return System("s", (a, b), ("a.m <-> b.end",), Simulation(STOP, STEP, algorithm)), matrix
+    return coupled, matrix
+
+
+def moved(fmus: Fmus, other: str, settings: Simulation, first: str = "mass+state") -> System:
+    """A mass, x(0) = 1 m, and another FMU."""
+    parts, begin = {"a": first, "b": other}, {"a": {"body.m.x": 1.0}}
+    return system(fmus, parts, "a.m <-> b.end", start=begin, simulation=settings)
 
 
 @pytest.mark.verifies(
@@ -67,22 +66,17 @@ def test_a_second_run_states_the_true_error(c_fmu: Fmus, algorithm: str) -> None
     rng = np.random.default_rng(7)
     ratios = []
     for _ in range(3):
-        system, matrix = pair(c_fmu, algorithm, rng)
-        found: list[list[float]] = []
-
-        def observe(_: float, network: Network, found: list = found) -> None:
-            found.append([*map(network.read, PORTS), network.read("b.end.force_x")])
-
-        outcome = run(system, observers=[observe], check=True)
+        coupled, matrix = pair(c_fmu, algorithm, rng)
+        rows, outcome = observed(coupled, *PORTS, "b.end.force_x", check=True)
         assert outcome.checked is not None
         (stated,) = outcome.checked.errors
-        points = np.arange(len(found)) * STEP
-        states = np.array([expm(t * matrix)[:, 0] for t in points])
-        start = system.components[0].start
-        m, k, d = (float(str(start[name])) for name in ("mass", "stiffness", "damping"))
+        t, *found = np.array(rows).T
+        states = np.array([expm(time * matrix)[:, 0] for time in t])
+        given = coupled.components[0].start
+        m, k, d = (float(str(given[name])) for name in ("mass", "stiffness", "damping"))
         force = m * (states @ matrix[1]) + k * states[:, 0] + d * states[:, 1]
         exact = np.column_stack((states[:, :2], force))
-        errors = np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)
+        errors = np.abs(np.transpose(found) - exact).max(axis=0) / np.ptp(exact, axis=0)
         ratios.append(errors.max() / stated.error)
     # where the next order counts, the estimate is off by a part of itself
     assert max(ratios) < 1.5
@@ -94,13 +88,36 @@ def test_a_second_run_states_the_true_error(c_fmu: Fmus, algorithm: str) -> None
     analytic="matrix exponential",
     tolerance="3",
 )
-@pytest.mark.parametrize(
-    ("algorithm", "count"), [("corrector", 8), ("gauss_seidel", 6), ("implicit", 3), ("jacobi", 6)]
+@pytest.mark.verifies(
+    "coupling error that every run states for FMUs without rollback, chains of 2 to 4 random "
+    "components: true error at most",
+    analytic="matrix exponential",
+    tolerance="3",
 )
-def test_every_run_states_its_error(c_fmu: Fmus, algorithm: str, count: int) -> None:
-    rng = np.random.default_rng(11)
-    found = [random_system(c_fmu, algorithm, rng).true_and_stated() for _ in range(count)]
-    true, stated = np.array(found).T
+@pytest.mark.parametrize(
+    ("algorithm", "rigid", "steps", "count"),
+    [
+        ("corrector", "none", (40, 250), 8),
+        ("gauss_seidel", "none", (40, 250), 6),
+        ("implicit", "none", (40, 250), 3),
+        ("jacobi", "none", (40, 250), 6),
+        # which have companions
+        ("corrector", "some", (40, 250), 6),
+        ("gauss_seidel", "all", (40, 250), 6),
+        ("gauss_seidel", "some", (700, 1000), 6),
+        ("jacobi", "all", (700, 1000), 6),
+    ],
+)
+def test_every_run_states_its_error(
+    c_fmu: Fmus,
+    algorithm: str,
+    rigid: Literal["none", "some", "all"],
+    steps: tuple[int, int],
+    count: int,
+) -> None:
+    rng = np.random.default_rng(11 if rigid == "none" else 12)
+    chains = [random_system(c_fmu, algorithm, rng, steps=steps, rigid=rigid) for _ in range(count)]
+    true, stated = np.array([chain.true_and_stated() for chain in chains]).T
     assert (true / stated).max() < 3
     assert np.median(stated / true) < 10
 
@@ -110,63 +127,29 @@ def test_a_long_run_is_judged_by_its_windows(c_fmu: Fmus, algorithm: str) -> Non
     # an eighth of the later steps is made twice: the rest may hide a factor of 3 more
     rng = np.random.default_rng(3)
     for _ in range(2):
-        system = random_system(c_fmu, algorithm, rng, steps=(700, 1000))
-        true, stated = system.true_and_stated()
+        true, stated = random_system(c_fmu, algorithm, rng, steps=(700, 1000)).true_and_stated()
         assert true / 9 < stated < 30 * true
 
 
-def test_the_run_itself_is_not_touched(c_fmu: Fmus) -> None:
-    system, _ = pair(c_fmu, "corrector", np.random.default_rng(4))
-    prepared = prepare(system.changed(stop_time=15.0))
+@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel"])
+@pytest.mark.parametrize(
+    ("other", "stop"),
+    [("partner+state", 15.0), *(("partner+once", stop) for stop in (2.0, 2.1, 2.07))],
+)
+def test_the_run_itself_is_not_touched(
+    c_fmu: Fmus, algorithm: str, other: str, stop: float
+) -> None:
+    """Two steps of the run are one of the companion of FMUs without rollback, but for the last."""
+    prepared = prepare(moved(c_fmu, other, Simulation(stop, 0.1, algorithm)))
+    names = (*PORTS, "b.end.force_x")
     courses: list[list[float]] = []
     for certify in (True, False):
         course: list[float] = []
         with Master(prepared, certify=certify) as master:
-            master.run(observers=[lambda _, network, c=course: c.append(network.read(PORTS[0]))])
+            master.run(observers=[lambda _, net, c=course: c.extend(map(net.read, names))])
         courses.append(course)
     assert courses[0] == courses[1]
-
-
-@pytest.mark.verifies(
-    "coupling error that every run states for FMUs without rollback, chains of 2 to 4 random "
-    "components: true error at most",
-    analytic="matrix exponential",
-    tolerance="3",
-)
-@pytest.mark.parametrize(
-    ("algorithm", "rigid", "steps"),
-    [
-        ("corrector", "some", (40, 250)),
-        ("gauss_seidel", "all", (40, 250)),
-        ("gauss_seidel", "some", (700, 1000)),
-        ("jacobi", "all", (700, 1000)),
-    ],
-)
-def test_fmus_that_cannot_go_back_have_companions(
-    c_fmu: Fmus, algorithm: str, rigid: Literal["some", "all"], steps: tuple[int, int]
-) -> None:
-    rng = np.random.default_rng(12)
-    systems = [random_system(c_fmu, algorithm, rng, steps=steps, rigid=rigid) for _ in range(6)]
-    true, stated = np.array([system.true_and_stated() for system in systems]).T
-    assert (true / stated).max() < 3
-    assert np.median(stated / true) < 10
-
-
-@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel"])
-@pytest.mark.parametrize("stop", [2.0, 2.1, 2.07])
-def test_a_companion_changes_nothing(c_fmu: Fmus, algorithm: str, stop: float) -> None:
-    # two steps of the run are one of the companion, but for the last
-    a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0})
-    b = Component("b", FmuFile(c_fmu("partner+once")))
-    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(stop, 0.1, algorithm))
-    prepared = prepare(system)
-    ends = []
-    for certify in (True, False):
-        with Master(prepared, certify=certify) as master:
-            master.run()
-            ends.append(master.network.values.copy())
-    assert (ends[0] == ends[1]).all()
-    assert run(system, check=True).checked is not None
+    assert run(prepared, check=True).checked is not None
 
 
 @pytest.mark.verifies(
@@ -191,35 +174,36 @@ def test_values_set_between_steps_are_followed(
     rng = np.random.default_rng(13)
     found = []
     for _ in range(4):
-        system = random_system(c_fmu, algorithm, rng, steps=(40, 400), rigid=rigid)
-        given = float(str(system.system.components[0].start["damping"]))
+        chain = random_system(c_fmu, algorithm, rng, steps=(40, 400), rigid=rigid)
+        given = float(str(chain.system.components[0].start["damping"]))
         changes = np.flatnonzero(rng.uniform(size=400) < share)
         dampings = {int(k): given * rng.uniform(0.5, 2.0) + 0.01 for k in changes}
-        found.append(system.true_and_stated_when_set(dampings, detour=detour))
+        found.append(chain.true_and_stated_when_set(dampings, detour=detour))
     true, stated = np.array(found).T
     assert (true / stated).max() < 3
     assert np.median(stated / true) < 10
 
 
 def test_where_there_can_be_no_second_set(c_fmu: Fmus) -> None:
-    a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0})
-    b = Component("b", FmuFile(c_fmu("spring+alone")))
-    outcome = run(System("s", (a, b), ("a.m <-> b.end",), Simulation(1.0, 0.1)))
+    outcome = run(moved(c_fmu, "spring+alone", Simulation(1.0, 0.1)))
     assert outcome.steps == 10
     assert str(outcome.certificate).startswith(
         "b cannot roll back (canGetAndSetFMUstate), a second set of FMUs fails (b ("
     )
 
 
+def beside_a_rogue(fmus: Fmus, state: str, settings: Simulation, **begin: float) -> System:
+    parts = {"a": f"rogue{state}", "b": f"stage{state}"}
+    return system(fmus, parts, "a.y -> b.u", start={"a": begin}, simulation=settings)
+
+
 @pytest.mark.parametrize("state", ["", "+state"])
 def test_where_longer_steps_fail_the_run_goes_on(c_fmu: Fmus, state: str) -> None:
     # its steps are halves of 0.05 s; it discards those longer than 0.06 s
-    a = Component("a", FmuFile(c_fmu(f"rogue{state}")), {"what": 5.0, "when": 0.06})
-    b = Component("b", FmuFile(c_fmu(f"stage{state}")))
-    times: list[float] = []
-    system = System("s", (a, b), ("a.y -> b.u",), Simulation(40.0, 0.1))
-    outcome = run(system, observers=[lambda t, _: times.append(t)])
-    assert times[-1] == 40.0
+    rows, outcome = observed(
+        beside_a_rogue(c_fmu, state, Simulation(40.0, 0.1), what=5.0, when=0.06)
+    )
+    assert rows[-1] == [40.0]
     if state:  # then it is compared with shorter ones
         assert isinstance(outcome.certificate, CouplingErrorReport)
     else:
@@ -227,71 +211,59 @@ def test_where_longer_steps_fail_the_run_goes_on(c_fmu: Fmus, state: str) -> Non
 
 
 def test_where_longer_steps_grow_without_bound_shorter_ones_tell(c_fmu: Fmus) -> None:
-    system, matrix = pair(c_fmu, "gauss_seidel", np.random.default_rng(0))
+    coupled, matrix = pair(c_fmu, "gauss_seidel", np.random.default_rng(0))
     step = round(1.5 / np.abs(np.linalg.eigvals(matrix)).max(), 3)
-    found: list[list[float]] = []
-
-    def observe(_: float, network: Network) -> None:
-        found.append([network.read(port) for port in PORTS])
-
-    outcome = run(system.changed(stop_time=60 * step, step_size=step), observers=[observe])
-    states = [np.array([1.0, 0, 0, 0])]
-    for _ in found[1:]:
-        states.append(expm(matrix * step) @ states[-1])
-    exact = np.array(states)[:, :2]
-    true = (np.abs(np.array(found) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
+    rows, outcome = observed(coupled.changed(stop_time=60 * step, step_size=step), *PORTS)
+    _, *found = np.array(rows).T
+    exact = np.array([expm(k * step * matrix)[:2, 0] for k in range(len(rows))])
+    true = (np.abs(np.transpose(found) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
     assert isinstance(outcome.certificate, CouplingErrorReport)
     assert true / 3 < outcome.certificate.errors[0].error < 5 * true
 
 
 @pytest.mark.parametrize("state", ["", "+state"])
 def test_where_longer_steps_are_fatal_the_results_are_there(c_fmu: Fmus, state: str) -> None:
-    a = Component("a", FmuFile(c_fmu(f"rogue{state}")), {"what": 6.0, "when": 0.15})
-    b = Component("b", FmuFile(c_fmu(f"stage{state}")))
-    system = System("s", (a, b), ("a.y -> b.u",), Simulation(4.0, 0.1, "gauss_seidel"))
-    outcome = run(system)
+    settings = Simulation(4.0, 0.1, "gauss_seidel")
+    coupled = beside_a_rogue(c_fmu, state, settings, what=6.0, when=0.15)
+    outcome = run(coupled)
     assert outcome.steps == 40
     assert "steps of twice the length fail (a" in str(outcome.certificate)
     if state:  # within the run it cannot be made good
         with pytest.raises(RunError, match="should discard a step that it cannot make"):
-            run(system.changed(stop_time=250.0))
+            run(coupled.changed(stop_time=250.0))
 
 
 def test_a_second_set_that_failed_is_not_called_again(c_fmu: Fmus) -> None:
-    a = Component("a", FmuFile(c_fmu("mass")), {"body.m.x": 1.0})
-    b = Component("b", FmuFile(c_fmu("partner+hundredth")))
     settings = Simulation(1.0, 0.01, "gauss_seidel")
-    with start(System("s", (a, b), ("a.m <-> b.end",), settings)) as run:
+    with start(moved(c_fmu, "partner+hundredth", settings, "mass")) as run:
         for _ in run:
             run["a.damping"] = run["b.damping"] = 0.2
     assert run.outcome.steps == 100
     assert str(run.outcome.certificate).startswith("steps of half the length fail (b (")
 
 
-@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("is_observed", [False, True])
 @pytest.mark.parametrize("when", [0.02, 0.47, 0.92])
 def test_a_step_that_is_cut_short_within_a_window(
-    c_fmu: Fmus, when: float, *, observed: bool
+    c_fmu: Fmus, when: float, *, is_observed: bool
 ) -> None:
-    a = Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0})
-    b = Component("b", FmuFile(c_fmu("partner+state")))
-    c = Component("c", FmuFile(c_fmu("rogue+state")), {"what": 1.0, "when": when})
+    parts = {"a": "mass+state", "b": "partner+state", "c": "rogue+state"}
+    begin = {"a": {"stiffness": 1.0, "body.m.x": 1.0}, "c": {"what": 1.0, "when": when}}
+    settings = Simulation(1.0, 0.05)
+    coupled = system(c_fmu, parts, "a.m <-> b.end", start=begin, simulation=settings)
     times: list[float] = []
-    observers = [lambda t, _: times.append(t)] if observed else []
-    system = System("s", (a, b, c), ("a.m <-> b.end",), Simulation(1.0, 0.05))
-    outcome = run(system, observers=observers)
+    observers = [lambda t, _: times.append(t)] if is_observed else []
+    outcome = run(coupled, observers=observers)
     assert (outcome.steps, outcome.rejected) == (21, 1)
     assert isinstance(outcome.certificate, CouplingErrorReport)
-    assert not observed or any(abs(t - when) < 1e-9 for t in times)
+    assert not is_observed or any(abs(t - when) < 1e-9 for t in times)
 
 
 @pytest.mark.parametrize("steps", [1, 2, 255, 256, 257, 258, 288, 289, 513])
 def test_every_number_of_steps_is_judged(c_fmu: Fmus, steps: int) -> None:
-    a = Component("a", FmuFile(c_fmu("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0})
     for options in ("+state", "+state+constant", ""):
-        b = Component("b", FmuFile(c_fmu(f"partner{options}")))
-        system = System("s", (a, b), ("a.m <-> b.end",), Simulation(steps * 0.05, 0.05))
-        certificate = run(system).certificate
+        settings = Simulation(steps * 0.05, 0.05)
+        certificate = run(moved(c_fmu, f"partner{options}", settings)).certificate
         if steps == 1 and "constant" in options:
             assert certificate == "the run has only one step"
         else:
@@ -304,9 +276,9 @@ def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None
     """All ways of telling the error agree: twice the step, half of it, and a second run."""
     a = Component("a", FmuFile(c_fmu("mass+state")), {"body.m.x": 1.0}, step_size=own)
     b = Component("b", FmuFile(c_fmu("partner+state")), step_size=own)
-    system = System("s", (a, b), ("a.m <-> b.end",), Simulation(4.0, 0.05, algorithm))
-    outcome = run(system, check=True)
-    with start(system) as stepped:
+    coupled = System("s", (a, b), ("a.m <-> b.end",), Simulation(4.0, 0.05, algorithm))
+    outcome = run(coupled, check=True)
+    with start(coupled) as stepped:
         for _ in stepped:
             stepped["a.damping"] = 0.0
     stated = [outcome.certificate, outcome.checked, stepped.outcome.certificate]
@@ -317,31 +289,14 @@ def test_own_steps_are_halved_too(c_fmu: Fmus, algorithm: str, own: str) -> None
     assert 0.4 < errors[1] / errors[0] < 1.5
 
 
-def test_the_line_names_the_worst_and_what_half_the_step_gives(c_fmu: Fmus) -> None:
-    system, _ = pair(c_fmu, "corrector", np.random.default_rng(1))
-    outcome = run(system, check=True)
-    certificate = outcome.checked
-    assert certificate is not None
-    worst = certificate.errors[0]
-    assert worst.connection == "a.m <-> b.end"
-    finer = run(system.changed(step_size=STEP / 2), check=True).checked
-    assert finer is not None
-    # third order or better: an eighth at most
-    assert worst.error / finer.errors[0].error > 7
-    span = f"{worst.span:.2g} {worst.unit}"
-    line = f"largest coupling error {worst.error:.1e} of range ({span}), at {worst.source}"
-    assert str(certificate).startswith(line)
-    assert str(certificate).endswith(f"halve the step for {worst.error / 8:.1e}")
-    assert run(system).checked is None
-
-
 def test_where_half_the_step_does_not_help_the_line_says_so(c_fmu: Fmus) -> None:
     """A relay that switches at the ends of steps is off by all of its jump, whatever the step."""
-    parts = tuple(Component(name, FmuFile(c_fmu(f"{name}+state"))) for name in ("lag", "relay"))
+    parts = {"lag": "lag+state", "relay": "relay+state"}
     links = ("lag.y -> relay.u", "relay.y -> lag.u")
     errors = []
     for step in (0.1, 0.05, 0.025):
-        certificate = run(System("s", parts, links, Simulation(20.0, step))).certificate
+        loop = system(c_fmu, parts, *links, simulation=Simulation(20.0, step))
+        certificate = run(loop).certificate
         assert isinstance(certificate, CouplingErrorReport)
         worst = certificate.errors[0]
         assert "halving the step does not help much" in str(certificate)
@@ -351,14 +306,10 @@ def test_where_half_the_step_does_not_help_the_line_says_so(c_fmu: Fmus) -> None
 
 
 def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -> None:
-    system, matrix = pair(c_fmu, "corrector", np.random.default_rng(2))
-    adaptive = system.changed(step_size=0.5, output_interval=0.5, coupling_tolerance=1e-4)
-    found: dict[float, float] = {}
-
-    def observe(time: float, network: Network) -> None:
-        found[time] = network.read("a.body.m.x")
-
-    outcome = run(adaptive, observers=[observe], check=True)
+    coupled, matrix = pair(c_fmu, "corrector", np.random.default_rng(2))
+    adaptive = coupled.changed(step_size=0.5, output_interval=0.5, coupling_tolerance=1e-4)
+    rows, outcome = observed(adaptive, PORTS[0], check=True)
+    found = dict(rows)
     assert outcome.checked is not None
     times = np.arange(0, 9) * 0.5
     exact = np.array([expm(t * matrix)[0, 0] for t in times])
@@ -373,9 +324,8 @@ def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -
 @pytest.mark.parametrize("options", ["+state", ""])
 def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> None:
     # y' = 1 without error, z' = y with y held: z = t²/2 - t H/2 instead of t²/2
-    a = Component("a", FmuFile(c_fmu(f"integrator{options}")), {"u": 1.0})
-    b = Component("b", FmuFile(c_fmu(f"integrator{options}")))
-    outcome = run(System("s", (a, b), ("a.y -> b.u",), Simulation(STOP, STEP, "jacobi")))
+    parts, settings = dict.fromkeys("ab", f"integrator{options}"), Simulation(STOP, STEP, "jacobi")
+    outcome = run(system(c_fmu, parts, "a.y -> b.u", start={"a": {"u": 1.0}}, simulation=settings))
     assert isinstance(outcome.certificate, CouplingErrorReport)
     (error,) = outcome.certificate.errors
     assert str(error.source) == "b.y"

@@ -6,34 +6,27 @@ the phase by 45 degrees. At 1 rad/s a phase error is a delay in seconds.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import atan2, pi
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus, observed, system
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Simulation, System, run
+from m4e_fmi.cosim import Simulation
 
 STEP, PERIODS = 0.1, 5
 
 
-def delay(fmus: Callable[[str], Path], algorithm: str, options: str, count: int) -> float:
+def delay(fmus: Fmus, algorithm: str, options: str, count: int) -> float:
     """Delay [s] of the last of `count` components over the last period."""
-    start = {"stiffness": 1.0, "body.m.x": 1.0}
-    source = Component("a", FmuFile(fmus(f"mass{options}")), start)
-    chain = tuple(Component(f"c{k}", FmuFile(fmus(f"lag{options}"))) for k in range(count))
+    # listed against the flow: the order is found
+    parts = {f"c{k}": f"lag{options}" for k in reversed(range(count))} | {"a": f"mass{options}"}
     links = ["a.body.m.x -> c0.u, units ignored"]
     links += [f"c{k}.y -> c{k + 1}.u" for k in range(count - 1)]
-    stop = STEP * round(2 * pi * PERIODS / STEP)
-    rows: list[tuple[float, float]] = []
-
-    def observe(t: float, network: Network) -> None:
-        rows.append((t, network.read(f"c{count - 1}.y")))
-
-    # listed against the flow: the order is found
-    system = System("s", (*chain[::-1], source), tuple(links), Simulation(stop, STEP, algorithm))
-    run(system, observers=[observe])
+    start = {"a": {"stiffness": 1.0, "body.m.x": 1.0}}
+    settings = Simulation(STEP * round(2 * pi * PERIODS / STEP), STEP, algorithm)
+    chain = system(fmus, parts, *links, start=start, simulation=settings)
+    rows, _ = observed(chain, f"c{count - 1}.y", certify=False)
     t, y = np.array(rows[-round(2 * pi / STEP) :]).T
     waves = np.column_stack([np.cos(t), np.sin(t)])
     cosine, sine = np.linalg.lstsq(waves, y, rcond=None)[0]
@@ -56,9 +49,7 @@ def delay(fmus: Callable[[str], Path], algorithm: str, options: str, count: int)
         ("implicit", "+state", 0.0),
     ],
 )
-def test_delay(
-    c_fmu: Callable[[str], Path], algorithm: str, options: str, expected: float, count: int
-) -> None:
+def test_delay(c_fmu: Fmus, algorithm: str, options: str, expected: float, count: int) -> None:
     found = delay(c_fmu, algorithm, options, count)
     # H²/4, what held values change of a phase beyond the delay; transients are e^(-25) by then
     assert found / count == pytest.approx(expected, abs=2.5e-3)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from netCDF4 import Dataset
+from support.small_systems import Fmus
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
@@ -24,7 +24,6 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.results.results_file import Results
 
-Fmus = Callable[[str], Path]
 ALGORITHMS = ["jacobi", "gauss_seidel", "corrector", "implicit"]
 
 
@@ -53,20 +52,13 @@ def results(system: System, path: Path) -> tuple[Outcome, Results]:
     independent="the same system with that stop time",
     tolerance="identical",
 )
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("interval", [None, 0.4])
 def test_the_run_ends_there(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    algorithm: str,
-    interval: float | None,
-    by_python: bool,
+    c_fmu: Fmus, tmp_path: Path, algorithm: str, interval: float | None
 ) -> None:
     """At a communication point: all rows are those of a run that was to end there."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     settings: dict[str, Any] = {"algorithm": algorithm, "output_interval": interval}
     outcome, found = results(pair(c_fmu, "+state", 1.0, **settings), tmp_path / "r.nc")
     _, other = results(pair(c_fmu, "+state", 9.0, stop_time=1.0, **settings), tmp_path / "o.nc")

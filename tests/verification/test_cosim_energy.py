@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
+from support.small_systems import Fmus, observed, system
 
-from m4e_fmi.cosim import BondEnergy, Component, FmuFile, Network, Port, Simulation, System, run
-
-Fmus = Callable[[str], Path]
+from m4e_fmi.cosim import BondEnergy, Simulation, run
 
 
 def balance(
     fmus: Fmus, model: str, step: float, algorithm: str, **start: float
 ) -> tuple[BondEnergy, float]:
     """The balance of a unit mass, x = 0.5, v = 1, driven by `model` for 3 s; its kinetic energy."""
-    mass = Component("a", FmuFile(fmus("mass")), {"body.m.x": 0.5, "body.m.vx": 1.0})
-    force = Component("b", FmuFile(fmus(model)), start)
-    speed = [0.0]
-
-    def observe(_: float, network: Network) -> None:
-        speed[0] = network.values[network.index(Port("a", "body.m.vx"))]
-
-    settings = Simulation(3.0, step, algorithm)
-    outcome = run(System("s", (mass, force), ("a.m <-> b.end",), settings), observers=[observe])
+    begin = {"a": {"body.m.x": 0.5, "body.m.vx": 1.0}, "b": start}
+    settings, parts = Simulation(3.0, step, algorithm), {"a": "mass", "b": model}
+    pair = system(fmus, parts, "a.m <-> b.end", start=begin, simulation=settings)
+    rows, outcome = observed(pair, "a.body.m.vx", certify=False)
     (bond,) = outcome.energy
-    return bond, speed[0] ** 2 / 2
+    return bond, rows[-1][1] ** 2 / 2
 
 
 @pytest.mark.verifies(
@@ -75,12 +66,13 @@ def test_without_a_coordinate_the_way_is_that_of_the_mean_velocity(c_fmu: Fmus) 
 @pytest.mark.parametrize("options", ["+state", "+state+inputs"])
 def test_nothing_is_lost_where_inputs_follow_a_course(c_fmu: Fmus, options: str) -> None:
     """A damper: force and velocity fall together, mean force · displacement lacks (dH)²/12."""
-    mass = Component("a", FmuFile(c_fmu(f"mass{options}")), {"body.m.vx": 1.0})
+    parts = {"a": f"mass{options}", "b": f"damper{options}"}
+    start = {"a": {"body.m.vx": 1.0}, "b": {"damping": 0.7}}
     shares = []
     for step in (0.2, 0.1):
-        force = Component("b", FmuFile(c_fmu(f"damper{options}")), {"damping": 0.7})
         settings = Simulation(3.0, step, "corrector")
-        (bond,) = run(System("s", (mass, force), ("a.m <-> b.end",), settings)).energy
+        pair = system(c_fmu, parts, "a.m <-> b.end", start=start, simulation=settings)
+        (bond,) = run(pair, certify=False).energy
         exact = -(1 - np.exp(-2 * 0.7 * 3.0)) / 2
         assert bond.given == pytest.approx(exact, abs=step**4 / 10)
         assert bond.received == pytest.approx(exact, abs=step**4 / 10)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -12,11 +11,10 @@ import pytest
 import xarray as xr
 from support.c_fmus.kinds import build_kinds
 from support.eventful_systems import Event, EventfulSystem, eventful_system, made
+from support.small_systems import Fmus
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, FmuFile, Simulation, run
 from m4e_fmi.cosim.error_estimate import repeated_windows, step_doubling, stretch_errors
-
-Fmus = Callable[[str], Path]
 
 
 @pytest.mark.verifies(

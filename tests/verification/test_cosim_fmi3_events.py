@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus, observed, system, watched
 
-from m4e_fmi.cosim import (
-    Component,
-    CouplingErrorReport,
-    FmuFile,
-    Network,
-    Outcome,
-    Simulation,
-    System,
-    load,
-    run,
-    start,
-)
+from m4e_fmi.cosim import CouplingErrorReport, Outcome, Simulation, load, run, start
 
-Fmus = Callable[[str], Path]
 G, E = 10.0, 0.5
 FIRST = np.sqrt(2 / G)
 """s, the fall from 1 m."""
@@ -43,20 +31,16 @@ def bounce(
     **values: float,
 ) -> tuple[np.ndarray, Outcome]:
     """Time, height, velocity, impacts and integral of the height at all points."""
-    parts = (
-        Component("ball", FmuFile(fmus(ball)), {"last": 5.0, **values}),
-        Component("sum", FmuFile(fmus(integrator))),
-    )
-    names = ("ball.h", "ball.v", "ball.hits", "sum.y")
-    found: list[list[float]] = []
-
-    def observe(time: float, network: Network) -> None:
-        found.append([time, *(network.read(name) for name in names)])
-
     settings = Simulation(stop, 0.1, algorithm, coupling_tolerance=tolerance)
-    system = System("s", parts, ("ball.h -> sum.u, units ignored",), settings)
-    outcome = run(system, observers=[observe])
-    return np.array(found), outcome
+    pair = system(
+        fmus,
+        {"ball": ball, "sum": integrator},
+        "ball.h -> sum.u, units ignored",
+        start={"ball": {"last": 5.0, **values}},
+        simulation=settings,
+    )
+    rows, outcome = observed(pair, "ball.h", "ball.v", "ball.hits", "sum.y")
+    return np.array(rows), outcome
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
@@ -65,18 +49,19 @@ def test_the_end_is_where_the_ball_asks_for_it(
     c_fmu: Fmus, tmp_path: Path, algorithm: str, step: float
 ) -> None:
     """The last of the steps may be that with which a window of the certificate closes."""
-    parts = (
-        Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"last": 5.0}),
-        Component("sum", FmuFile(c_fmu("integrator+state"))),
+    pair = system(
+        c_fmu,
+        {"ball": "3:ball+events+state", "sum": "integrator+state"},
+        "ball.h -> sum.u, units ignored",
+        start={"ball": {"last": 5.0}},
+        simulation=Simulation(5.0, step, algorithm),
     )
-    links = ("ball.h -> sum.u, units ignored",)
-    system = System("s", parts, links, Simulation(5.0, step, algorithm))
-    outcome = run(system, results=tmp_path / "r.nc")
+    outcome = run(pair, results=tmp_path / "r.nc")
     results = load(tmp_path / "r.nc")
     assert results.time[-1] == pytest.approx(IMPACTS[-1], abs=step + NANOSECOND)
     assert results["ball.hits"].values[-1] == 5.0
     assert isinstance(outcome.certificate, CouplingErrorReport)
-    with start(system) as stepped:
+    with start(pair) as stepped:
         times = [point.time for point in stepped]
     assert len(set(times)) == len(times) == outcome.steps + 1
 
@@ -87,17 +72,9 @@ def test_the_end_is_where_the_ball_asks_for_it(
     tolerance="1e-9",
 )
 @pytest.mark.parametrize("announces", [0.0, 1.0])
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("tolerance", [None, 1e-5])
-def test_all_stop_at_impacts(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    announces: float,
-    by_python: bool,
-    tolerance: float | None,
-) -> None:
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+def test_all_stop_at_impacts(c_fmu: Fmus, announces: float, tolerance: float | None) -> None:
     points, outcome = bounce(c_fmu, "3:ball+events+state", announces=announces, tolerance=tolerance)
     times, hits = points[:, 0], points[:, 3]
     at = [times[np.argmax(hits == k)] for k in range(1, 6)]
@@ -116,21 +93,20 @@ def test_all_stop_at_impacts(
 
 def test_the_error_is_stated_where_impacts_hang_on_the_coupling(c_fmu: Fmus) -> None:
     """Courses of other steps have theirs some nanoseconds earlier or later."""
-    parts = (
-        Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"restitution": 0.9}),
-        Component("lag", FmuFile(c_fmu("lag+state"))),
-    )
     links = ("ball.h -> lag.u, units ignored", "lag.y -> ball.push, units ignored")
-    system = System("s", parts, links, Simulation(2.0, 0.02, "corrector"))
-    heights: list[list[float]] = [[], []]
+    pair = system(
+        c_fmu,
+        {"ball": "3:ball+events+state", "lag": "lag+state"},
+        *links,
+        start={"ball": {"restitution": 0.9}},
+        simulation=Simulation(2.0, 0.02, "corrector"),
+    )
+    heights: list[list[float]] = []
     outcomes: list[Outcome] = []
-    for step, found in zip((0.02, 0.001), heights, strict=True):
-
-        def observe(time: float, network: Network, found: list[float] = found) -> None:
-            if abs(time / 0.02 - round(time / 0.02)) < 1e-9:
-                found.append(network.read("ball.h"))
-
-        outcomes.append(run(system.changed(step_size=step), observers=[observe]))
+    for step in (0.02, 0.001):
+        rows, outcome = observed(pair.changed(step_size=step), "ball.h")
+        heights.append([h for t, h in rows if abs(t / 0.02 - round(t / 0.02)) < 1e-9])
+        outcomes.append(outcome)
     certificate = outcomes[0].certificate
     coarse, fine = np.array(heights)
     true = np.abs(coarse - fine).max() / np.ptp(fine)
@@ -144,12 +120,8 @@ def test_the_error_is_stated_where_impacts_hang_on_the_coupling(c_fmu: Fmus) -> 
     tolerance="1e-12",
 )
 @pytest.mark.parametrize("algorithm", ["corrector", "jacobi"])
-@pytest.mark.parametrize("by_python", [False, True])
-def test_a_ball_that_cannot_go_back_goes_on(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, algorithm: str, by_python: bool
-) -> None:
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+@pytest.mark.usefixtures("loop")
+def test_a_ball_that_cannot_go_back_goes_on(c_fmu: Fmus, algorithm: str) -> None:
     parts = {"integrator": "integrator", "stop": 1.2, "algorithm": algorithm}
     points, outcome = bounce(c_fmu, "3:ball+events", **parts)
     inside, _ = bounce(c_fmu, "3:ball", **parts)
@@ -169,9 +141,9 @@ def test_announced_impacts_are_met_by_those_that_cannot_go_back(c_fmu: Fmus) -> 
 
 
 def test_the_last_row_of_the_results_is_the_end(c_fmu: Fmus, tmp_path: Path) -> None:
-    ball = Component("ball", FmuFile(c_fmu("3:ball+events+state")), {"last": 1.0})
-    settings = Simulation(5.0, 0.1, output_interval=0.2)
-    outcome = run(System("s", (ball,), (), settings), results=tmp_path / "r.nc")
+    ball, settings = {"ball": "3:ball+events+state"}, Simulation(5.0, 0.1, output_interval=0.2)
+    alone = system(c_fmu, ball, start={"ball": {"last": 1.0}}, simulation=settings)
+    outcome = run(alone, results=tmp_path / "r.nc", certify=False)
     results = outcome.results()
     np.testing.assert_allclose(results.time, [0.0, 0.2, 0.4, FIRST], rtol=0, atol=NANOSECOND)
     assert results["ball.hits"].values[-1] == 1.0
@@ -184,19 +156,17 @@ def test_an_fmu_without_event_mode_ends_the_simulation_too(c_fmu: Fmus) -> None:
     assert "the run ended before its stop time" in outcome.warnings[-1]
 
 
-def test_an_fmu_that_declares_event_mode_and_refuses_it(c_fmu: Fmus, tmp_path: Path) -> None:
-    def values(fmu: str) -> np.ndarray:
-        lag = Component("lag", FmuFile(c_fmu(fmu)), {"u": 1.0})
-        run(System("s", (lag,), (), Simulation(1.0, 0.1)), results=tmp_path / "r.nc")
-        return load(tmp_path / "r.nc")["lag.y"].values
-
-    np.testing.assert_array_equal(values("3:lag+refuses"), values("3:lag"))
+def test_an_fmu_that_declares_event_mode_and_refuses_it(c_fmu: Fmus) -> None:
+    refusing, other = (
+        watched(system(c_fmu, {"lag": fmu}, start={"lag": {"u": 1.0}}), "lag.y")
+        for fmu in ("3:lag+refuses", "3:lag")
+    )
+    assert refusing == other
 
 
 def test_a_discrete_input_and_a_tunable_parameter_are_set_in_event_mode(c_fmu: Fmus) -> None:
-    ball = Component("ball", FmuFile(c_fmu("3:ball+events+state")))
-    system = System("s", (ball,), (), Simulation(1.0, 0.125, "jacobi"))
-    with start(system) as stepped:
+    settings = Simulation(1.0, 0.125, "jacobi")
+    with start(system(c_fmu, {"ball": "3:ball+events+state"}, simulation=settings)) as stepped:
         before = stepped.save()
         stepped["ball.kick"] = 3.0
         stepped["ball.restitution"] = 1.0
@@ -213,22 +183,20 @@ def test_a_discrete_input_and_a_tunable_parameter_are_set_in_event_mode(c_fmu: F
         assert stepped["ball.v"] == pytest.approx(-G * 0.125, abs=1e-12)
 
 
-@pytest.mark.parametrize("by_python", [False, True])
-def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, by_python: bool
-) -> None:
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-    ball = Component("ball", FmuFile(c_fmu("3:ball+events")), {"h": 100.0, "last": 1.0})
-    stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})
-    settings = Simulation(0.5, 0.125, "jacobi")
+@pytest.mark.usefixtures("loop")
+def test_a_connected_discrete_input_is_set_in_event_mode_where_it_changes(c_fmu: Fmus) -> None:
     # y of the stage is the time: 0, 1/8, 2/8 ...; each change takes that off the velocity
-    system = System("s", (stage, ball), ("stage.y * -1 -> ball.kick, units ignored",), settings)
-    found: list[float] = []
-    run(system, observers=[lambda _, network: found.append(network.read("ball.v"))])
+    pair = system(
+        c_fmu,
+        {"stage": "stage", "ball": "3:ball+events"},
+        "stage.y * -1 -> ball.kick, units ignored",
+        start={"ball": {"h": 100.0, "last": 1.0}, "stage": {"gain": 0.0}},
+        simulation=Simulation(0.5, 0.125, "jacobi"),
+    )
+    found = np.ravel(watched(pair, "ball.v"))
     kicks = np.cumsum([0, 1, 2, 3, 4]) / 8
     expected = -kicks - G * np.arange(5) / 8
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
     # a kick that comes when the ball has already asked for the end
-    outcome = run(system.changed(stop_time=60.0))
+    outcome = run(pair.changed(stop_time=60.0))
     assert "ball requested the end" in outcome.notes[-1]

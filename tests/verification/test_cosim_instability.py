@@ -9,23 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.small_systems import Fmus, system
 
-from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System, load, run, start
+from m4e_fmi.cosim import Simulation, System, load, run, start
 from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
 
-
-def part(fmus: Fmus, model: str, name: str, **values: float) -> Component:
-    return Component(
-        name, FmuFile(fmus(model)), {k.replace("__", "."): v for k, v in values.items()}
-    )
-
-
-def failure(system: System, results: Path | None = None) -> RunError:
+def failure(given: System, results: Path | None = None) -> RunError:
     with pytest.raises(RunError) as caught:
-        run(system, results=results)
+        run(given, results=results)
     return caught.value
 
 
@@ -37,10 +30,12 @@ def times_of(message: str) -> tuple[float, float, float]:
     return since, until, tenfold
 
 
-def pair(fmus: Fmus, settings: Simulation, **values: float) -> System:
-    """A unit mass, x(0) = 1 m, on a spring of 1 N/m in another FMU."""
-    parts = (part(fmus, "mass", "a", body__m__x=1.0), part(fmus, "spring", "b", **values))
-    return System("s", parts, ("a.m <-> b.end",), settings)
+def pair(
+    fmus: Fmus, settings: Simulation, first: str = "mass", second: str = "spring", **values: float
+) -> System:
+    """A unit mass, x(0) = 1 m, on a spring of 1 N/m in another FMU, which has these `values`."""
+    parts, begin = {"a": first, "b": second}, {"a": {"body.m.x": 1.0}, "b": values}
+    return system(fmus, parts, "a.m <-> b.end", start=begin, simulation=settings)
 
 
 def test_steps_that_are_too_long(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -72,12 +67,12 @@ def test_jacobi_feeds_energy_in(c_fmu: Fmus) -> None:
 def test_an_fmu_that_fails_by_itself_after_something_grew(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    parts = (part(c_fmu, "mass", "a", body__m__x=1.0), part(c_fmu, "fuse", "b", stiffness=40.0))
-    system = System("s", parts, ("a.m <-> b.end",), Simulation(1e4, 1.0, "gauss_seidel"))
+    settings = Simulation(1e4, 1.0, "gauss_seidel")
+    fused = pair(c_fmu, settings, second="fuse", stiffness=40.0)
     for file in (None, tmp_path / "r.nc"):
         if file:  # no look falls into the growth: the rows tell
             monkeypatch.setattr(Stability, "look", lambda *_: None)
-        error = failure(system, file)
+        error = failure(fused, file)
         assert error.message.startswith("unstable: a.body.m.")
         assert "; then b (fuse.fmu): the step from t = " in error.message
         assert "the fuse has blown" in error.message
@@ -86,33 +81,26 @@ def test_an_fmu_that_fails_by_itself_after_something_grew(
 
 def test_an_fmu_that_fails_where_nothing_grew(c_fmu: Fmus, tmp_path: Path) -> None:
     # the mass flies away at 1 m/s: x = t
-    parts = (
-        part(c_fmu, "mass", "a", body__m__vx=1.0),
-        part(c_fmu, "fuse", "b", stiffness=0.0, limit=1e5),
-    )
-    system = System("s", parts, ("a.m <-> b.end",), Simulation(1e6, 10.0, "gauss_seidel"))
-    error = failure(system, results=tmp_path / "r.nc")
+    parts = {"a": "mass", "b": "fuse"}
+    begin = {"a": {"body.m.vx": 1.0}, "b": {"stiffness": 0.0, "limit": 1e5}}
+    settings = Simulation(1e6, 10.0, "gauss_seidel")
+    flying = system(c_fmu, parts, "a.m <-> b.end", start=begin, simulation=settings)
+    error = failure(flying, results=tmp_path / "r.nc")
     assert error.message.startswith("b (fuse.fmu): the step from t = ")
 
 
 def test_an_added_mass_that_is_exchanged_as_a_force(c_fmu: Fmus) -> None:
-    parts = (
-        part(c_fmu, "mass", "a", body__m__x=1.0),
-        part(c_fmu, "late_added_mass", "b", added=3.0),
-    )
-    ways = ("a.m <-> b.end",)
-    error = failure(System("s", parts, ways, Simulation(100.0, 0.01, "jacobi")))
+    settings = Simulation(100.0, 0.01, "jacobi")
+    error = failure(pair(c_fmu, settings, second="late_added_mass", added=3.0))
     assert "a.body.m.ax -> b.end.ax carries an acceleration" in error.remedy
     assert "added_mass: true" in error.remedy
 
 
-EXPONENTIAL = ("a.y -> b.u", "b.y -> a.u")
-
-
 def rising(fmus: Fmus, stop: float) -> System:
     """y = 1e-9 e^t in both of two integrators."""
-    parts = tuple(part(fmus, "integrator+state", name, y=1e-9) for name in "ab")
-    return System("s", parts, EXPONENTIAL, Simulation(stop, 0.05))
+    parts, begin = dict.fromkeys("ab", "integrator+state"), {"y": 1e-9}
+    links, settings = ("a.y -> b.u", "b.y -> a.u"), Simulation(stop, 0.05)
+    return system(fmus, parts, *links, start={"a": begin, "b": begin}, simulation=settings)
 
 
 def test_growth_that_is_not_large_yet_is_no_matter(c_fmu: Fmus) -> None:
@@ -150,12 +138,9 @@ def test_growth_before_an_fmu_fails_is_not_blamed_on_small_errors(
     c_fmu: Fmus, tmp_path: Path
 ) -> None:
     # x'' = x: a spring that pushes away
-    parts = (
-        part(c_fmu, "mass+state", "a", body__m__x=1.0),
-        part(c_fmu, "fuse", "b", stiffness=-1.0, limit=1e9),
-    )
-    system = System("s", parts, ("a.m <-> b.end",), Simulation(100.0, 0.01, "gauss_seidel"))
-    error = failure(system, results=tmp_path / "r.nc")
+    settings = Simulation(100.0, 0.01, "gauss_seidel")
+    pushed = pair(c_fmu, settings, "mass+state", "fuse", stiffness=-1.0, limit=1e9)
+    error = failure(pushed, results=tmp_path / "r.nc")
     assert error.message.startswith("unstable: a.body.m.")
     assert "the model itself grows" in error.remedy
     assert "step_size" not in error.remedy
@@ -174,22 +159,20 @@ def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:
 
 def far(fmus: Fmus) -> System:
     """u = 1 (start), y = 1e12 t, z = 1e12 t²/2 to t = 1e6 s: 5e23, far beyond any size."""
-    parts = (
-        part(fmus, "integrator", "a", u=1.0, gain=1e12),
-        part(fmus, "integrator", "b"),
-        part(fmus, "integrator", "c", gain=1e-30),
-    )
-    return System("s", parts, ("a.y -> b.u", "b.y -> c.u"), Simulation(1e6, 100.0, "gauss_seidel"))
+    parts = dict.fromkeys("abc", "integrator")
+    begin = {"a": {"u": 1.0, "gain": 1e12}, "c": {"gain": 1e-30}}
+    links, settings = ("a.y -> b.u", "b.y -> c.u"), Simulation(1e6, 100.0, "gauss_seidel")
+    return system(fmus, parts, *links, start=begin, simulation=settings)
 
 
 def limit_cycle(fmus: Fmus) -> System:
-    parts = (part(fmus, "van_der_pol", "a", u=0.0), part(fmus, "lag", "b"))
-    return System("s", parts, ("a.x -> b.u",), Simulation(100.0, 0.05, "gauss_seidel"))
+    parts, settings = {"a": "van_der_pol", "b": "lag"}, Simulation(100.0, 0.05, "gauss_seidel")
+    return system(fmus, parts, "a.x -> b.u", start={"a": {"u": 0.0}}, simulation=settings)
 
 
 @pytest.mark.parametrize("make", [far, limit_cycle])
 def test_what_becomes_large_by_its_nature(make: Callable[[Fmus], System], c_fmu: Fmus) -> None:
-    outcome: Outcome = run(make(c_fmu))
+    outcome = run(make(c_fmu))
     assert outcome.steps > 1000
     assert outcome.warnings == ()
 
@@ -197,13 +180,10 @@ def test_what_becomes_large_by_its_nature(make: Callable[[Fmus], System], c_fmu:
 def test_a_step_that_is_discarded_after_growth_ends_the_run(c_fmu: Fmus) -> None:
     """Shorter ones are not tried: e^(20 t) is 5e8 at 1 s."""
     settings = Simulation(2.0, 0.01, "corrector")
-    growing = pair(c_fmu, settings, stiffness=-400.0, damping=0.0)
-    pump = part(c_fmu, "rogue+state", "pump", what=2.0, when=1.0)
-    parts = tuple(
-        replace(c, source=FmuFile(c_fmu(f"{m}+state")))
-        for c, m in zip(growing.components, ("mass", "spring"), strict=True)
-    )
-    error = failure(replace(growing, components=(*parts, pump)))
+    growing = pair(c_fmu, settings, "mass+state", "spring+state", stiffness=-400.0, damping=0.0)
+    begin = {"pump": {"what": 2.0, "when": 1.0}}
+    (pump,) = system(c_fmu, {"pump": "rogue+state"}, start=begin).components
+    error = failure(replace(growing, components=(*growing.components, pump)))
     assert re.match(r"unstable: a\.body\.m\.\w+ .* grew from .*; then pump ", error.message)
     assert "the pump ran dry" in error.message
     assert "down to" not in error.message

@@ -7,7 +7,6 @@ that read outputs straight after each step, as FMPy does, never see them.
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -17,6 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi2
+from support.small_systems import Fmus
 from unit.cosim.preparation.test_dependence import silenced
 
 from m4e_fmi.cosim import (
@@ -33,7 +33,6 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.errors import RunError
 
-Fmus = Callable[[str], Path]
 OUTPUTS = ("yz.y", "yz.z", "x.x")
 """Of these yz.z is not connected."""
 
@@ -52,7 +51,7 @@ def spiral(fmus: Fmus, options: str, version: str = "", **settings: Any) -> Syst
 
 def recorded(system: System, path: Path) -> np.ndarray:
     """Times and outputs in the results (rows, 4)."""
-    run(system, results=path)
+    run(system, results=path, certify=False)
     results = load(path)
     return np.column_stack([results.time, *(results[name].values for name in OUTPUTS)])
 
@@ -63,23 +62,18 @@ def recorded(system: System, path: Path) -> np.ndarray:
     tolerance="identical",
 )
 @pytest.mark.parametrize(
-    ("algorithm", "version", "by_python"),
+    ("algorithm", "version", "loop"),
     [
-        *product(["jacobi", "gauss_seidel", "corrector"], ["", "1:", "3:"], [False]),
-        *product(["implicit"], ["", "3:"], [False]),  # for which FMUs have to go back
-        *product(["jacobi", "gauss_seidel", "corrector"], [""], [True]),
+        *product(["jacobi", "gauss_seidel", "corrector"], ["", "1:", "3:"], ["C"]),
+        *product(["implicit"], ["", "3:"], ["C"]),  # for which FMUs have to go back
+        *product(["jacobi", "gauss_seidel", "corrector"], [""], ["Python"]),
     ],
+    indirect=["loop"],
 )
+@pytest.mark.usefixtures("loop")
 def test_results_are_those_of_fmus_that_lose_nothing(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    algorithm: str,
-    version: str,
-    by_python: bool,
+    c_fmu: Fmus, tmp_path: Path, algorithm: str, version: str
 ) -> None:
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     state = "" if version == "1:" else "+state"
     plain, losing = (
         recorded(spiral(c_fmu, f"{state}{o}", version, algorithm=algorithm), tmp_path / "r.nc")
@@ -90,37 +84,27 @@ def test_results_are_those_of_fmus_that_lose_nothing(
 
 
 @pytest.mark.parametrize(
-    "settings",
+    ("settings", "own_step"),
     [
-        {"output_interval": 0.2},
-        {"output_interval": 0.15},  # of which the run is no multiple
-        {"coupling_tolerance": 1e-5},
-        {"coupling_tolerance": 1e-5, "output_interval": 0.5},
-        {"algorithm": "gauss_seidel", "coupling_tolerance": 1e-4},
+        ({"output_interval": 0.2}, None),
+        ({"output_interval": 0.15}, None),  # of which the run is no multiple
+        ({"coupling_tolerance": 1e-5}, None),
+        ({"coupling_tolerance": 1e-5, "output_interval": 0.5}, None),
+        ({"algorithm": "gauss_seidel", "coupling_tolerance": 1e-4}, None),
+        ({}, 0.1),
+        ({}, 0.025),
     ],
 )
 def test_rows_that_are_not_at_every_step(
-    c_fmu: Fmus, tmp_path: Path, settings: dict[str, Any]
+    c_fmu: Fmus, tmp_path: Path, settings: dict[str, Any], own_step: float | None
 ) -> None:
-    plain, losing = (
-        recorded(spiral(c_fmu, f"+state{o}", **settings), tmp_path / "r.nc")
-        for o in ("", "+clears")
-    )
+    def system(options: str) -> System:
+        found = spiral(c_fmu, f"+state{options}", **settings)
+        first, second = found.components
+        return replace(found, components=(replace(first, step_size=own_step), second))
+
+    plain, losing = (recorded(system(options), tmp_path / "r.nc") for options in ("", "+clears"))
     np.testing.assert_array_equal(losing, plain)
-
-
-def test_components_with_steps_of_their_own(c_fmu: Fmus, tmp_path: Path) -> None:
-    def sampled(options: str, step: float) -> System:
-        system = spiral(c_fmu, options)
-        first, second = system.components
-        components = (Component("yz", first.source, first.start, step_size=step), second)
-        return System("s", components, system.connections, system.simulation)
-
-    for step in (0.1, 0.025):
-        plain, losing = (
-            recorded(sampled(f"+state{o}", step), tmp_path / "r.nc") for o in ("", "+clears")
-        )
-        np.testing.assert_array_equal(losing, plain)
 
 
 @pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector"])
@@ -196,46 +180,39 @@ def test_alone_it_gives_what_fmpy_gives(
         np.testing.assert_allclose(found[f"yz.{name}"].values, expected[name], rtol=1e-12, atol=0)
 
 
+def kept(fmus: Fmus, option: str, links: tuple[str, ...], algorithm: str, folder: Path) -> System:
+    """A keeper between two integrators; it declares nothing."""
+    parts = (
+        Component("a", FmuFile(fmus("integrator")), {"y": 1.0}),
+        Component("b", FmuFile(silenced(fmus(f"keeper{option}"), folder)), {"gain": -1.0}),
+        Component("c", FmuFile(fmus("integrator"))),
+    )
+    return System("s", parts, links, Simulation(2.0, 0.05, algorithm))
+
+
+@pytest.mark.parametrize("back", [("b.y -> a.u",), ()], ids=["ring", "chain"])
 def test_outputs_that_show_a_step_when_inputs_are_set_are_not_lost(
-    c_fmu: Fmus, tmp_path: Path
+    c_fmu: Fmus, tmp_path: Path, back: tuple[str, ...]
 ) -> None:
-    """Of FMUs that declare nothing: in a chain and in a ring."""
     courses = []
     for option in ("", "+refreshes"):
-        keeper = silenced(c_fmu(f"keeper{option}"), tmp_path)
-        parts = (
-            Component("a", FmuFile(c_fmu("integrator")), {"y": 1.0}),
-            Component("b", FmuFile(keeper), {"gain": -1.0}),
-            Component("c", FmuFile(c_fmu("integrator"))),
-        )
-        links = ("a.y -> b.u", "b.y -> a.u", "b.y -> c.u")
-        for ring in (links, links[::2]):
-            system = System("s", parts, ring, Simulation(2.0, 0.05, "gauss_seidel"))
-            run(system, results=tmp_path / "r.nc")
-            courses.append(load(tmp_path / "r.nc")["c.y"].values)
-    assert np.ptp(courses[2]) > 0.5
-    np.testing.assert_allclose(courses[2], courses[0], atol=1e-12)
-    np.testing.assert_allclose(courses[3], courses[1], atol=1e-12)
+        links = ("a.y -> b.u", *back, "b.y -> c.u")
+        run(kept(c_fmu, option, links, "gauss_seidel", tmp_path), results=tmp_path / "r.nc")
+        courses.append(load(tmp_path / "r.nc")["c.y"].values)
+    assert np.ptp(courses[0]) > 0.5
+    np.testing.assert_allclose(courses[1], courses[0], atol=1e-12)
 
 
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 def test_nor_are_they_where_values_are_exchanged_twice_at_a_point(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
+    c_fmu: Fmus, tmp_path: Path
 ) -> None:
     """After each step an input is set to the value that it has."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     courses: list[list[float]] = []
     for option in ("", "+refreshes"):
-        keeper = silenced(c_fmu(f"keeper{option}"), tmp_path)
-        parts = (
-            Component("a", FmuFile(c_fmu("integrator")), {"y": 1.0}),
-            Component("b", FmuFile(keeper), {"gain": -1.0}),
-            Component("c", FmuFile(c_fmu("integrator")), {"gain": 1.0}),
-        )
-        links = ("a.y -> b.u", "b.y -> c.u")
-        system = System("s", parts, links, Simulation(2.0, 0.05, "jacobi"))
-        with start(system) as stepped:
+        with start(
+            kept(c_fmu, option, ("a.y -> b.u", "b.y -> c.u"), "jacobi", tmp_path)
+        ) as stepped:
             courses.append([])
             for _ in range(40):
                 stepped.step()
@@ -249,6 +226,7 @@ SLEEPERS = "sleeper", "free_sleeper", "blind_sleeper"
 """FMUs with outputs that are 0 up to 2 s: they declare dependencies, declare that there are none,
 and declare nothing."""
 ALGORITHMS = "jacobi", "gauss_seidel", "corrector", "implicit"
+TO_OTHER = ("s.z -> other.u",)
 
 
 def bare_loop(fmu: Path, start: dict[str, float], u: float, steps: int, size: float) -> np.ndarray:
@@ -279,30 +257,36 @@ def bare_loop(fmu: Path, start: dict[str, float], u: float, steps: int, size: fl
     return np.array(rows)
 
 
-@pytest.mark.parametrize("gain", [0.0, 0.5])
-@pytest.mark.parametrize("options", ["+clears", "+clears+partly", "+clears+inputs", "+clears+nans"])
+OPTIONS = "+clears", "+clears+partly", "+clears+inputs", "+clears+nans"
+WAYS = (0.0, "here", ()), (0.0, "own", TO_OTHER), (0.5, "here", TO_OTHER), (0.5, "own", ())
+"""Gain, process, and where z goes: nowhere, or to another component; each pair of two is there."""
+
+
+@pytest.mark.parametrize("options", OPTIONS)
 @pytest.mark.parametrize("model", SLEEPERS)
 def test_outputs_that_are_lost_later_are_those_of_a_bare_loop(
-    c_fmu: Fmus, tmp_path: Path, model: str, options: str, gain: float
+    c_fmu: Fmus, tmp_path: Path, model: str, options: str
 ) -> None:
     """Nothing is to be lost before 2 s; from then on each set answers 0, or less than there is."""
-    fmu, start = c_fmu(f"{model}+state{options}"), {"gain": gain}
-    expected = bare_loop(fmu, start, u=1.0, steps=30, size=0.125)
-    assert np.ptp(expected[:, 0]) > 0.5
-    for algorithm, process in product(ALGORITHMS, ("here", "own")):
-        driver = Component("driver", FmuFile(c_fmu("integrator+state")), {"y": 1.0, "gain": 0.0})
-        sleeper = Component("s", FmuFile(fmu), start, process=process)
-        # z goes nowhere, or to another component
-        other = Component("other", FmuFile(c_fmu("integrator+state")))
-        for links in (("driver.y -> s.u",), ("driver.y -> s.u", "s.z -> other.u")):
-            settings = Simulation(3.75, 0.125, algorithm)
-            system = System("s", (driver, sleeper, other), links, settings)
-            outcome = run(system, results=tmp_path / "r.nc")
-            found = load(tmp_path / "r.nc")
-            for column, name in enumerate("yz"):
-                values = found[f"s.{name}"].values
-                np.testing.assert_allclose(values, expected[:, column], rtol=1e-9, atol=0)
-            assert ("changes y, z" in str(outcome.notes)) is (model != "free_sleeper")
+    fmu = c_fmu(f"{model}+state{options}")
+    shift = SLEEPERS.index(model) + OPTIONS.index(options)
+    for k, algorithm in enumerate(ALGORITHMS, shift):
+        gain, process, further = WAYS[k % 4]
+        expected = bare_loop(fmu, {"gain": gain}, u=1.0, steps=30, size=0.125)
+        assert np.ptp(expected[:, 0]) > 0.5
+        parts = (
+            Component("driver", FmuFile(c_fmu("integrator+state")), {"y": 1.0, "gain": 0.0}),
+            Component("s", FmuFile(fmu), {"gain": gain}, process=process),
+            Component("other", FmuFile(c_fmu("integrator+state"))),
+        )
+        settings = Simulation(3.75, 0.125, algorithm)
+        system = System("s", parts, ("driver.y -> s.u", *further), settings)
+        outcome = run(system, results=tmp_path / "r.nc", certify=False)
+        found = load(tmp_path / "r.nc")
+        for column, name in enumerate("yz"):
+            values = found[f"s.{name}"].values
+            np.testing.assert_allclose(values, expected[:, column], rtol=1e-9, atol=0)
+        assert ("changes y, z" in str(outcome.notes)) is (model != "free_sleeper")
 
 
 def test_alone_it_is_a_bare_loop_too(c_fmu: Fmus, tmp_path: Path) -> None:
@@ -310,7 +294,8 @@ def test_alone_it_is_a_bare_loop_too(c_fmu: Fmus, tmp_path: Path) -> None:
     expected = bare_loop(fmu, {"u": 1.0}, u=1.0, steps=30, size=0.125)
     for algorithm in ALGORITHMS[:3]:
         parts = (Component("s", FmuFile(fmu), {"u": 1.0}),)
-        run(System("s", parts, (), Simulation(3.75, 0.125, algorithm)), results=tmp_path / "r.nc")
+        system = System("s", parts, (), Simulation(3.75, 0.125, algorithm))
+        run(system, results=tmp_path / "r.nc", certify=False)
         found = load(tmp_path / "r.nc")
         np.testing.assert_allclose(found["s.y"].values, expected[:, 0], rtol=1e-9, atol=0)
 
@@ -326,20 +311,16 @@ def ring_with_sleeper(fmu: Path, algorithm: str, step: float = 0.05, **start: fl
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
 @pytest.mark.parametrize("model", SLEEPERS)
-@pytest.mark.parametrize("options", ["+clears", "+clears+inputs"])
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize(
+    ("options", "loop"),
+    [("+clears", "C"), ("+clears+nans", "C"), ("+clears+inputs", "Python")],
+    indirect=["loop"],
+)
+@pytest.mark.usefixtures("loop")
 def test_coupled_outputs_that_are_lost_later_are_right_within_the_stated_error(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    model: str,
-    options: str,
-    algorithm: str,
-    by_python: bool,
-    tmp_path: Path,
+    c_fmu: Fmus, model: str, options: str, algorithm: str, tmp_path: Path
 ) -> None:
     """Against the solution: x = 2/sqrt(3) exp(-s/2) sin(sqrt(3)/2 s), a = x + x', s = t - 2."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     c_fmu("integrator+state")
     system = ring_with_sleeper(c_fmu(f"{model}+state{options}"), algorithm)
     certificate = run(system, results=tmp_path / "r.nc").certificate
@@ -387,14 +368,12 @@ def test_a_loop_of_lost_outputs_ends_the_run(c_fmu: Fmus) -> None:
     run(System("s", (parts[0], needs), links, system.simulation))
 
 
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 @pytest.mark.parametrize("version", ["", "1:", "3:"])
 def test_outputs_that_are_not_real_are_lost_alike(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, version: str, by_python: bool
+    c_fmu: Fmus, tmp_path: Path, version: str
 ) -> None:
     """y = u + n of Integers, with the input that the step had; 0 after any set."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     losing = FmuFile(c_fmu(f"{version}kinds+through+clears"))
     parts = (
         Component("a", FmuFile(c_fmu("2:kinds")), {"period": 0.25}),
@@ -404,27 +383,13 @@ def test_outputs_that_are_not_real_are_lost_alike(
     links = ("a.y_int -> b.u_int", "b.y_int -> c.u_int")
     for algorithm in ALGORITHMS[:3]:
         settings = Simulation(2.0, 0.125, algorithm)
-        run(System("s", parts, links, settings), results=tmp_path / "r.nc")
+        system = System("s", parts, links, settings)
+        run(system, results=tmp_path / "r.nc", certify=False)
         found = load(tmp_path / "r.nc")
         a, b, c = (found[f"{name}.y_int"].values for name in "abc")
         np.testing.assert_array_equal(b[1:], a[:-1] + np.floor(found.time[1:] / 0.5 + 1e-6))
         np.testing.assert_array_equal(c[1:], b[:-1])
         assert b[-1] > 5
-
-
-@pytest.mark.parametrize("by_python", [False, True])
-def test_outputs_that_are_lost_as_nan_are_those_of_the_step(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
-) -> None:
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-    c_fmu("integrator+state")
-    courses: list[np.ndarray] = []
-    for options in ("+clears", "+clears+nans"):
-        fmu = c_fmu(f"blind_sleeper+state{options}")
-        run(ring_with_sleeper(fmu, "jacobi", when=0.0), results=tmp_path / "r.nc")
-        courses.append(load(tmp_path / "r.nc")["s.y"].values)
-    np.testing.assert_array_equal(courses[1], courses[0])
 
 
 def test_noise_of_an_fmu_ends_no_algebraic_loop(c_fmu: Fmus) -> None:
@@ -439,13 +404,11 @@ def test_noise_of_an_fmu_ends_no_algebraic_loop(c_fmu: Fmus) -> None:
     assert "setting inputs" not in str(outcome.notes)
 
 
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.usefixtures("loop")
 def test_discrete_inputs_of_a_longer_step_are_held_at_what_was_set_last(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, by_python: bool
+    c_fmu: Fmus, tmp_path: Path
 ) -> None:
     """b steps once in two steps of the system, in each of which its input changes."""
-    if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
     parts = (
         Component("a", FmuFile(c_fmu("2:kinds")), {"period": 0.125}),
         Component("b", FmuFile(c_fmu("2:kinds+through")), {"period": 0.5}, step_size=0.25),

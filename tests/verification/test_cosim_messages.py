@@ -2,36 +2,32 @@
 
 from __future__ import annotations
 
-import json
 import tracemalloc
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from support.small_systems import Fmus, system
 
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import (
-    Component,
     CouplingErrorReport,
-    FmuFile,
     Outcome,
     Simulation,
-    System,
     load,
     run,
 )
 from m4e_fmi.errors import RunError
 from m4e_fmi.report import run_summary
 
-Fmus = Callable[[str], Path]
 VERSIONS = ["talker", "1:talker", "3:talker"]
 
 
-def talk(fmu: Path, *, file: Path | None = None, **start: float) -> tuple[Outcome, list[str]]:
+def talk(
+    fmus: Fmus, name: str = "talker", *, file: Path | None = None, **start: float
+) -> tuple[Outcome, list[str]]:
     """A run of 1 s in steps of 0.1 s of a talker, and the lines that it gave at once."""
     lines: list[str] = []
-    system = System("s", (Component("pump", FmuFile(fmu), start),), (), Simulation(1.0, 0.1))
-    return run(system, results=file, warn=lines.append), lines
+    pump = system(fmus, {"pump": name}, start={"pump": start})
+    return run(pump, results=file, warn=lines.append), lines
 
 
 @pytest.mark.verifies(
@@ -42,7 +38,7 @@ def talk(fmu: Path, *, file: Path | None = None, **start: float) -> tuple[Outcom
 @pytest.mark.parametrize("name", VERSIONS)
 @pytest.mark.parametrize(("status", "word"), [(1, "warning"), (2, "discard"), (3, "error")])
 def test_a_message_in_each_step_is_one(c_fmu: Fmus, name: str, status: int, word: str) -> None:
-    outcome, lines = talk(c_fmu(name), logged=status, when=0.3)
+    outcome, lines = talk(c_fmu, name, logged=status, when=0.3)
     assert lines == [f"pump, {word} at t = 0.3 s: line aaa is 300 m too long, t = 0.3"]
     (message,) = outcome.messages
     assert (message.component, message.status, message.count) == ("pump", word, 7)
@@ -51,32 +47,32 @@ def test_a_message_in_each_step_is_one(c_fmu: Fmus, name: str, status: int, word
 
 @pytest.mark.parametrize("name", VERSIONS)
 def test_a_step_answered_with_warning_is_told(c_fmu: Fmus, name: str) -> None:
-    outcome, _ = talk(c_fmu(name), answer=1, count=0, when=0.3)
+    outcome, _ = talk(c_fmu, name, answer=1, count=0, when=0.3)
     (message,) = outcome.messages
     assert str(message) == (
         "pump, warning, in 7 steps of the FMU, t = 0.3 s to 0.9 s: fmi2DoStep returned Warning, "
         "and the FMU logged nothing"
     )
     # where fix the problem stated by the FMU, that is enough
-    outcome, _ = talk(c_fmu(name), answer=1, when=0.3)
+    outcome, _ = talk(c_fmu, name, answer=1, when=0.3)
     assert [m.text for m in outcome.messages] == ["line aaa is 300 m too long, t = 0.3"]
 
 
 def test_messages_are_counted_by_steps_of_the_system_too(c_fmu: Fmus) -> None:
     """Where algorithms make several steps of the FMU in each; or it logs several in one."""
-    outcome, _ = talk(c_fmu("talker"), count=3, when=0.3)
+    outcome, _ = talk(c_fmu, count=3, when=0.3)
     (message,) = outcome.messages
     assert (message.count, message.steps) == (21, 7)
     assert "pump, warning, 21 times in 7 steps of the system, t = 0.3 s to 0.9 s" in str(message)
 
 
 def test_plain_messages_are_no_warnings(c_fmu: Fmus) -> None:
-    outcome, lines = talk(c_fmu("talker"), logged=0)
+    outcome, lines = talk(c_fmu, logged=0)
     assert (outcome.messages, lines) == ((), [])
 
 
 def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None:
-    outcome, _ = talk(c_fmu("talker"), file=tmp_path / "r.nc", when=0.3)
+    outcome, _ = talk(c_fmu, file=tmp_path / "r.nc", when=0.3)
     line = "pump, warning, 7 times, t = 0.3 s to 0.9 s: line aaa is 300 m too long, t = 0.3"
     assert f"messages of FMUs:\n  {line}\n" in run_summary(outcome)
     assert load(tmp_path / "r.nc").attributes["messages"] == line
@@ -84,7 +80,7 @@ def test_the_summary_and_the_file_have_them(c_fmu: Fmus, tmp_path: Path) -> None
 
 def test_a_flood_is_bounded(c_fmu: Fmus, tmp_path: Path) -> None:
     tracemalloc.start()
-    outcome, lines = talk(c_fmu("talker"), file=tmp_path / "r.nc", count=2_000, kinds=2_000)
+    outcome, lines = talk(c_fmu, file=tmp_path / "r.nc", count=2_000, kinds=2_000)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert sum(message.count for message in outcome.messages) == 20_000
@@ -97,42 +93,16 @@ def test_a_flood_is_bounded(c_fmu: Fmus, tmp_path: Path) -> None:
 
 def test_the_steps_that_tell_the_error_are_not_heard(c_fmu: Fmus) -> None:
     lines: list[str] = []
-    pair = (
-        Component("a", FmuFile(c_fmu("integrator+state")), {"y": 1.0}),
-        Component("b", FmuFile(c_fmu("talker+state")), {"answer": 1.0}),
-        Component("c", FmuFile(c_fmu("integrator+state"))),
-    )
-    connections = ("a.y -> c.u", "c.y -> a.u")
-    system = System("s", pair, connections, Simulation(1.0, 0.1, "gauss_seidel"))
-    outcome = run(system, warn=lines.append)
+    parts = {"a": "integrator+state", "b": "talker+state", "c": "integrator+state"}
+    connections, settings = ("a.y -> c.u", "c.y -> a.u"), Simulation(1.0, 0.1, "gauss_seidel")
+    start: dict[str, dict[str, float | str]] = {"a": {"y": 1.0}, "b": {"answer": 1.0}}
+    ring = system(c_fmu, parts, *connections, start=start, simulation=settings)
+    outcome = run(ring, warn=lines.append)
     assert outcome.messages[0].count == 10
     assert [line[:9] for line in lines] == ["warning: ", "b, warnin"]
-    quiet = System("s", (pair[0], _silent(pair[1]), pair[2]), connections, system.simulation)
+    start["b"]["count"] = 0.0
+    quiet = system(c_fmu, parts, *connections, start=start, simulation=settings)
     assert run(quiet).messages[0].count == 10
-
-
-def _silent(talker: Component) -> Component:
-    return Component(talker.name, talker.source, {"answer": 1.0, "count": 0.0})
-
-
-def test_the_command_tells_at_once_and_in_the_summary(
-    c_fmu: Fmus,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    content = {
-        "name": "talking",
-        "components": {"pump": {"fmu": str(c_fmu("talker")), "start": {"when": 0.5}}},
-        "connections": [],
-        "simulation": {"stop_time": 1.0, "step_size": 0.1},
-    }
-    Path("system.yaml").write_text(json.dumps(content))
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    told = capsys.readouterr()
-    assert told.err.count("pump, warning at t = 0.5 s: line aaa is 500 m too long") == 1
-    assert "pump, warning, 5 times, t = 0.5 s to 0.9 s: line aaa is 500 m too long" in told.out
 
 
 @pytest.mark.parametrize(
@@ -148,10 +118,10 @@ def test_instances_beside_the_run_are_not_heard(
     c_fmu: Fmus, name: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Neither those that are probed nor those that tell the coupling error."""
-    parts = tuple(Component(part, FmuFile(c_fmu(name)), {"y": 1.0}) for part in "ab")
     ring = ("a.y -> b.u", "b.y * -1 -> a.u")
     lines: list[str] = []
-    outcome = run(System("s", parts, ring, Simulation(1.0, 0.1)), warn=lines.append)
+    begin = {part: {"y": 1.0} for part in "ab"}
+    outcome = run(system(c_fmu, dict.fromkeys("ab", name), *ring, start=begin), warn=lines.append)
     assert any("probed" in note for note in outcome.notes)
     assert isinstance(outcome.certificate, CouplingErrorReport)
     told = [f"{part}, warning at t = 0 s: here is {part}" for part in "ab"]
@@ -166,54 +136,14 @@ def test_what_a_listener_raises_ends_the_run(c_fmu: Fmus) -> None:
     def refuse(_: str) -> None:
         raise StopError
 
-    system = System("s", (Component("pump", FmuFile(c_fmu("talker"))),), (), Simulation(1.0, 0.1))
     with pytest.raises(StopError):
-        run(system, warn=refuse)
+        run(system(c_fmu, {"pump": "talker"}), warn=refuse)
 
 
 def test_messages_of_a_run_that_fails_are_in_its_results(c_fmu: Fmus, tmp_path: Path) -> None:
-    parts = (
-        Component("pump", FmuFile(c_fmu("talker"))),
-        Component("rogue", FmuFile(c_fmu("rogue")), {"what": 3.0, "when": 0.5}),
-    )
+    parts, start = {"pump": "talker", "rogue": "rogue"}, {"rogue": {"what": 3.0, "when": 0.5}}
     with pytest.raises(RunError):
-        run(System("s", parts, (), Simulation(1.0, 0.1)), results=tmp_path / "r.nc")
+        run(system(c_fmu, parts, start=start), results=tmp_path / "r.nc")
     lines = load(tmp_path / "r.nc").attributes["messages"].splitlines()
     assert [line.split(",")[0] for line in lines] == ["pump", "rogue"]
     assert "rogue, error at t = 0.4 s: the pump ran dry" in lines[1]
-
-
-def test_run_and_info_tell_of_an_input_that_nobody_feeds(
-    c_fmu: Fmus,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    loop = ["plant.y -> control.y", "control.u -> plant.u"]
-    told = "control.y is connected to nothing and runs on its start value 0: connect it"
-
-    def write(connections: list[str]) -> None:
-        content = {
-            "name": "loop",
-            "components": {
-                "plant": {"fmu": str(c_fmu("lag")), "start": {"y": 1}},
-                "control": {"fmu": str(c_fmu("pi"))},
-            },
-            "connections": connections,
-            "simulation": {"stop_time": 1.0, "step_size": 0.1},
-        }
-        Path("system.yaml").write_text(json.dumps(content))
-
-    write(loop[1:])
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    out, err = capsys.readouterr()
-    assert err.count(f"warning: {told}") == 1
-    assert told not in out
-    assert main(["info", "system.yaml"]) == 0
-    out = capsys.readouterr().out
-    assert f"warning: {told}" in out
-    assert "unconnected inputs, which keep their start values:\n  control.y = 0\n" in out
-    write(loop)
-    assert main(["run", "system.yaml", "--output-file", "r.nc"]) == 0
-    assert "connected to nothing" not in "".join(capsys.readouterr())

@@ -2,44 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
+from support.small_systems import Fmus, observed, system, watched
+from support.two_masses import EXACT, STATES, errors, orders, two_masses
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, run
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.multibody import model_program
 
-Fmus = Callable[[str], Path]
-PAIR = ("a.m <-> b.end",)
-EXACT = np.array([-0.39866759, 1.13728136, -0.44040394, -0.59326024])
-"""x1, v1, x2, v2 after 10 s of the undamped oscillator: matrix exponential, 8 digits."""
-WATCHED = ("a.body.m.x", "a.body.m.vx", "b.x", "b.vx")
-
-
-def without_the_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-
-
-def oscillator(
-    first: Path, second: Path, algorithm: str, size: float = 0.1, stop: float = 10.0
-) -> tuple[np.ndarray, Outcome]:
-    """x1, v1, x2, v2 at all points."""
-    parts = (
-        Component("a", FmuFile(first), {"stiffness": 1.0, "body.m.x": 1.0}),
-        Component("b", FmuFile(second)),
-    )
-    found: list[list[float]] = []
-
-    def observe(_: float, network: Network) -> None:
-        found.append([network.read(name) for name in WATCHED])
-
-    system = System("pair", parts, PAIR, Simulation(stop, size, algorithm))
-    outcome = run(system, observers=[observe])
-    return np.array(found), outcome
+EVERY = ["jacobi", "gauss_seidel", "implicit", "corrector"]
 
 
 @pytest.mark.verifies(
@@ -48,22 +23,16 @@ def oscillator(
     tolerance="identical",
 )
 @pytest.mark.parametrize("versions", ["33", "32", "23"])
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "implicit", "corrector"])
-@pytest.mark.parametrize("by_python", [False, True])
-def test_fmi_3_gives_the_bits_of_fmi_2(
-    c_fmu: Fmus,
-    monkeypatch: pytest.MonkeyPatch,
-    versions: str,
-    algorithm: str,
-    by_python: bool,
-) -> None:
-    if by_python:
-        without_the_library(monkeypatch)
+@pytest.mark.parametrize("algorithm", EVERY)
+@pytest.mark.usefixtures("loop")
+def test_fmi_3_gives_the_bits_of_fmi_2(c_fmu: Fmus, versions: str, algorithm: str) -> None:
     prefix = {"2": "", "3": "3:"}
     a, b = (prefix[v] + m for v, m in zip(versions, ("mass+state", "partner+state"), strict=True))
-    expected, _ = oscillator(c_fmu("mass+state"), c_fmu("partner+state"), algorithm, stop=3.0)
-    found, outcome = oscillator(c_fmu(a), c_fmu(b), algorithm, stop=3.0)
-    np.testing.assert_array_equal(found, expected)
+    pairs = (two_masses(c_fmu, *names) for names in ((), (a, b)))
+    (expected, _), (found, outcome) = (
+        observed(pair.changed(stop_time=3.0, algorithm=algorithm), *STATES) for pair in pairs
+    )
+    assert found == expected
     assert not isinstance(outcome.certificate, str)
 
 
@@ -73,12 +42,10 @@ def test_fmi_3_gives_the_bits_of_fmi_2(
     tolerance="3e-4",
 )
 def test_the_order_of_the_corrector_with_fmi_3(c_fmu: Fmus) -> None:
-    pair = c_fmu("3:mass+state"), c_fmu("3:partner+state")
-    errors = [
-        np.abs(oscillator(*pair, "corrector", size)[0][-1] - EXACT).max() for size in (0.2, 0.1)
-    ]
-    assert errors[1] < 3e-4
-    assert np.log2(errors[0] / errors[1]) > 2.9
+    pair = two_masses(c_fmu, "3:mass+state", "3:partner+state")
+    found = errors(pair, EXACT, (0.2, 0.1))
+    assert found[1] < 3e-4
+    assert orders(found).min() > 2.9
 
 
 @pytest.mark.verifies(
@@ -94,17 +61,11 @@ def test_the_order_of_the_corrector_with_fmi_3(c_fmu: Fmus) -> None:
         ("3:mass+state", "1:partner+inputs"),
     ],
 )
-@pytest.mark.parametrize("by_python", [False, True])
-def test_fmi_1_is_of_second_order(
-    c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, pair: tuple[str, str], by_python: bool
-) -> None:
-    if by_python:
-        without_the_library(monkeypatch)
-    a, b = map(c_fmu, pair)
-    found = [oscillator(a, b, "corrector", size) for size in (0.1, 0.05)]
-    errors = [np.abs(points[-1] - EXACT).max() for points, _ in found]
-    assert np.log2(errors[0] / errors[1]) > 1.9
-    outcome = found[0][1]
+@pytest.mark.usefixtures("loop")
+def test_fmi_1_is_of_second_order(c_fmu: Fmus, pair: tuple[str, str]) -> None:
+    coupled = two_masses(c_fmu, *pair)
+    assert orders(errors(coupled, EXACT, (0.1, 0.05))).min() > 1.9
+    outcome = run(coupled)
     assert outcome.order == 2
     assert any("cannot" in note or "roll back" in note for note in outcome.notes)
 
@@ -115,9 +76,11 @@ def test_fmi_1_is_of_second_order(
     tolerance="identical",
 )
 def test_fmi_1_gives_the_bits_of_fmi_2_under_jacobi(c_fmu: Fmus) -> None:
-    expected, _ = oscillator(c_fmu("mass"), c_fmu("partner"), "jacobi", stop=3.0)
-    found, _ = oscillator(c_fmu("1:mass"), c_fmu("1:partner"), "jacobi", stop=3.0)
-    np.testing.assert_array_equal(found, expected)
+    expected, found = (
+        watched(two_masses(c_fmu, *names).changed(stop_time=3.0, algorithm="jacobi"), *STATES)
+        for names in (("mass", "partner"), ("1:mass", "1:partner"))
+    )
+    assert found == expected
 
 
 MODEL = """\
@@ -147,28 +110,17 @@ def sliders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     independent="the FMI 2.0 twin",
     tolerance="1e-6",
 )
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "implicit", "corrector"])
-@pytest.mark.parametrize("by_python", [False, True])
+@pytest.mark.parametrize("algorithm", EVERY)
+@pytest.mark.usefixtures("loop")
 def test_a_system_does_not_change_when_a_component_is_rebuilt_as_fmi_3(
-    c_fmu: Fmus,
-    sliders: dict[str, Path],
-    monkeypatch: pytest.MonkeyPatch,
-    algorithm: str,
-    by_python: bool,
+    c_fmu: Fmus, sliders: dict[str, Path], algorithm: str
 ) -> None:
-    if by_python:
-        without_the_library(monkeypatch)
     found = {}
     for version, slider in sliders.items():
         parts = (Component("a", FmuFile(slider)), Component("b", FmuFile(c_fmu("partner+state"))))
-        points: list[list[float]] = []
-
-        def observe(_: float, network: Network, points: list[list[float]] = points) -> None:
-            points.append([network.read(name) for name in WATCHED])
-
         settings = Simulation(3.0, 0.05, algorithm)
-        run(System("pair", parts, PAIR, settings), observers=[observe])
-        found[version] = np.array(points)
+        pair = System("pair", parts, ("a.m <-> b.end",), settings)
+        found[version] = np.array(watched(pair, *STATES))
     assert np.abs(found["2"][-1] - found["2"][0]).max() > 0.1
     if algorithm in ("jacobi", "gauss_seidel"):
         np.testing.assert_array_equal(found["3"], found["2"])
@@ -188,9 +140,8 @@ def test_a_system_does_not_change_when_a_component_is_rebuilt_as_fmi_3(
 @pytest.mark.parametrize("name", ["1:mass", "3:mass+state", "mass"])
 def test_what_fmpy_makes_of_the_same_fmu(c_fmu: Fmus, name: str) -> None:
     start = {"stiffness": 2.0, "body.m.x": 0.5}
-    system = System("s", (Component("a", FmuFile(c_fmu(name)), start),), (), Simulation(1.0, 0.125))
-    found: list[float] = []
-    run(system, observers=[lambda _, network: found.append(network.read("a.body.m.x"))])
+    alone = system(c_fmu, {"a": name}, start={"a": start}, simulation=Simulation(1.0, 0.125))
+    found = np.ravel(watched(alone, "a.body.m.x"))
     expected = fmpy.simulate_fmu(
         c_fmu(name),
         start_values=start,

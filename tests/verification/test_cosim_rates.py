@@ -1,6 +1,6 @@
 """Components with more or fewer steps than their system: order, error, exact samples.
 
-Two-mass oscillator as in `test_cosim_order`, one of the two stepped by H/n. The order follows from
+Two-mass oscillator of support/two_masses.py, one of the two stepped by H/n. The order follows from
 what acts on it (`m4e_fmi/cosim/stepping/input_interpolation.py`): held values with the first moment
 of the course leave third order, one held value, right in its mean only, second. A sampled component
 gives constants to the others, so that its system has the exact course whatever the step. A longer
@@ -9,62 +9,31 @@ step of a mass is an approximation like any other.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.small_systems import Fmus, observed, system, watched
+from support.two_masses import EXACT, STATES, two_masses
 
-from m4e_fmi.cosim import (
-    Component,
-    CouplingErrorReport,
-    FmuFile,
-    Network,
-    Outcome,
-    Simulation,
-    System,
-    prepare,
-    run,
-)
+from m4e_fmi.cosim import Component, CouplingErrorReport, Outcome, Simulation, System, prepare
 
-Fmus = Callable[[str], Path]
-
-TIME = 10.0
 STEPS = (0.1, 0.05, 0.025)
 FAST = np.sqrt(3.0)
-EXACT = {
-    "a.body.m.x": (np.cos(TIME) + np.cos(FAST * TIME)) / 2,
-    "a.body.m.vx": -(np.sin(TIME) + FAST * np.sin(FAST * TIME)) / 2,
-    "b.x": (np.cos(TIME) - np.cos(FAST * TIME)) / 2,
-    "b.vx": -(np.sin(TIME) - FAST * np.sin(FAST * TIME)) / 2,
-}
+EVERY = ["jacobi", "gauss_seidel", "corrector", "implicit"]
 HOLDS, FOLLOWS = "+state", "+state+inputs"
 
 
-def two_masses(fmus: Fmus, options: str, side: str, pieces: int, step: float) -> System:
+def stepped(fmus: Fmus, options: str, side: str, pieces: int, step: float) -> System:
     """The oscillator at H = `step`, the component `side` stepped by H/pieces."""
-    parts = (
-        Component("a", FmuFile(fmus(f"mass{options}")), {"stiffness": 1.0, "body.m.x": 1.0}),
-        Component("b", FmuFile(fmus(f"partner{options}"))),
-    )
-    own = tuple(
-        replace(part, step_size=step / pieces) if part.name == side else part for part in parts
-    )
-    return System("s", own, ("a.m <-> b.end",), Simulation(TIME, step))
+    pair = two_masses(fmus, f"mass{options}", f"partner{options}")
+    return replace(pair.changed(step_size=step), components=own_step(pair, side, step / pieces))
 
 
-def finished(system: System) -> tuple[float, Outcome]:
-    """The largest error at the end, and the outcome."""
-    found: list[float] = []
-
-    def observe(t: float, network: Network) -> None:
-        if t == TIME:
-            found[:] = [network.read(name) for name in EXACT]
-
-    outcome = run(system, observers=[observe])
-    return float(np.abs(np.array(found) - list(EXACT.values())).max()), outcome
+def own_step(given: System, name: str, step: float) -> tuple[Component, ...]:
+    """The components, the one of this name with a step of its own [s]."""
+    return tuple(replace(c, step_size=step) if c.name == name else c for c in given.components)
 
 
 @pytest.mark.verifies(
@@ -76,8 +45,8 @@ def finished(system: System) -> tuple[float, Outcome]:
 @pytest.mark.parametrize("side", ["a", "b"])
 @pytest.mark.parametrize("pieces", [1, 2, 3, 5, 8])
 def test_order(c_fmu: Fmus, options: str, side: str, pieces: int) -> None:
-    runs = [finished(two_masses(c_fmu, options, side, pieces, step)) for step in STEPS]
-    errors = np.array([error for error, _ in runs])
+    runs = [observed(stepped(c_fmu, options, side, pieces, step), *STATES) for step in STEPS]
+    errors = np.abs([np.subtract(rows[-1][1:], [*EXACT.values()]) for rows, _ in runs]).max(axis=1)
     order = 2 if (options, pieces) == (HOLDS, 1) else 3
     assert {outcome.order for _, outcome in runs} == {order}
     # terms of the next order change it by 0.1 at these steps
@@ -92,25 +61,18 @@ def test_order(c_fmu: Fmus, options: str, side: str, pieces: int) -> None:
     analytic="exact solution",
     tolerance="3",
 )
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 @pytest.mark.parametrize(("options", "pieces"), [(HOLDS, 1), (HOLDS, 2), (HOLDS, 5), (FOLLOWS, 1)])
 def test_the_certificate_knows_of_own_steps(
     c_fmu: Fmus, algorithm: str, options: str, pieces: int
 ) -> None:
     """Force and displacements over their ranges, at every communication point."""
-    system = two_masses(c_fmu, options, "b", pieces, 0.05).changed(algorithm=algorithm)
-    seen: list[list[float]] = []
-
-    def observe(t: float, network: Network) -> None:
-        force = network.read("b.end.force_x")
-        slow, fast = np.cos(t), np.cos(FAST * t)
-        moved, speed = (slow + fast) / 2, -(np.sin(t) + FAST * np.sin(FAST * t)) / 2
-        x, v = network.read("a.body.m.x"), network.read("a.body.m.vx")
-        seen.append([force, x, v, force + fast, x - moved, v - speed])
-
-    outcome = run(system, observers=[observe])
-    values, errors = np.split(np.array(seen), 2, axis=1)
-    true = (np.abs(errors).max(axis=0) / np.ptp(values, axis=0)).max()
+    pair = stepped(c_fmu, options, "b", pieces, 0.05).changed(algorithm=algorithm)
+    rows, outcome = observed(pair, "b.end.force_x", *STATES[:2])
+    t, *values = np.array(rows).T
+    slow, fast = np.cos(t), np.cos(FAST * t)
+    exact = (-fast, (slow + fast) / 2, -(np.sin(t) + FAST * np.sin(FAST * t)) / 2)
+    true = (np.abs(np.subtract(values, exact)).max(axis=1) / np.ptp(values, axis=1)).max()
     stated = outcome.certificate.errors[0].error  # type: ignore[union-attr]
     assert true < 3 * stated
     assert stated < 10 * true
@@ -128,20 +90,14 @@ def coupled(
     both walls and the coupling; a has 1 N/m to its wall. The course is x and v of a, and the force.
     """
     wall, between, damping = given
-    extra = {side: options}
-    parts = (
-        Component(
-            "a",
-            FmuFile(fmus(f"mass+state{extra.get('a', '')}")),
-            {"stiffness": 1.0, "damping": damping, "body.m.x": 1.0},
-        ),
-        Component(
-            "b",
-            FmuFile(fmus(f"partner+state{extra.get('b', '')}")),
-            {"stiffness": wall, "coupling": between, "damping": damping, "wall_damping": damping},
-        ),
-    )
-    parts = tuple(replace(part, step_size=own) if part.name == side else part for part in parts)
+    models = {"a": "mass+state", "b": "partner+state"}
+    models[side] += options
+    start = {
+        "a": {"stiffness": 1.0, "damping": damping, "body.m.x": 1.0},
+        "b": {"stiffness": wall, "coupling": between, "damping": damping, "wall_damping": damping},
+    }
+    settings = Simulation(6.0, 0.01, algorithm)
+    pair = system(fmus, models, "a.m <-> b.end", start=start, simulation=settings)
     matrix = np.array(
         [
             [0.0, 1.0, 0.0, 0.0],
@@ -155,14 +111,14 @@ def coupled(
         states.append(whole @ states[-1])
     x, v, x_b, v_b = np.array(states).T
     exact = np.column_stack((x, v, between * (x_b - x) + damping * (v_b - v)))
-    return System("s", parts, ("a.m <-> b.end",), Simulation(6.0, 0.01, algorithm)), exact
+    return replace(pair, components=own_step(pair, side, own)), exact
 
 
-def stated_and_true(system: System, exact: np.ndarray) -> tuple[Outcome, float]:
+def stated_and_true(given: System, exact: np.ndarray) -> tuple[Outcome, float]:
     """The outcome, and the largest error over the range of its output."""
-    names, seen = ("a.body.m.x", "a.body.m.vx", "b.end.force_x"), list[list[float]]()
-    outcome = run(system, observers=[lambda _, n: seen.append([n.read(name) for name in names])])
-    return outcome, (np.abs(np.array(seen) - exact).max(axis=0) / np.ptp(exact, axis=0)).max()
+    rows, outcome = observed(given, *STATES[:2], "b.end.force_x")
+    errors = np.abs(np.array(rows)[:, 1:] - exact).max(axis=0)
+    return outcome, (errors / np.ptp(exact, axis=0)).max()
 
 
 @pytest.mark.verifies(
@@ -171,7 +127,7 @@ def stated_and_true(system: System, exact: np.ndarray) -> tuple[Outcome, float]:
     analytic="matrix exponential",
     tolerance="3",
 )
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 @pytest.mark.parametrize("side", ["a", "b"])
 @pytest.mark.parametrize("own", [0.02, 0.03, 0.05])
 def test_longer_steps_of_a_mass_are_in_the_stated_error(
@@ -189,18 +145,18 @@ def test_longer_steps_of_a_mass_are_in_the_stated_error(
         assert not outcome.warnings or "unusable" in outcome.warnings[0]
 
 
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 def test_an_unstable_longer_step_is_unusable(c_fmu: Fmus, algorithm: str) -> None:
     outcome, true = stated_and_true(*coupled(c_fmu, algorithm, "b", 0.05, (10.0, 50.0, 0.0)))
     assert true > 10.0
     assert "and that of b, or another algorithm" in " ".join(outcome.warnings)
 
 
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 def test_longer_steps_that_no_other_can_replace_are_named(c_fmu: Fmus, algorithm: str) -> None:
     """True error 0.06 of the range; the FMU makes steps of one size only."""
-    system, exact = coupled(c_fmu, algorithm, "b", 0.03, (1.0, 1.0, 0.0), "+constant")
-    outcome, true = stated_and_true(system, exact)
+    pair = coupled(c_fmu, algorithm, "b", 0.03, (1.0, 1.0, 0.0), "+constant")
+    outcome, true = stated_and_true(*pair)
     assert true > 0.03
     report = outcome.certificate
     assert isinstance(report, CouplingErrorReport)
@@ -211,26 +167,31 @@ def test_longer_steps_that_no_other_can_replace_are_named(c_fmu: Fmus, algorithm
 
 @pytest.mark.parametrize("version", ["", "1:", "3:"])
 def test_a_sampled_controller_is_known_by_its_discrete_outputs(c_fmu: Fmus, version: str) -> None:
-    rows: list[list[tuple[float, float]]] = []
+    found: list[list[list[float]]] = []
     for options, longer in (("", {"c"}), ("+discrete", set[str]())):
-        parts = (
-            Component("plant", FmuFile(c_fmu("lag+state")), {"y": 1.0}),
-            Component("c", FmuFile(c_fmu(f"{version}integrator{options}")), step_size=0.3),
-        )
-        links = ("plant.y * -1 -> c.u", "c.y -> plant.u")
-        prepared = prepare(System("s", parts, links, Simulation(3.0, 0.1)))
-        assert {*prepared.longer} == longer
-        rows.append([])
-        report = run(
-            prepared, observers=[lambda _, n: rows[-1].append((n.read("plant.y"), n.read("c.y")))]
-        ).certificate
+        loop = controlled(c_fmu, f"{version}integrator{options}", 0.3, Simulation(3.0, 0.1))
+        assert {*prepare(loop).longer} == longer
+        rows, outcome = observed(loop, "plant.y", "c.y")
+        found.append(rows)
+        report = outcome.certificate
         assert isinstance(report, CouplingErrorReport)
         assert report.worst
         # half the samples are another controller; what is left of a sampled one is Runge and
         # Kutta's error (0.1/20)^4
         assert (report.worst.error > 0.01) == bool(longer)
         assert (report.worst.error < 1e-9) == (not longer)
-    assert rows[0] == rows[1]  # to the last bit
+    assert found[0] == found[1]  # to the last bit
+
+
+def controlled(
+    fmus: Fmus, controller: str, every: float, settings: Simulation, gain: float = 1.0
+) -> System:
+    """A plant x' = u - x, x = 1 at first, under an integrating controller with its own step."""
+    parts = {"plant": "lag+state", "c": controller}
+    start = {"plant": {"y": 1.0}, "c": {"gain": gain}}
+    links = ("plant.y * -1 -> c.u", "c.y -> plant.u")
+    loop = system(fmus, parts, *links, start=start, simulation=settings)
+    return replace(loop, components=own_step(loop, "c", every))
 
 
 @pytest.mark.verifies(
@@ -238,23 +199,13 @@ def test_a_sampled_controller_is_known_by_its_discrete_outputs(c_fmu: Fmus, vers
     analytic="x(k+1) = e^-T x(k) + (1 − e^-T) u(k), u(k+1) = u(k) − g T x(k)",
     tolerance="1e-9",
 )
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 @pytest.mark.parametrize("every", [1, 2, 3, 5])
 def test_samples_are_exact(c_fmu: Fmus, algorithm: str, every: int) -> None:
     step, gain, begin = 0.1, 2.0, 0.5
-    parts = (
-        Component("plant", FmuFile(c_fmu("lag+state")), {"y": 1.0}),
-        Component(
-            "c", FmuFile(c_fmu("integrator+discrete")), {"gain": gain}, step_size=every * step
-        ),
-    )
-    seen: list[tuple[float, float]] = []
-    links = ("plant.y * -1 -> c.u", "c.y -> plant.u")
-    simulation = Simulation(begin + 3.2, step, algorithm, start_time=begin)
-    run(
-        System("s", parts, links, simulation),
-        observers=[lambda _, n: seen.append((n.read("plant.y"), n.read("c.y")))],
-    )
+    settings = Simulation(begin + 3.2, step, algorithm, start_time=begin)
+    loop = controlled(c_fmu, "integrator+discrete", every * step, settings, gain)
+    seen = watched(loop, "plant.y", "c.y")
     x, u, decay = 1.0, 0.0, np.exp(-every * step)
     for k in range(33):
         since = k % every
@@ -262,7 +213,7 @@ def test_samples_are_exact(c_fmu: Fmus, algorithm: str, every: int) -> None:
             x, u = decay * x + (1 - decay) * u, u - gain * every * step * x
         now = np.exp(-since * step)
         # of the plant's own integration: Runge and Kutta's error (0.1/20)^4 at most
-        assert seen[k] == pytest.approx((now * x + (1 - now) * u, u), abs=1e-9)
+        assert seen[k] == pytest.approx([now * x + (1 - now) * u, u], abs=1e-9)
 
 
 @pytest.mark.verifies(
@@ -284,33 +235,31 @@ def test_order_beside_a_sampled_component(
         state = whole @ state + [0.0, 0.0, 0.5 * sample * state[1]]
     errors = []
     for step in (0.1, 0.05, 0.025):
-        parts = (
-            Component("x", FmuFile(c_fmu(f"roessler_x{options}")), {"x": 1.0}),
-            Component("yz", FmuFile(c_fmu(f"roessler_yz{options}")), {"y": 1.0}),
-            Component("c", FmuFile(c_fmu("integrator")), {"gain": 0.5}, step_size=sample),
-        )
-        parts = (replace(parts[0], step_size=step / pieces), *parts[1:])
+        parts = {"x": f"roessler_x{options}", "yz": f"roessler_yz{options}", "c": "integrator"}
+        start = {"x": {"x": 1.0}, "yz": {"y": 1.0}, "c": {"gain": 0.5}}
         links = ("x.x -> yz.x", "yz.y -> x.y", "yz.y -> c.u", "c.y -> x.z")
-        found: list[list[float]] = []
-        outcome = run(
-            System("s", parts, links, Simulation(count * sample, step)),
-            observers=[lambda _, n, found=found: found.append([n.read("x.x"), n.read("yz.y")])],
-        )
+        settings = Simulation(count * sample, step)
+        ring = system(c_fmu, parts, *links, start=start, simulation=settings)
+        ring = replace(ring, components=own_step(ring, "c", sample))
+        ring = replace(ring, components=own_step(ring, "x", step / pieces))
+        rows, outcome = observed(ring, "x.x", "yz.y")
         assert outcome.order == order
         assert any("does not show jumps" in note for note in outcome.notes) == (order == 2)
-        errors.append(np.abs(found[-1] - state[:2]).max())
+        errors.append(np.abs(rows[-1][1:] - state[:2]).max())
     assert np.log2(np.array(errors[:-1]) / errors[1:]).min() > order - 0.1
 
 
-@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+@pytest.mark.parametrize("algorithm", EVERY)
 def test_a_stiff_component_has_shorter_steps(c_fmu: Fmus, algorithm: str) -> None:
     """y' = 50 (1 - y) by Euler's method, stable up to 0.04 s, in a system that steps by 0.1 s."""
-    part = Component("b", FmuFile(c_fmu("euler+state")), {"rate": 50.0, "u": 1.0})
-    found: list[float] = []
-    for own in (0.05, 0.01):
-        system = System("s", (replace(part, step_size=own),), (), Simulation(1.0, 0.1, algorithm))
-        run(system, observers=[lambda _, network: found.append(network.read("b.y"))])
-    wild, tame = np.split(np.array(found), 2)
+    start = {"b": {"rate": 50.0, "u": 1.0}}
+    alone = system(
+        c_fmu, {"b": "euler+state"}, start=start, simulation=Simulation(1, 0.1, algorithm)
+    )
+    wild, tame = (
+        np.ravel(watched(replace(alone, components=own_step(alone, "b", own)), "b.y"))
+        for own in (0.05, 0.01)
+    )
     count = np.arange(11)
     # each Euler step takes the factor 1 - 50 h off what is missing
     np.testing.assert_allclose(1 - wild, (1 - 50 * 0.05) ** (2 * count), rtol=1e-12)

@@ -6,13 +6,10 @@ known from the spectral radius of the recursion with exactly integrated componen
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import pytest
+from support.small_systems import Fmus
 from support.stability import ALGORITHMS, OBSERVED, PAIRS, Pair, growth, pair
 
-Fmus = Callable[[str], Path]
 SOFT, STIFF = "spring 1 N/m, damper 0.1 N·s/m", "spring 10"
 STIFFER, HEAVY_B = "spring 100, damper 1", "spring 10, damper 1, masses 1 and 10"
 HEAVY_A = "spring 10, damper 1, masses 10 and 1"

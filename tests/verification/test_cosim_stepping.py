@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.small_systems import Fmus, watched
+from support.two_masses import orders
 
 from m4e_fmi.cosim import Component, Execution, FmuFile, Simulation, System, run, start
-
-Fmus = Callable[[str], Path]
 
 STATES = ("a.body.m.x", "a.body.m.vx", "b.body.m.x", "b.body.m.vx")
 FORCE = "b.body.m.force_x"
@@ -61,8 +60,7 @@ def test_a_controller_in_python_is_one_in_an_fmu(c_fmu: Fmus) -> None:
     law = {"stiffness": GAIN, "damping": RATE}
     controller = Component("c", FmuFile(c_fmu("spring+state")), law)
     coupled = masses(c_fmu, settings, controller, connections=("b.m <-> c.end",))
-    expected: list[list[float]] = []
-    run(coupled, observers=[lambda _, net: expected.append([net.read(n) for n in STATES])])
+    expected = watched(coupled, *STATES)
     with start(masses(c_fmu, settings)) as execution:
         found = controlled(execution)
     assert execution.outcome.steps == len(found) - 1 == 80
@@ -81,9 +79,8 @@ def test_order_under_a_controller(c_fmu: Fmus, algorithm: str) -> None:
         with start(masses(c_fmu, Simulation(STOP, step, algorithm))) as execution:
             found = controlled(execution)
         errors.append(np.abs(np.array(found) - sampled(step)).max())
-    orders = np.log2(np.divide(errors[:-1], errors[1:]))
     # a fifth below it: what is left of higher powers at these steps
-    assert orders[-1] > ORDERS[algorithm] - 0.2
+    assert orders(np.array(errors))[-1] > ORDERS[algorithm] - 0.2
 
 
 ADAPTIVE = [(name, tolerance) for name in ORDERS for tolerance in (None, 1e-4)]

@@ -6,25 +6,23 @@ half period is no multiple of any step, drives the first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from support.small_systems import Fmus, observed
+from support.two_masses import STATES
 
-from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, run
+from m4e_fmi.cosim import Component, FmuFile, Outcome, Simulation, System
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
 from m4e_fmus import sum as sum_kind
 from m4e_fmus import table
 
-Fmus = Callable[[str], Path]
-
 STOP, HALF_PERIOD = 4.0, 0.7071
 JUMPS = [round(k * HALF_PERIOD, 9) for k in range(1, 6)]
-STATES = ("a.body.m.x", "a.body.m.vx", "b.x", "b.vx")
 RATES = np.array([[0, 1, 0, 0, 0], [-2, 0, 1, 0, 1], [0, 0, 0, 1, 0], [1, 0, -2, 0, 0], [0] * 5])
 NANOSECOND = 1e-9
 
@@ -77,14 +75,9 @@ def driven(
         "a.body.m.x -> b.end.x",
         "a.body.m.vx -> b.end.vx",
     )
-    found, times = np.zeros(4), []
-
-    def observe(time: float, network: Network) -> None:
-        times.append(time)
-        found[:] = [network.read(name) for name in STATES]
-
-    outcome = run(System("s", parts, links, settings), observers=[observe])
-    return float(np.abs(found - exact()).max()), outcome, times
+    rows, outcome = observed(System("s", parts, links, settings), *STATES)
+    times, *found = zip(*rows, strict=True)
+    return float(np.abs([y[-1] for y in found] - exact()).max()), outcome, [*times]
 
 
 @pytest.mark.verifies(
@@ -117,22 +110,19 @@ def test_a_shortened_step_is_followed_by_the_regular_ones(
     assert outcome.rejected == 0
 
 
-@pytest.mark.parametrize("algorithm", ["corrector", "gauss_seidel", "implicit", "jacobi"])
+@pytest.mark.parametrize(
+    ("algorithm", "step"),
+    [
+        *((name, 0.05) for name in ("corrector", "gauss_seidel", "implicit", "jacobi")),
+        ("corrector", 2 * HALF_PERIOD),  # all steps end at jumps: shorter ones certify
+    ],
+)
 def test_the_certificate_holds_across_jumps(
-    fmus: dict[str, Path], c_fmu: Fmus, algorithm: str
+    fmus: dict[str, Path], c_fmu: Fmus, algorithm: str, step: float
 ) -> None:
-    error, outcome, _ = driven(fmus, c_fmu, Simulation(STOP, 0.05, algorithm))
+    error, outcome, _ = driven(fmus, c_fmu, Simulation(STOP, step, algorithm))
     assert not isinstance(outcome.certificate, str)
     # the mass moves by about 3 m and 3 m/s; outputs of a unit are measured by their range
-    assert error < 3 * outcome.certificate.errors[0].error * 6
-    assert outcome.certificate.errors[0].error < 10 * error
-
-
-def test_where_all_steps_end_at_jumps_shorter_ones_certify(
-    fmus: dict[str, Path], c_fmu: Fmus
-) -> None:
-    error, outcome, _ = driven(fmus, c_fmu, Simulation(STOP, 2 * HALF_PERIOD))
-    assert not isinstance(outcome.certificate, str)
     assert error < 3 * outcome.certificate.errors[0].error * 6
     assert outcome.certificate.errors[0].error < 10 * error
 
@@ -164,9 +154,5 @@ def test_a_jump_late_in_a_run_is_met_too(tmp_path: Path, c_fmu: Fmus) -> None:
         Component("i", FmuFile(c_fmu("integrator+state"))),
     )
     settings = Simulation(late + 1, 0.1, "gauss_seidel", start_time=late)
-    found: dict[float, float] = {}
-    run(
-        System("s", parts, ("t.u -> i.u",), settings),
-        observers=[lambda t, n: found.__setitem__(t, n.read("i.y"))],
-    )
-    assert found[late + 1] == pytest.approx(0.75, abs=2e-9)
+    rows, _ = observed(System("s", parts, ("t.u -> i.u",), settings), "i.y")
+    assert rows[-1] == [late + 1, pytest.approx(0.75, abs=2e-9)]

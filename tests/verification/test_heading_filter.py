@@ -63,9 +63,8 @@ def results(
     system = SYSTEM.format(heading=heading + world, filter=line, direction=world, stop=stop)
     path = folder / "system.yaml"
     path.write_text(system, "utf-8")
-    return run(
-        prepare(load_system(path), build_directory=path.parent), results=folder / "r.nc"
-    ).results()
+    prepared = prepare(load_system(path), build_directory=path.parent)
+    return run(prepared, results=folder / "r.nc", certify=False).results()
 
 
 def motion(found: Results, names: tuple[str, ...]) -> np.ndarray:

@@ -246,6 +246,7 @@ def test_a_barge_rolls_with_the_period_of_its_metacentric_height(tmp_path: Path)
         load_system(tmp_path / "roll.system.yaml"),
         results=tmp_path / "roll.nc",
         build_directory=tmp_path,
+        certify=False,
     )
     results = outcome.results()
     roll, weight = results["barge.body.hull.phi"].values, RHO * G * 480.0

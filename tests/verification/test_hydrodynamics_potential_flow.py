@@ -9,7 +9,6 @@ import pytest
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.config import Body, Water
-from m4e_adapters.hydrodynamics.flow import cache
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.mesh import Hull, make_hull
@@ -155,34 +154,6 @@ def test_two_bodies_mirror_one_another() -> None:
     assert abs(a[0, 3]) > 0.1 * a[0, 0]  # one body's waves push the other
     assert a[1, 1] == pytest.approx(alone.added_mass[0, 1, 1], rel=0.1)
     assert a[1, 1] != pytest.approx(alone.added_mass[0, 1, 1], rel=1e-4)
-
-
-def test_a_damaged_cache_is_computed_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
-    small = hull(BALL, panels=64)
-    told: list[str] = []
-
-    def run() -> Coefficients:
-        return solve_hulls([small], water=DEEP, omega=np.array([1.0]), progress=told.append)
-
-    first = run()
-    file = sorted((tmp_path / "hydrodynamics").iterdir())[0]
-    content = bytearray(file.read_bytes())
-    assert run().added_mass_inf[1, 1] == first.added_mass_inf[1, 1]
-    assert told[-1] == "potential flow: coefficients taken from the cache"
-    for damage in (content[: len(content) // 2], b"", _flipped(content)):
-        file.write_bytes(damage)
-        assert run().added_mass_inf[1, 1] == first.added_mass_inf[1, 1]
-        assert told[-1] == "potential flow: frequency 1 of 1"
-        assert any("cannot be used and are computed again" in line for line in told)
-
-
-def _flipped(content: bytearray) -> bytes:
-    """One bit in the middle of every eighth of the file turned over."""
-    changed = bytearray(content)
-    for k in range(1, 8):
-        changed[k * len(changed) // 8] ^= 0x10
-    return bytes(changed)
 
 
 @pytest.mark.verifies(

@@ -98,13 +98,3 @@ def test_three_lines_hold_a_fairlead_alike_in_all_directions() -> None:
         across = np.array([-offset[1], offset[0]]) / 0.02
         assert abs(force[:2] @ across) < 0.01 * abs(force[:2] @ offset[:2]) / 0.02
     np.testing.assert_allclose(stiffness, stiffness[0], rtol=0.01)
-
-
-def test_places_of_the_other_dimensions_are_refused() -> None:
-    from m4e_fmi.errors import InputError
-
-    with pytest.raises(InputError, match=r"left: expected \[x, y, z\], got 2 entries"):
-        Document.parse("dimensions: 3\n" + PLANAR).validate(MooringConfig)
-    spatial = PLANAR.replace("left: [-150, -50]", "left: [-150, 0, -50]")
-    with pytest.raises(InputError, match=r"left: expected \[x, z\], got 3 entries"):
-        Document.parse(spatial).validate(MooringConfig)

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import find_peaks
 from support import paper_listings
 from support.kane import KaneSystem
 from support.maximal_coordinates import trajectories
 from support.paper_metric import body_errors
+from support.periods import FAST_HEAVE, SLOW_HEAVE, SWAY, pendulum_periods
 from support.programs import Evaluated
 
 from m4e_fmi.model import Model, load_model, model_from_lists
@@ -39,7 +39,6 @@ STOP = {  # s, as in the paper; the flexible pendulum's 80 s are for its periods
     "flap": 10.0,
 }
 ROWS = 201
-SWAY, SLOW_HEAVE, FAST_HEAVE = 20.1367, 10.0683, 0.62988  # s, tables 11 and 12 in truth
 
 
 def lists(name: str) -> dict[str, Any]:
@@ -148,31 +147,8 @@ def test_periods_of_the_flexible_pendulum() -> None:
     pendulum = model("flexible_pendulum")
     result = simulate(pendulum, stop_time=80.0, output_interval=1e-3, tolerance=1e-11)
     times, x, z = result.time, result["body.body_1.x"], result["body.body_1.z"]
-    assert crossing_period(times, x) == pytest.approx(SWAY, abs=1e-4)
-    # the fast oscillation is the stretch of the line about its slow mean
-    length, samples = np.hypot(x, z), round(FAST_HEAVE / 1e-3)
-    fast = length - np.convolve(length, np.ones(samples) / samples, mode="same")
-    inner = slice(samples, -samples)
-    assert crossing_period(times[inner], fast[inner]) == pytest.approx(FAST_HEAVE, abs=1e-4)
-    # the slow heave follows the swing: z without the stretch, highest where |x| is largest
-    swing = z / length
-    peaks, _ = find_peaks(swing, distance=round(SLOW_HEAVE / 2 / 1e-3))
-    top = [vertex(times, swing, k) for k in peaks if 0 < k < len(times) - 1]
-    slow = (top[-1] - top[0]) / (len(top) - 1)
-    assert slow == pytest.approx(SLOW_HEAVE, abs=1e-4)
-
-
-def crossing_period(times: np.ndarray, values: np.ndarray) -> float:
-    """Mean time between upward crossings of zero, each found on the line between two samples."""
-    k = np.flatnonzero((values[:-1] < 0) & (values[1:] >= 0))
-    found = times[k] - values[k] * (times[k + 1] - times[k]) / (values[k + 1] - values[k])
-    return (found[-1] - found[0]) / (len(found) - 1)
-
-
-def vertex(times: np.ndarray, values: np.ndarray, k: int) -> float:
-    """Time of the vertex of the parabola through three samples."""
-    before, here, after = values[k - 1 : k + 2]
-    return times[k] + (times[1] - times[0]) * (before - after) / (before - 2 * here + after) / 2
+    found = pendulum_periods(times, x, z)
+    assert found == pytest.approx((SWAY, SLOW_HEAVE, FAST_HEAVE), abs=1e-4)
 
 
 def chain(links: int = 4) -> dict[str, Any]:

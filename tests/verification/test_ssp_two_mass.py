@@ -1,15 +1,13 @@
 """SSP packages of the two-mass oscillator, written by hand as other tools write them.
 
 Unit masses and springs, undamped, x1(0) = 1 m. Other masters read the first kind rightly, some the
-second, one the third (the reference of `test_cosim_order`).
+second, one the third (the reference of support/two_masses.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.packages import (
     component,
@@ -19,20 +17,11 @@ from support.packages import (
     parameter_mapping,
     parameter_set,
 )
+from support.small_systems import Fmus, watched
+from support.two_masses import MOTION, TIME
 
-from m4e_fmi.cosim import Network, load_system, run
+from m4e_fmi.cosim import load_system
 
-Fmus = Callable[[str], Path]
-
-TIME = 10.0
-FAST = np.sqrt(3.0)
-"""rad/s, the second mode of the oscillator; the first is 1 rad/s."""
-EXACT = (
-    (np.cos(TIME) + np.cos(FAST * TIME)) / 2,
-    -(np.sin(TIME) + FAST * np.sin(FAST * TIME)) / 2,
-    (np.cos(TIME) - np.cos(FAST * TIME)) / 2,
-    -(np.sin(TIME) - FAST * np.sin(FAST * TIME)) / 2,
-)
 BODY = ("input body.m.force_x Real N", "output body.m.x Real m", "output body.m.vx Real m/s")
 MM_BODY = ("input body.m.force_x Real", "output body.m.x Real", "output body.m.vx Real")
 PARTNER = ("input end.x Real m", "input end.vx Real m/s", "output end.force_x Real N")
@@ -62,18 +51,13 @@ def two_mass(bindings: str, body: tuple[str, ...] = BODY) -> str:
 
 def values(path: Path, length: float = 1.0) -> list[float]:
     """x1, v1, x2, v2 at the end of a run at steps of 0.1 s; `length` is the body's unit [m]."""
-    found: list[float] = []
-
-    def observe(time: float, network: Network) -> None:
-        if time == TIME:
-            found.extend(length * network.read(f"a.body.m.{name}") for name in ("x", "vx"))
-            found.extend(network.read(f"b.{name}") for name in ("x", "vx"))
-
     system = load_system(path)
     assert system.simulation.stop_time == TIME
-    run(system.changed(step_size=0.1, algorithm="corrector"), observers=[observe],
-        build_directory=path.parent / "build")  # fmt: skip
-    return found
+    names = ("a.body.m.x", "a.body.m.vx", "b.x", "b.vx")
+    build = path.parent / "build"
+    settings = {"step_size": 0.1, "algorithm": "corrector"}
+    x, v, *other = watched(system.changed(**settings), *names, build_directory=build)[-1]
+    return [length * x, length * v, *other]
 
 
 @pytest.mark.verifies(
@@ -90,7 +74,7 @@ def test_parameters_in_a_file(c_fmu: Fmus, tmp_path: Path) -> None:
     }
     ssd = two_mass(binding(attributes='source="resources/set.ssv"'))
     found = values(package(tmp_path / "pair.ssp", ssd, files))
-    assert found == pytest.approx(EXACT, abs=3e-4)
+    assert found == pytest.approx(MOTION, abs=3e-4)
 
 
 @pytest.mark.verifies(
@@ -124,7 +108,7 @@ def test_parameters_by_a_mapping(c_fmu: Fmus, tmp_path: Path) -> None:
     inside = '<ssd:ParameterMapping source="resources/set.ssm"/>'
     ssd = two_mass(binding(inside, 'source="resources/set.ssv"'))
     found = values(package(tmp_path / "pair.ssp", ssd, files))
-    assert found == pytest.approx(EXACT, abs=3e-4)
+    assert found == pytest.approx(MOTION, abs=3e-4)
 
 
 @pytest.mark.verifies(
@@ -146,4 +130,4 @@ def test_a_connection_from_mm_to_m(c_fmu: Fmus, tmp_path: Path) -> None:
     }
     ssd = two_mass(binding(inline, 'prefix="a."'), MM_BODY)
     found = values(package(tmp_path / "pair.ssp", ssd, files), length=1e-3)
-    assert found == pytest.approx(EXACT, abs=3e-4)
+    assert found == pytest.approx(MOTION, abs=3e-4)

@@ -62,7 +62,7 @@ def change(folder: Path, level: float) -> None:
 def results(folder: Path, build: Path, name: str) -> tuple[float, float]:
     """Level and position at 1 s: the position is half the force."""
     system = prepare(load_system(folder / "system.yaml"), build_directory=build)
-    found = run(system, results=build / f"{name}.nc").results()
+    found = run(system, results=build / f"{name}.nc", certify=False).results()
     return float(found["level.y"].values[-1]), float(found["mass.body.m.x"].values[-1])
 
 
