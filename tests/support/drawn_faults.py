@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import ast
-import os
 import random
-import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,10 +12,6 @@ from typing import Any
 FOLDERS = ("m4e_fmi", "adapters", "fmus")
 LEFT_OUT = ("templates", "platforms.py")
 """Texts of other projects' starts, and what only a release runs."""
-PARTS = ("m4e_fmi", "adapters", "fmus", "tests", "examples", "docs", "pyproject.toml")
-NOT_COPIED = shutil.ignore_patterns("__pycache__", "build", "generated", "*.fmu", "benchmark")
-LONGEST = 900.0
-"""Seconds for the tests of one fault."""
 OPPOSITES: dict[type[ast.AST], type[Any]] = {
     ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt,
     ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In,
@@ -123,27 +115,3 @@ def fault_of(root: Path, file: Path, part: Part, changed: Part) -> DrawnFault:
     planted = ast.unparse(ast.fix_missing_locations(changed))
     planted = planted if isinstance(changed, ast.Pass) else f"({planted})"
     return DrawnFault(file.relative_to(root), part.lineno, start, original, planted)
-
-
-def copy_tree(root: Path, copy: Path) -> Path:
-    """Copy what tests need of the source tree into the folder `copy`."""
-    for part in PARTS:
-        if (root / part).is_dir():
-            shutil.copytree(root / part, copy / part, ignore=NOT_COPIED)
-        else:
-            shutil.copy(root / part, copy)
-    return copy
-
-
-def outcome(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
-    """Exit code and output of pytest in a copy of the tree, up to the first failure."""
-    paths = [str(tree / "tests" / name) for name in tests.split()]
-    packages = os.pathsep.join(str(tree / part) for part in (".", "adapters", "fmus"))
-    return subprocess.run(
-        [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", *paths],
-        cwd=tree,
-        env={**os.environ, "PYTHONPATH": packages},
-        capture_output=True,
-        text=True,
-        timeout=LONGEST,
-    )

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Model
 from support.cart_systems import cart_system
-from support.fmu_instances import Instance
 
 from m4e_fmi.analysis import (
     Linearization,
@@ -25,6 +26,7 @@ from m4e_fmi.analysis import (
 from m4e_fmi.cosim import system_program
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
+from m4e_fmi.runtime.engine import Control, ensemble
 from m4e_fmi.simulate import simulate
 
 SEEDS = range(1, 7)
@@ -97,20 +99,48 @@ def test_all_four_matrices_are_those_of_differences(seed: int, tmp_path: Path) -
     assert (np.abs(found - exact) <= 1e-7 * scale).all()
 
 
+class OneFmu:
+    """The FMU of a program in model exchange, at values of states and inputs."""
+
+    def __init__(self, program: Program, folder: Path, at: dict[str, float]) -> None:
+        path = build_fmu(program, folder / "whole.fmu", native=True)
+        described: Any = fmpy.read_model_description(str(path))
+        self.references = {v.name: v.valueReference for v in described.modelVariables}
+        self.rates = {
+            d.variable.derivative.name: d.variable.valueReference for d in described.derivatives
+        }
+        self.fmu: Any = FMU2Model(
+            guid=described.guid,
+            unzipDirectory=fmpy.extract(str(path), str(folder / "unpacked")),
+            modelIdentifier=described.modelExchange.modelIdentifier,
+            instanceName="whole",
+        )
+        self.fmu.instantiate()
+        self.fmu.setupExperiment(startTime=0.0)
+        self.fmu.setReal([self.references[name] for name in at], list(at.values()))
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def slopes(self, rows: list[int], columns: list[str]) -> np.ndarray:
+        given = [self.references[name] for name in columns]
+        found = [self.fmu.getDirectionalDerivative(rows, [known], [1.0]) for known in given]
+        return np.array(found).T
+
+    def close(self) -> None:
+        self.fmu.terminate()
+        self.fmu.freeInstance()
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_all_four_matrices_are_those_of_the_one_fmu(seed: int, tmp_path: Path) -> None:
     program = with_own_ports(tmp_path, seed)
     at, inputs = moved(program, seed), own_and_open_inputs(program)
     linear = linearize(program, at=at, inputs=inputs, outputs=OUTPUTS)
     states = [v.name for v in linear.states]
-    path = build_fmu(program, tmp_path / "whole.fmu", native=True)
-    with Instance(path, tmp_path / "unpacked", exchange=True).initialise(at) as one:
-        derivatives = [d.variable for d in one.description.derivatives]
-        rates = {v.derivative.name: v.valueReference for v in derivatives}
-        rows = [*(rates[name] for name in states), *(one.references[name] for name in OUTPUTS)]
-        known = [one.references[name] for name in (*states, *inputs)]
-        slopes = [one.fmu.getDirectionalDerivative(rows, [one_of], [1.0]) for one_of in known]
-        exact = np.array(slopes).T
+    one = OneFmu(program, tmp_path, at)
+    rows = [*(one.rates[name] for name in states), *(one.references[name] for name in OUTPUTS)]
+    exact = one.slopes(rows, [*states, *inputs])
+    one.close()
     scale = np.abs(exact).max(axis=1, keepdims=True)
     assert np.abs(linear.B).max() > 0.0
     assert np.abs(linear.D).max() > 0.0
@@ -164,3 +194,37 @@ def test_sensitivities_of_the_equilibrium_and_of_the_motion(seed: int, tmp_path:
     exact = by_differences(ended, start, by)
     scale = np.abs(exact).max(axis=0)
     assert (np.abs(motion.derivatives[:, 0] - exact) <= 1e-6 * scale).all()
+
+
+def test_an_ensemble_has_the_motions_of_simulate(tmp_path: Path) -> None:
+    program = system_program(cart_system(tmp_path, 1))
+    names = [v.name for v in program.parameters]
+    times = np.linspace(0.0, 2.0, 21)
+    stiff = np.linspace(20.0, 60.0, 11)
+    parameters = np.tile([v.start for v in program.parameters], (len(stiff), 1))
+    parameters[:, names.index("m0.k")] = stiff
+    states = np.tile([v.start for v in program.states], (len(stiff), 1))
+    control = Control(rtol=1e-11, atol=1e-11)
+    runs = ensemble(program, times, parameters=parameters, states=states, control=control)
+    place = [v.name for v in program.states].index("m0.joint.hinge.q")
+    for k, run in zip(stiff, runs, strict=True):
+        alone = simulate(
+            program,
+            stop_time=2.0,
+            output_interval=0.1,
+            start_values={"m0.k": float(k)},
+            tolerance=1e-11,
+        )
+        assert np.abs(run.states[:, place] - alone["m0.joint.hinge.q"]).max() < 1e-8
+
+
+def test_the_linear_equations_for_python_control(tmp_path: Path) -> None:
+    control: Any = pytest.importorskip("control")
+    program = with_own_ports(tmp_path, 1)
+    linear = linearize(program, inputs=own_and_open_inputs(program), outputs=OUTPUTS)
+    space = linear.to_control()
+    assert isinstance(space, control.StateSpace)
+    assert space.input_labels[0] == PUSH
+    assert space.output_labels[-1] == "place"
+    for ours, theirs in zip("ABCD", (space.A, space.B, space.C, space.D), strict=True):
+        assert (getattr(linear, ours) == theirs).all()

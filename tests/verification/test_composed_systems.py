@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi2 import FMU2Model
 from support.cart_systems import ALGORITHMS, cart_system
-from support.example_systems import example_system, hydraulic_kinds
+from support.example_systems import EXAMPLES, example_system, hydraulic_kinds
 
-from m4e_fmi.analysis import linearize
+from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
+from m4e_fmi.fmu import build_fmu
 from m4e_fmi.program import Program
+from m4e_fmi.report import linear_text
 from m4e_fmi.simulate import simulate
 
 NOISE = 1e-8
@@ -144,6 +149,26 @@ def test_energy_of_all_parts_is_balanced(tmp_path: Path) -> None:
     assert result.energy.total == pytest.approx(kinetic + potential, rel=1e-14)
 
 
+def test_the_linear_equations_are_those_of_differences(tmp_path: Path) -> None:
+    """A of a system with a controller and a take-off, by central differences of its rates."""
+    program = system_program(cart_system(tmp_path, 1))
+    linear = linearize(program)
+    # the energy that the take-off counts is no state of the linear equations
+    names = [v.name for v in linear.states]
+    assert {v.name for v in program.states} - set(names) == {"pto.energy"}
+
+    def rates(at: dict[str, float]) -> np.ndarray:
+        return linearize(program, at=at).rates
+
+    start = {v.name: v.start for v in program.states}
+    for column, name in enumerate(names):
+        h = 1e-5
+        change = (
+            rates(start | {name: start[name] + h}) - rates(start | {name: start[name] - h})
+        ) / (2 * h)
+        assert linear.A[:, column] == pytest.approx(change, rel=1e-7, abs=1e-6)
+
+
 def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path) -> None:
     program = system_program(cart_system(tmp_path, 1))
     linear = linearize(program)
@@ -157,3 +182,49 @@ def test_mass_matrices_of_all_parts_stand_beside_the_other_states(tmp_path: Path
     at = dict(zip(names, speed, strict=True))
     energies = linearize(program, at=at, outputs=["m0.energy.kinetic", "m1.energy.kinetic"])
     assert 0.5 * speed @ found.M @ speed == pytest.approx(energies.values.sum(), rel=1e-13)
+
+
+def test_the_table_has_the_modes_of_the_motions() -> None:
+    """Surge, heave and pitch of the sphere of the memory's many modes; heave as of a decay."""
+    program = system_program(load_system(EXAMPLES / "sphere_decay" / "system.yaml"))
+    linear = linearize(program, at=equilibrium(program))
+    found = modes(linear)
+    assert found.participation.sum(axis=0) == pytest.approx(np.ones(len(found.eigenvalues)))
+    text = linear_text(linear, found, title="equilibrium")
+    rows = [line for line in text.splitlines() if "body.body.sphere." in line and "i" in line[-2:]]
+    assert [row.split()[4] for row in rows] == ["body.body.sphere.z", "body.body.sphere.theta"]
+    assert "and 16 in which other states" in text
+    decay = simulate(program, stop_time=15.0, output_interval=0.01, tolerance=1e-10)
+    z = decay["body.body.sphere.z"] + 2.0
+    up = np.flatnonzero((z[:-1] < 0) & (z[1:] >= 0))
+    crossings = decay.time[up] - z[up] * 0.01 / (z[up + 1] - z[up])
+    eigenvalue = found.eigenvalues[int(rows[0].split()[0]) - 1]
+    # after the first swings only the least damped motion is left
+    assert crossings[-1] - crossings[-2] == pytest.approx(2 * np.pi / eigenvalue.imag, rel=1e-3)
+
+
+def test_the_one_fmu_has_the_same_derivatives(tmp_path: Path) -> None:
+    """A by directional derivatives of the FMU of the whole, in model exchange."""
+    program = system_program(cart_system(tmp_path, 1))
+    linear = linearize(program)
+    path = build_fmu(program, tmp_path / "whole.fmu", native=True)
+    described: Any = fmpy.read_model_description(str(path))
+    fmu = FMU2Model(
+        guid=described.guid,
+        unzipDirectory=fmpy.extract(str(path), str(tmp_path / "unpacked")),
+        modelIdentifier=described.modelExchange.modelIdentifier,
+        instanceName="whole",
+    )
+    fmu.instantiate()
+    fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    states = {d.variable.derivative.name: d.variable for d in described.derivatives}
+    rates = [states[v.name].valueReference for v in linear.states]
+    A = [
+        fmu.getDirectionalDerivative(rates, [states[v.name].derivative.valueReference], [1.0])
+        for v in linear.states
+    ]
+    fmu.terminate()
+    fmu.freeInstance()
+    assert pytest.approx(linear.A, rel=1e-12, abs=1e-12) == np.array(A).T

@@ -17,6 +17,7 @@ from m4e_adapters.hydrodynamics.load.program import hydrodynamics_program
 from m4e_adapters.hydrodynamics.memory.convolution import ConvolutionGroup, _duration
 from m4e_adapters.hydrodynamics.memory.kernel import Kernel
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
+from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system, prepare, run, system_program
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -165,6 +166,19 @@ def test_the_damping_at_resonance(
         assert found == pytest.approx(exact, rel=0.01)
 
 
+def test_the_program_is_the_group_that_was_told(memories: Of) -> None:
+    """K(jω) of the program's equations and of the group; and a past that cannot grow."""
+    data = sphere()
+    (group,) = fit_radiation(data, convolution=True).groups
+    assert isinstance(group, ConvolutionGroup)
+    memory = memories("sphere")["convolution"]
+    assert len(memory.a) == group.order
+    omega = np.linspace(0.0, 12.0, 40)
+    apart = memory.transfer(omega)[:, 1, 1] - group.transfer(omega)[:, 0, 0]
+    assert np.abs(apart).max() < 1e-9 * data.radiation_damping.max()
+    assert np.linalg.eigvals(memory.a).real.max() < 0
+
+
 @pytest.mark.verifies(
     "convolution, passive at all frequencies: least eigenvalue of Re K, over the largest |K|, 0 to "
     "100 rad/s; the damping added for that, over the largest B",
@@ -242,6 +256,15 @@ def test_an_order_beside_a_convolution_is_refused() -> None:
     assert caught.value.problems[0].line == 2
 
 
+def test_a_memory_that_is_unknown_is_refused() -> None:
+    text = (
+        "bodies: {ball: {shape: {sphere: {radius: 5}}, center_of_gravity: [0, -2]}}\n"
+        "radiation: {memory: convolved}\n"
+    )
+    with pytest.raises(InputError, match="memory"):
+        Document.parse(text).validate(HydrodynamicsConfig)
+
+
 def test_a_file_with_a_convolution(tmp_path: Path) -> None:
     """The key reaches the program: as many states as polynomials."""
     from m4e_fmus import hydrodynamics
@@ -292,6 +315,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
+def test_its_fmu_keeps_its_state(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Rollback, and saved states in new instances and processes, bit for bit."""
+    assert main(["build", str(folder / "system.yaml"), "--build-folder", str(folder)]) == 0
+    (path,) = folder.rglob("water.fmu")
+    capsys.readouterr()
+    assert main(["validate", str(path), "--only", "state"]) == 0
+    assert "no errors, no warnings" in capsys.readouterr().out
+
+
 def test_a_coupled_run_is_of_the_order_of_its_algorithm(folder: Path) -> None:
     """Against the whole system as one program: of second order or better."""
     system = load_system(folder / "system.yaml")
@@ -300,7 +332,7 @@ def test_a_coupled_run_is_of_the_order_of_its_algorithm(folder: Path) -> None:
     errors = []
     for size in (0.2, 0.1):
         prepared = prepare(system.changed(step_size=size))
-        found = run(prepared, results=folder / "run.nc", certify=False).results()[height].values
+        found = run(prepared, results=folder / "run.nc").results()[height].values
         errors.append(np.abs(found[:: round(0.2 / size)] - exact[height]).max())
     assert errors[1] < errors[0] / 4
     assert errors[1] < 1e-4

@@ -21,7 +21,8 @@ from support.published_coefficients import (
 
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
 from m4e_adapters.hydrodynamics.flow import cache
-from m4e_adapters.hydrodynamics.memory import group_fit
+from m4e_adapters.hydrodynamics.memory import group_fit, soundness
+from m4e_adapters.hydrodynamics.memory.passivity import singular_frequencies
 from m4e_adapters.hydrodynamics.memory.radiation import RadiationMemory, fit_radiation
 from m4e_adapters.hydrodynamics.memory.radiation_group import RadiationGroup
 from m4e_fmi.errors import InputError
@@ -113,6 +114,21 @@ def test_rm3_is_released_as_by_wec_sim(fitted: Fitted) -> None:
         assert np.sqrt(np.square(difference).mean()) < 1e-3 * np.ptp(given)
 
 
+def test_the_frequencies_at_which_a_matrix_is_singular_are_found() -> None:
+    """Re 1/(jω + a) = a/(ω² + a²): of two terms, and of two by two with known null vectors."""
+    poles = np.array([-1.0 + 0j, -3.0 + 0j])
+    # 1/(1 + w2) - 2 (3/(9 + w2)) = 0 where 9 + w2 = 6 + 6 w2
+    (one,) = singular_frequencies(poles, np.array([[1.0, -2.0]]), 1)
+    assert one == pytest.approx(np.sqrt(3 / 5), rel=1e-9)
+    first, second = np.array([1.0, -2.0]), np.array([1.0, -1.0])  # the second: at w2 = 3
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+    full = np.einsum("ia,ak,ja->ijk", turn, np.array([first, second]), turn)
+    rows, columns = np.triu_indices(2)
+    found = singular_frequencies(poles, full[rows, columns], 2)
+    np.testing.assert_allclose(found, [np.sqrt(3 / 5), np.sqrt(3)], rtol=1e-9)
+    assert not len(singular_frequencies(poles, np.array([[1.0, 1.0]]), 1))
+
+
 def test_negative_damping_is_left_out_and_named() -> None:
     data = sphere()
     spoilt = data.radiation_damping.copy()
@@ -167,6 +183,28 @@ def test_data_that_end_early_are_told() -> None:
         warnings = [text for text in told if "still more than half" in text]
         assert bool(warnings) == expected
         assert not expected or "ball heave at 1.5 rad/s (9" in warnings[0]
+
+
+@pytest.mark.parametrize("kept", [slice(0, 1), slice(0, 5), slice(80, None)])
+def test_too_few_frequencies_are_refused(kept: slice) -> None:
+    data = sphere()
+    with pytest.raises(InputError, match="a radiation memory needs 8 or more"):
+        fit_radiation(shortened(data, np.arange(len(data.omega))[kept]))
+
+
+def test_no_real_data_at_a_steep_peak_are_left_out() -> None:
+    """A flap in deep water: its damping doubles from one frequency of the table to the next."""
+    omega = np.arange(1, 41) * 0.0927
+    s = 1j * omega
+    peak, plateau = s / ((s + 0.15) ** 2 + 1.3**2), 0.1 * s / ((s + 1.0) ** 2 + 1.5**2)
+    known = np.ones((1, 40), dtype=bool)
+    values = (peak + plateau)[None, :] / np.abs(peak).max()
+    assert soundness.on_the_line(omega, values, known).all()
+    for spoilt in ([20], [30], [20, 21]):
+        wrong = values.copy()
+        wrong[0, spoilt] += 0.2
+        trusted = soundness.on_the_line(omega, wrong, known)
+        assert np.flatnonzero(~trusted).tolist() == spoilt
 
 
 def spoilt_beyond(end: float) -> Coefficients:
@@ -311,15 +349,22 @@ def test_a_body_without_memory_is_named() -> None:
     ]
 
 
-@pytest.mark.parametrize(("factor", "head"), [(1.05, ""), (1.2, "warning: ")])
-def test_an_added_mass_that_disagrees_is_fitted_and_told(factor: float, head: str) -> None:
-    data, told = sphere(), list[str]()
-    wrong = replace(data, added_mass_inf=factor * data.added_mass_inf)
+def test_an_added_mass_that_disagrees_is_fitted_and_told() -> None:
+    data = sphere()
+    told: list[str] = []
+    wrong = replace(data, added_mass_inf=1.05 * data.added_mass_inf)
     memory = fit_radiation(wrong, progress=told.append)
-    assert told[0].startswith(f"{head}radiation of ball heave")
     assert "A(ω) and A∞ disagree, A∞ is by the fit: ball heave 1.30" in told[0]
     assert memory.added_mass_inf[1, 1] == pytest.approx(data.added_mass_inf[1, 1], rel=2e-3)
-    assert fit_radiation(data).added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
+    memory = fit_radiation(data)
+    assert memory.added_mass_inf[1, 1] == data.added_mass_inf[1, 1]
+
+
+def test_a_large_change_of_the_added_mass_is_warned_of() -> None:
+    data, told = sphere(), []
+    fit_radiation(replace(data, added_mass_inf=1.2 * data.added_mass_inf), progress=told.append)
+    assert told[0].startswith("warning: radiation of ball heave")
+    assert "A∞ is by the fit: ball heave 1.30" in told[0]
 
 
 def fits_in_turn(monkeypatch: pytest.MonkeyPatch, *fits: RadiationGroup) -> None:
@@ -339,6 +384,20 @@ def test_an_added_mass_of_unresolved_data_is_not_taken(monkeypatch: pytest.Monke
     changed = replace(changed, misfit=replace(good.misfit, error=0.01))
     fits_in_turn(monkeypatch, changed, good)
     assert fit_radiation(data).groups == (good,)
+
+
+def test_a_fit_of_less_data_is_compared_on_these(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fit that seems poor, for data that scatter, and is better than another below these."""
+    data = replace(sphere(), resolved=(2.5,))
+    good = fit_radiation(data).groups[0]
+    assert isinstance(good, RadiationGroup)
+    damping = data.radiation_damping.copy()
+    high = data.omega > 1.9
+    damping[high] *= 1 + 0.3 * np.random.default_rng(0).normal(size=(high.sum(), 1, 1))
+    poor = replace(good, misfit=replace(good.misfit, error=0.1))
+    other = replace(good, misfit=replace(good.misfit, error=0.019))
+    fits_in_turn(monkeypatch, poor, poor, other)
+    assert fit_radiation(replace(data, radiation_damping=damping)).groups == (poor,)
 
 
 def test_cross_terms_that_are_noise_are_dropped() -> None:

@@ -49,6 +49,11 @@ def test_the_fit_is_accurate_stable_and_passive(sphere: Coefficients) -> None:
     assert real.min() >= -1e-3 * sphere.radiation_damping.max()
 
 
+def test_more_poles_fit_better(sphere: Coefficients) -> None:
+    errors = [fit_radiation(sphere, order=order).groups[0].error for order in (2, 4, 6)]
+    assert errors[0] > 3 * errors[1] > 9 * errors[2]
+
+
 @pytest.mark.verifies("fit of a rational memory", analytic="its poles", tolerance="1e-4")
 def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
     """K(s) = c s/((s + a)² + b²) is passive and K(0) = 0: two poles are all there is to find.
@@ -151,6 +156,12 @@ def test_memory_force_against_convolution(sphere: Coefficients) -> None:
     direct += 0.5 * step * kernel * history[0] + 0.5 * step * kernel[0] * history  # trapezoid
     # the table ends at 6 rad/s, where B is 0.5 % of its largest value and K(t) wiggles by as much
     np.testing.assert_allclose(force, np.interp(time, fine, direct), atol=0.01 * abs(direct).max())
+
+
+def test_a_steady_velocity_feels_no_memory(sphere: Coefficients) -> None:
+    _, force = run(hydrodynamics_program(sphere), lambda _: 1.0, 200.0)
+    assert abs(force[-1]) < FIT * sphere.radiation_damping.max()
+    assert abs(force).max() > 0.1 * sphere.radiation_damping.max()
 
 
 def test_parts_of_the_force(sphere: Coefficients) -> None:

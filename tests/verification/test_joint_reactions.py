@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, pi, sin
 
 import pytest
 import sympy as sp
@@ -23,6 +23,16 @@ def outputs(model: Model, **values: float) -> dict[str, float]:
 def reaction(found: dict[str, float], joint: str) -> tuple[float, float, float]:
     x, z, moment = (found[f"joint.{joint}.reaction_{part}"] for part in ("x", "z", "moment"))
     return x, z, moment
+
+
+def test_a_hanging_link_is_carried() -> None:
+    model = Model(
+        name="link",
+        gravity=G,
+        bodies={"link": Body(2.0, 0.3)},
+        joints={"pin": Joint("revolute", "link", joint_to_child=(0, -0.5))},
+    )
+    assert reaction(outputs(model), "pin") == pytest.approx((0.0, 2 * G, 0.0), abs=1e-13)
 
 
 @pytest.mark.verifies(
@@ -73,6 +83,32 @@ def test_a_slider_is_held_against_turning() -> None:
     assert reaction(found, "rail") == pytest.approx(expected, rel=ROUNDING)
 
 
+def test_a_telescope_hands_its_weight_on() -> None:
+    """A slider on a beam on a hinge with an effort that holds it at rest, 30° from the vertical."""
+    theta, s = pi / 6, 0.4
+    model = Model(
+        name="crane",
+        gravity=G,
+        bodies={"beam": Body(5.0, 1.0), "slide": Body(2.0, 0.2)},
+        joints={
+            "hinge": Joint("revolute", "beam", joint_to_child=(0, 1.0)),
+            "rail": Joint("prismatic", "slide", "beam", parent_to_joint=(0, 1.0), direction=(0, 1)),
+        },
+    )
+    weight = 2 * G
+    found = outputs(
+        model,
+        joint__hinge__q=theta,
+        joint__rail__q=s,
+        joint__rail__effort=weight * cos(theta),
+        # gravity's moment about the hinge is +m g r sin θ; the effort is its opposite
+        joint__hinge__effort=-(5 * 1.0 + 2 * (2.0 + s)) * G * sin(theta),
+    )
+    assert found["body.slide.az"] == pytest.approx(0.0, abs=1e-12)
+    assert reaction(found, "rail") == pytest.approx((0.0, weight, 0.0), abs=1e-12)
+    assert reaction(found, "hinge")[:2] == pytest.approx((0.0, 7 * G), abs=1e-12)
+
+
 @pytest.mark.verifies("clamping moment of a welded bracket", analytic="statics", tolerance="1e-13")
 def test_a_weld_carries_a_bracket() -> None:
     """An arm along X, welded to the wall at its end, and a pendulum that hangs still from its tip.
@@ -92,6 +128,21 @@ def test_a_weld_carries_a_bracket() -> None:
     assert reaction(found, "hook") == pytest.approx((0.0, 2 * G, 0.0), abs=1e-13)
     moment = -(0.6 * 3 + 1.2 * 2) * G
     assert reaction(found, "weld") == pytest.approx((0.0, 5 * G, moment), abs=1e-13)
+
+
+def test_an_added_mass_is_felt_by_the_joint() -> None:
+    """Pushed along X, a buoy on a vertical rail meets the water's coupling of heave and surge."""
+    model = Model(
+        name="buoy",
+        gravity=0.0,
+        bodies={"buoy": Body(4.0, 1.0, added_mass=True)},
+        joints={"rail": Joint("prismatic", "buoy", direction=(0, 1))},
+    )
+    values = {"added_mass[2,2]": 6.0, "added_mass[1,2]": 1.5, "added_mass[3,2]": 0.7}
+    found = Evaluated(model_program(model)).outputs({**values, "body.buoy.force_z": 20.0})
+    assert found["body.buoy.az"] == pytest.approx(2.0, rel=ROUNDING)
+    # what holds it has to move the water: R = A v̇
+    assert reaction(found, "rail") == pytest.approx((3.0, 0.0, 1.4), rel=ROUNDING, abs=1e-14)
 
 
 def test_symbolic_reactions() -> None:

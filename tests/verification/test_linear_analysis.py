@@ -58,6 +58,16 @@ def test_ginsberg_7_13() -> None:
     assert found.C[0, 0].subs(rest) == 0
 
 
+def test_ginsberg_7_13_in_numbers() -> None:
+    """The released example of the paper prints K = 30.19 N·m/rad."""
+    linear = linearize(flap())
+    assert linear.mechanical is not None
+    # rounding of some twenty operations
+    assert linear.mechanical.K[0, 0] == pytest.approx(2 * 100 * 0.25 / 1.25 - 9.81, rel=1e-14)
+    frequency = np.sqrt((40 - 9.81) / (4 / 3))
+    assert modes(linear).frequencies == pytest.approx([frequency], rel=1e-13)
+
+
 @pytest.mark.verifies(
     "frequencies of 20 hanging links",
     independent="M and K written down from the energies, SciPy",

@@ -20,6 +20,7 @@ from m4e_fmi.cosim import (
     save_system,
     system_program,
 )
+from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.simulate import simulate
 
@@ -86,8 +87,7 @@ def hull(folder: Path, added_mass: float) -> str:
 
 def coupled(system: System, folder: Path) -> Outcome:
     """A run."""
-    prepared = prepare(system, build_directory=folder / "build")
-    return run(prepared, results=folder / "r.nc", certify=False)
+    return run(prepare(system, build_directory=folder / "build"), results=folder / "r.nc")
 
 
 def composed(system: System) -> np.ndarray:
@@ -142,7 +142,7 @@ def test_split_coefficients_are_as_the_whole(tmp_path: Path) -> None:
     assert heights[1] == pytest.approx(heights[0], abs=1e-9)
 
 
-@pytest.mark.parametrize("algorithm", ["jacobi", "corrector"])
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
 def test_energies_of_connections_add_up(tmp_path: Path, algorithm: str) -> None:
     """Each connection has its own balance; together they are that of one component of both."""
     whole = {"all": members(1.5, 1.0, WAVES)}
@@ -166,10 +166,16 @@ def test_sums_travel_in_packages_and_fmus(tmp_path: Path) -> None:
     again = load_system(package)
     assert {c.name for c in again.components} >= {"buoy_body_float_sum", "buoy_added_mass_sum"}
     one = coupled(system, tmp_path)
-    prepared = prepare(again, build_directory=tmp_path / "again")
-    two = run(prepared, results=tmp_path / "again.nc", certify=False)
+    two = run(prepare(again, build_directory=tmp_path / "again"), results=tmp_path / "again.nc")
     for name in ("buoy.body.float.z", "buoy_added_mass_sum.sum.added_mass[2,2]"):
         assert np.array_equal(one.results()[name].values, two.results()[name].values)
     program = system_program(system)
     assert build_fmu(program, tmp_path / "whole.fmu", native=True).is_file()
     assert any("takes the sum of a.float, b.float" in n for n in prepare(system).notes)
+
+
+def test_motions_do_not_add_up(tmp_path: Path) -> None:
+    system = written(tmp_path, {"a": members(1.0, 0.4), "b": members(0.5, 0.6)})
+    wrong = replace(system, connections=(*system.connections, "b.wave.elevation -> a.float.z"))
+    with pytest.raises(InputError, match=r"a\.float\.z has two sources"):
+        prepare(wrong, build_directory=tmp_path / "build")

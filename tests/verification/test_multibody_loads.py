@@ -6,7 +6,7 @@ Simulations have a tolerance of 1e-10 per step and some hundred steps.
 from __future__ import annotations
 
 from dataclasses import replace
-from math import asinh, pi, sinh, sqrt
+from math import asinh, cos, pi, sin, sinh, sqrt, tanh
 from typing import Any
 
 import numpy as np
@@ -27,8 +27,13 @@ from m4e_fmi.model import (
     Parameter,
     Point,
     PointDrag,
+    PointForce,
     Table,
+    TensionDamper,
     TensionSpring,
+    TensionStop,
+    TorsionDamper,
+    TorsionSpring,
 )
 from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody import Equations, model_program
@@ -92,6 +97,22 @@ class TestLaws:
         got = acceleration(model, q=0.2, u=3.0)
         assert got == pytest.approx(-(5 * 0.6 + 7 * 0.6**3 - 6) / MASS, rel=ROUNDING)
 
+    def test_dampers_resist_by_their_law(self) -> None:
+        model = sliding(TensionDamper(("wall", "hook"), law="4*ld*abs(ld)"))
+        assert acceleration(model, u=-3.0) == pytest.approx(36 / MASS, rel=ROUNDING)
+        damper = TorsionDamper(("first", "second"), law="tanh(2*thetad)")
+        rates = Evaluated(model_program(pair(damper))).rates({"joint.b.u": 0.4})
+        assert rates["joint.a.u"] == pytest.approx(tanh(0.8) / INERTIA, rel=ROUNDING)
+        assert rates["joint.b.u"] == -rates["joint.a.u"]
+
+    def test_a_torsion_law_acts_like_the_linear_spring_it_says(self) -> None:
+        linear = TorsionSpring(("first", "second"), 4.0, 0.3)
+        law = TorsionSpring(("first", "second"), angle=0.3, law="4*theta")
+        state = {"joint.a.q": 0.2, "joint.b.q": -0.9}
+        first, second = (Evaluated(model_program(pair(load))) for load in (linear, law))
+        assert first.rates(state) == second.rates(state)
+        assert first.outputs(state) == second.outputs(state)
+
     def test_the_potential_is_the_work_of_the_law(self) -> None:
         """∫ k tanh(l/a) dl = k a log cosh(l/a), also where cosh overflows."""
         parameters = {"k": Parameter(50.0, "N"), "a": Parameter(0.01, "m")}
@@ -133,6 +154,40 @@ class TestLaws:
 
 
 class TestForces:
+    @pytest.mark.parametrize("load", [
+        BodyForce("body", (3.0, -1.0), 0.4, "body"),
+        PointForce("top", (3.0, -1.0), "body"),
+    ])  # fmt: skip
+    def test_forces_in_body_axes_turn_with_the_body(self, load: Load) -> None:
+        model = Model(
+            name="free",
+            gravity=0.0,
+            bodies={"body": Body(MASS, INERTIA)},
+            joints={"sea": Joint("floating", "body")},
+            points={"top": Point("body", (0.0, 0.5))},
+            loads={"load": load},
+        )
+        theta = 0.7
+        rates = Evaluated(model_program(model)).rates({"body.body.theta": theta})
+        x, z = 3 * cos(theta) - sin(theta), -3 * sin(theta) - cos(theta)
+        assert rates["body.body.vx"] == pytest.approx(x / MASS, rel=ROUNDING)
+        assert rates["body.body.vz"] == pytest.approx(z / MASS, rel=ROUNDING)
+        # at the point 0.5 above: M_y = 0.5 · 3
+        moment = 0.4 if isinstance(load, BodyForce) else 1.5
+        assert rates["body.body.omega"] == pytest.approx(moment / INERTIA, rel=ROUNDING)
+
+    @pytest.mark.parametrize("coordinate", ["absolute", "relative"])
+    def test_a_joint_effort_is_what_the_input_is(self, coordinate: str) -> None:
+        load = JointEffort("b", "3*t - 2*joint.b.u + body.first.theta")
+        model = pair(load, coordinate)
+        state = {"joint.b.u": 0.3, "joint.a.q": 0.8, "joint.a.u": -0.1}
+        loaded = Evaluated(model_program(model)).rates(state, t=2.0)
+        effort = 3 * 2.0 - 2 * 0.3 + 0.8
+        bare = Evaluated(model_program(replace(model, loads={})))
+        driven = bare.rates({**state, "joint.b.effort": effort})
+        assert loaded == pytest.approx(driven, rel=ROUNDING)
+        assert loaded["joint.a.u"] == pytest.approx(-effort / INERTIA, rel=ROUNDING)
+
     def test_an_expression_of_the_motion_closes_a_loop(self) -> None:
         """A PD controller written as a force: ẍ = (−8 x − 2 ẋ)/2, ω = 2, ζ = 1/4."""
         load = BodyForce("block", ("-8*body.block.x - 2*point.hook.vx", 0.0))
@@ -170,6 +225,20 @@ class TestDrag:
         expected = terminal * np.tanh(9.81 * result.time / terminal)
         assert result["joint.rail.u"] == pytest.approx(expected, abs=SIMULATED)
 
+    def test_drag_is_isotropic_and_acts_on_turning(self) -> None:
+        model = Model(
+            name="free",
+            gravity=0.0,
+            bodies={"body": Body(MASS, INERTIA)},
+            joints={"sea": Joint("floating", "body")},
+            loads={"load": BodyDrag("body", 0.7, 0.2)},
+        )
+        state = {"body.body.vx": 3.0, "body.body.vz": -4.0, "body.body.omega": -2.0}
+        rates = Evaluated(model_program(model)).rates({**state, "body.body.theta": 0.3})
+        assert rates["body.body.vx"] == pytest.approx(-0.7 * 5 * 3 / MASS, rel=ROUNDING)
+        assert rates["body.body.vz"] == pytest.approx(0.7 * 5 * 4 / MASS, rel=ROUNDING)
+        assert rates["body.body.omega"] == pytest.approx(0.2 * 4 / INERTIA, rel=ROUNDING)
+
     def test_drag_has_a_derivative_at_rest(self) -> None:
         """It is zero (but for what keeps it from being 0/0)."""
         found = jacobian(model_program(sliding(BodyDrag("block", 0.6, 0.1, (0.0, 0.0)))))
@@ -189,6 +258,13 @@ class TestFriction:
         expected = scale * np.arcsinh(sinh(start / scale) * decay)
         assert result["joint.rail.u"] == pytest.approx(expected, abs=SIMULATED)
         assert asinh(sinh(1.0)) == pytest.approx(1.0)
+
+    @pytest.mark.parametrize("coordinate", ["absolute", "relative"])
+    def test_it_rubs_on_the_difference_of_the_two_bodies(self, coordinate: str) -> None:
+        program = Evaluated(model_program(pair(JointFriction("b", 3.0, 0.5), coordinate)))
+        second = 1.1 if coordinate == "absolute" else 1.1 - 0.4
+        got = program.rates({"joint.a.u": 0.4, "joint.b.u": second})
+        assert got["joint.a.u"] == pytest.approx(3 * tanh(0.7 / 0.5) / INERTIA, rel=ROUNDING)
 
 
 @pytest.mark.verifies(
@@ -237,6 +313,25 @@ class TestStops:
         assert result["joint.rail.q"].max() == pytest.approx(0.3 + speed * period, abs=1e-4)
         energy = result["energy.total"]
         assert energy == pytest.approx(np.full_like(energy, 0.5 * MASS * speed**2), abs=1e-5)
+
+    def test_a_rope_is_slack_until_it_is_long(self) -> None:
+        """The wall is at −1: the rope of 1.5 m is tight from q = 0.5."""
+        model = sliding(TensionStop(("wall", "hook"), 40.0, upper=1.5))
+        assert acceleration(model, q=0.4) == 0
+        assert acceleration(model, q=0.75) == pytest.approx(-40 * 0.25 / MASS, rel=1e-13)
+
+    def test_a_bumper_keeps_points_apart(self) -> None:
+        model = sliding(TensionStop(("wall", "hook"), 40.0, lower=0.8, damping=1.0))
+        assert acceleration(model, q=-0.1) == 0
+        assert acceleration(model, q=-0.3) == pytest.approx(40 * 0.1 / MASS, rel=1e-13)
+        assert acceleration(model, q=-0.3, u=-1.0) == pytest.approx((4 + 1) / MASS, rel=1e-13)
+
+    @pytest.mark.parametrize("coordinate", ["absolute", "relative"])
+    def test_a_hinge_is_stopped_by_its_own_angle(self, coordinate: str) -> None:
+        program = Evaluated(model_program(pair(JointStop("b", 6.0, upper=0.5), coordinate)))
+        second = 1.2 if coordinate == "absolute" else 1.2 - 0.4
+        got = program.rates({"joint.a.q": 0.4, "joint.b.q": second})
+        assert got["joint.a.u"] == pytest.approx(6 * 0.3 / INERTIA, rel=1e-13)
 
 
 @pytest.mark.verifies(

@@ -8,6 +8,7 @@ from support.chains import cantilever
 from support.differences import difference
 
 from m4e_fmi.analysis import (
+    Sensitivities,
     eigenvalue_sensitivity,
     equilibrium,
     linearize,
@@ -80,6 +81,15 @@ def test_accelerations_and_reactions(by: str) -> None:
     expected = difference(values, model.parameters[by].value)
     exact = np.array([found[name, by] for name in of])
     assert exact == pytest.approx(expected, rel=CLOSE, abs=CLOSE)
+
+
+def test_by_states_and_inputs() -> None:
+    """The same numbers as in A and B."""
+    model = pendulum()
+    by = ["joint.elbow.q", "joint.elbow.effort"]
+    found = sensitivity(model, of=["der(joint.shoulder.u)"], by=by)
+    linear = linearize(model, inputs=by[1:])
+    assert found.values == pytest.approx(np.array([[linear.A[2, 1], linear.B[2, 0]]]), rel=1e-13)
 
 
 @pytest.mark.parametrize("by", BY)
@@ -196,6 +206,15 @@ def test_a_trajectory_of_ten_seconds() -> None:
         scale = np.abs(expected).max(axis=0)
         exact = np.stack([found[n, name] for n in of], axis=1)
         assert np.abs((exact - expected) / scale).max() < CLOSE
+
+
+def test_once_recorded_everywhere() -> None:
+    model = pendulum()
+    everywhere = Sensitivities(model, of=["energy.kinetic"], by=["L"])
+    for q in (0.1, 0.9):
+        at = {"joint.elbow.q": q}
+        once = sensitivity(model, of=["energy.kinetic"], by=["L"], at=at)
+        assert np.array_equal(everywhere.at(at).values, once.values)
 
 
 def test_refusals() -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
+import resource
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -18,13 +21,14 @@ from support.disturbed import (
     commanded,
     killed,
     running,
+    until,
     write_system,
 )
-from support.small_systems import Fmus
 
 from m4e_fmi.cosim import load_system, run
 from m4e_fmi.results.results_file import Results, load
 
+Fmus = Callable[[str], Path]
 SEED = int(os.environ.get("SEED", "20261122"))
 OLD = b"results of an earlier run"
 
@@ -63,6 +67,84 @@ def test_killed(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> Non
     assert {p.name for p in tmp_path.glob(".*r.nc*")} == set()
 
 
+@contextlib.contextmanager
+def small_disk(folder: Path, size: int) -> Iterator[None]:
+    """A disk of `size` bytes; where none can be mounted, no file may be longer."""
+    command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    if os.geteuid() == 0 and subprocess.run(command, check=False).returncode == 0:
+        try:
+            yield
+        finally:
+            subprocess.run(["umount", "-l", str(folder)], check=True)
+        return
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_full_disk(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> None:
+    """The message tells how far the rows in the file go; what there is room for is complete."""
+    chance = generator(number)
+    row = 8 * (1 + len(whole.series))
+    size = int(row * len(whole.time) * chance.uniform(0.1, 2.2))
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    system = write_system(c_fmu, tmp_path)
+    with small_disk(disk, size):
+        command = commanded(system, "disk/r.nc")
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        path = disk / "r.nc"
+        count = 0
+        if path.exists():
+            found = load(path)
+            check_rows(found, whole)
+            count = len(found.time)
+            until_ = f"results until t = {found.time[-1]:.9g} s are in disk/r.nc"
+            if done.returncode:
+                assert until_ in done.stderr
+                assert found.attributes["ended"].startswith("failed: ")
+        if not done.returncode:
+            assert count == len(whole.time)
+        else:
+            assert "disk/r.nc: cannot be written" in done.stderr
+            assert path.exists() or "results until" not in done.stderr
+    print(size, "bytes:", count, "rows, exit code", done.returncode)
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_second_run(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> None:
+    """Others that want the same files end at once; the first comes to its end undisturbed."""
+    chance = generator(number)
+    names = [f"r.{chance.choice(['nc', 'csv', 'parquet'])}" for _ in range(3)]
+    system = write_system(c_fmu, tmp_path)
+    command = commanded(system, names[0])
+    refused = 0
+    with subprocess.Popen(command, cwd=tmp_path) as first:
+        until(lambda: (tmp_path / ".r.nc.m4e-lock").exists())
+        for name in names[1:]:
+            time.sleep(chance.uniform(0.0, 0.3))
+            second = subprocess.run(
+                commanded(system, name, "--stop-time", "1"),
+                cwd=tmp_path, capture_output=True, text=True, check=False,
+            )  # fmt: skip
+            if second.returncode:
+                assert second.returncode == 1
+                assert f"r.nc: another run writes it (process {first.pid} on" in second.stderr
+                refused += 1
+            else:  # it came after the first
+                assert first.wait() == 0
+        assert first.wait() == 0
+    print(names, refused, "refused")
+    if refused == len(names) - 1:
+        found = load(tmp_path / "r.nc")
+        check_rows(found, whole, least=len(whole.time))
+        assert found.attributes["ended"] == "at the stop time"
+
+
 @pytest.mark.parametrize("number", range(10))
 def test_changed_folder(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> None:
     """An FMU goes to another folder at some time; once the folder that was left is removed."""
@@ -81,6 +163,31 @@ def test_changed_folder(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results
     there = {p.name for p in tmp_path.iterdir()}
     assert there == {"system.yaml", "unpacked", "r.nc", "r.png", name}
     assert not list(unpacked.iterdir())
+
+
+@contextlib.contextmanager
+def heeded(number: signal.Signals) -> Iterator[None]:
+    """Processes that begin meanwhile do not ignore a signal: under nohup they ignore SIGHUP."""
+    before = signal.signal(number, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(number, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
+def test_signals(number: signal.Signals, c_fmu: Fmus, tmp_path: Path) -> None:
+    """Thousands of steps at once are fast; then each takes 0.2 s, and a signal ends the run."""
+    harm = {"what": 3, "when": 1000.0, "pause": 0.2}
+    system = write_system(c_fmu, tmp_path, harm, times=(1e6, 0.01))
+    with heeded(number), running(system, "r.nc") as process:
+        until(lambda: load(tmp_path / "r.nc").time[-1] >= 1000.0)
+        began = time.monotonic()
+        process.send_signal(number)
+        assert process.wait(30) == 128 + number
+        assert time.monotonic() - began < 10.0
+    ended = "interrupted" if number == signal.SIGINT else f"ended by {number.name}"
+    assert load(tmp_path / "r.nc").attributes["ended"] == ended
 
 
 def test_a_step_without_end_ends_with_the_process(c_fmu: Fmus, tmp_path: Path) -> None:

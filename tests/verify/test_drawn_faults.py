@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 from support.check import tests_of
-from support.drawn_faults import copy_tree, draw, outcome
+from support.drawn_faults import draw
+from support.planted_faults import copy_tree, outcome
 
 ROOT = Path(__file__).parents[2]
 SEED = int(os.environ.get("M4E_FMI_SEED", "42"))
