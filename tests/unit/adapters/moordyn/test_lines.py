@@ -133,21 +133,6 @@ def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     assert abs(lines.force[0][1]) < 1e-200
 
 
-def test_a_saved_state_replays_bitwise_here_and_elsewhere() -> None:
-    lines = chain()
-    run(lines, 0, 10)
-    saved = lines.save()
-    expected = run(lines, 10, 15)
-    lines.restore(saved)
-    assert lines.force == saved["force"]
-    assert run(lines, 10, 15) == expected
-    other = line_system(CHAIN.replace("AT_REST", "true"))
-    other.restore(saved)
-    assert run(other, 10, 15) == expected
-    for each in (lines, other):
-        each.close()
-
-
 def test_a_saved_state_is_json_and_bytes_and_of_these_lines() -> None:
     lines = chain(at_rest=False)
     saved = lines.save()

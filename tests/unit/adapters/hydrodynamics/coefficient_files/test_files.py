@@ -13,7 +13,6 @@ from support.coefficient_files import FLAP, SPHERE, changed, rm3_files
 from support.hulls import checked_program, configured, hulls, silent
 
 from m4e_adapters.hydrodynamics import Coefficients, coefficients_from_config
-from m4e_adapters.hydrodynamics.coefficient_files.infinite_frequency import ogilvie
 from m4e_adapters.hydrodynamics.flow.bem import solve_hulls
 from m4e_fmi.errors import InputError
 
@@ -167,21 +166,6 @@ def test_bodies_by_name_in_another_order_and_without_each_other(folder: Path) ->
     assert not apart.added_mass_inf[2, 8]
     assert not apart.radiation_damping[:, 8, 2].any()
     assert apart.added_mass_inf[2, 2] == straight.added_mass_inf[2, 2]
-
-
-def test_added_mass_at_infinity_by_causality() -> None:
-    """Of a memory K(s) = s/((s + a)² + b²), and beyond the last frequency of the data."""
-    omega = np.linspace(0.05, 12.0, 240)
-    s, infinite = 1j * omega, 5.0
-    transfer = 3.0 * s / ((s + 0.6) ** 2 + 1.1**2)
-    mass, damping = (infinite + transfer.imag / omega)[:, None], transfer.real[:, None]
-    found, spread = ogilvie(omega, mass, damping)
-    assert found[0] == pytest.approx(infinite, rel=5e-3)
-    assert spread[0] < 0.02
-    short = omega < 3.0
-    found, wider = ogilvie(omega[short], mass[short], damping[short])
-    assert found == pytest.approx(infinite, rel=0.1)
-    assert wider > spread
 
 
 def test_formats_agree_about_any_point(tmp_path: Path) -> None:

@@ -69,17 +69,6 @@ def test_meshes_of_a_file_and_of_a_union(tmp_path: Path) -> None:
     assert second == 4 * first
 
 
-def test_the_statement_of_a_study() -> None:
-    """A line for each motion, and for surge with pitch, which couple."""
-    lines = str(stored("hemisphere")).splitlines()
-    assert lines[0].startswith("meshes of 256, 576, 1024 panels; errors up to ")
-    named = [line[:42].strip() for line in lines[3:]]
-    assert named[1:3] == ["added_mass body0 surge - body0 pitch", "added_mass body0 heave"]
-    assert len(named) == 4 * 3 + 3
-    errors = [float(word) for word in lines[5].split()[4:-1] if word != "%"]
-    assert errors == sorted(errors, reverse=True)  # of each mesh, and of the limit
-
-
 def test_a_power_law_is_found() -> None:
     """Of tables that are x₀ + c h^p: order, limit, and the error of the finest mesh."""
     base = stored("pile")

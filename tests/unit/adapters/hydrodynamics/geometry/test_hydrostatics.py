@@ -26,29 +26,6 @@ def stiffness(shape: dict, center: tuple[float, float]) -> tuple[np.ndarray, np.
     return water.stiffness(center, RHO, G), water.buoyancy(center, RHO, G)
 
 
-def test_box() -> None:
-    length, width, draft, z_g = 20.0, 10.0, 4.0, 1.5
-    shape = {"box": {"length": length, "width": width, "draft": draft}}
-    k, buoyancy = stiffness(shape, (0.0, z_g))
-    area, volume = length * width, length * width * draft
-    pitch = width * length**3 / 12 + volume * (-draft / 2 - z_g)
-    expected = RHO * G * np.diag([0.0, area, pitch])
-    np.testing.assert_allclose(k, expected, rtol=ROUNDING, atol=ROUNDING * expected.max())
-    np.testing.assert_allclose(buoyancy, [0, RHO * G * volume, 0], atol=ROUNDING * buoyancy[1])
-
-
-def test_cylinder() -> None:
-    radius, draft, z_g = 4.0, 3.0, -1.2
-    k, buoyancy = stiffness({"cylinder": {"radius": radius, "draft": draft}}, (0.0, z_g))
-    area = np.pi * radius**2
-    assert k[1, 1] == pytest.approx(RHO * G * area, rel=ROUNDING)
-    assert buoyancy[1] == pytest.approx(RHO * G * area * draft, rel=ROUNDING)
-    # a regular n-gon of the circle's area exceeds its second moment by (2π/n)⁴/180; n ≥ 32 here
-    moment = np.pi * radius**4 / 4
-    pitch = RHO * G * (moment + area * draft * (-draft / 2 - z_g))
-    assert k[2, 2] == pytest.approx(pitch, abs=RHO * G * moment * (2 * np.pi / 32) ** 4 / 180)
-
-
 @pytest.mark.parametrize("z", [0.0, -2.0, 2.0, -5.0, -8.0])
 def test_a_sphere_has_no_stiffness_in_pitch_about_its_centre(z: float) -> None:
     """Water presses through its centre. Its panels alone say something else: by 1/panels."""
@@ -105,29 +82,6 @@ def area(triangles: np.ndarray) -> np.ndarray:
     """Vector area (3,) [m2] of `triangles` (n, 3, 3) [m]."""
     a, b, c = np.moveaxis(triangles, 1, 0)
     return 0.5 * np.cross(b - a, c - a).sum(axis=0)
-
-
-@pytest.mark.parametrize("turned", [0, 1, 2])
-@pytest.mark.parametrize(
-    ("heights", "part", "pieces"),
-    [
-        ((-1.0, -1.0, -1.0), 1.0, 1),
-        ((1.0, 1.0, 1.0), 0.0, 0),
-        ((-1.0, 3.0, 1.0), 1 / 8, 1),
-        ((1.0, -3.0, -1.0), 7 / 8, 2),
-        ((0.0, 0.0, 0.0), 0.0, 0),  # in the plane
-        ((0.0, 0.0, -1.0), 1.0, 1),  # an edge in it
-        ((0.0, -1.0, -1.0), 1.0, 2),  # a corner on it: the second piece is empty
-        ((0.0, 1.0, 1.0), 0.0, 0),  # a corner on it
-    ],
-)
-def test_a_triangle_is_cut(
-    heights: tuple[float, ...], part: float, pieces: int, turned: int
-) -> None:
-    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    found = below(np.roll(corners, turned, axis=0)[None], np.roll(heights, turned)[None])
-    assert len(found) == pieces
-    np.testing.assert_allclose(area(found), [0.0, 0.0, 0.5 * part], atol=1e-13)
 
 
 def test_a_corner_of_a_cube_is_a_tetrahedron() -> None:

@@ -135,20 +135,6 @@ def test_hulls_of_one_body_side_by_side_and_moonpools_are_meshes(tmp_path: Path)
     assert of_file(ring(), tmp_path).hydrostatics.volume > 0
 
 
-def test_a_centre_of_gravity_aside_of_or_below_the_hull_is_told(tmp_path: Path) -> None:
-    """As of a mesh in the frame of its body, read as one in world coordinates."""
-    (tmp_path / "hull.gdf").write_text(mesh_writers.gdf(moved(box(), z=0.5)))
-    for shape, center, said in (
-        ({}, (20.0, -0.5), "(x = 20 m) is not above or below its hull (x = -3 to 3 m)"),
-        ({}, (0.0, -5.0), "(z = -5 m) is below its hull (lowest point at z = -1.5 m)"),
-        ({"mesh_origin": [20.0, -0.5]}, (20.0, -0.5), ""),
-    ):
-        told: list[str] = []
-        hull({"mesh": "hull.gdf", **shape}, tmp_path, center=center, tell=told.append)
-        assert len(told) == bool(said)
-        assert all(said in text and "mesh_origin" in text for text in told)
-
-
 def test_the_waterplane_of_a_closed_mesh_below_the_water_is_rounding(tmp_path: Path) -> None:
     """Not a size: frequencies end where k (a + d) = 4.5, and not at 10,000 rad/s. Turned, so that
     the sum of its panels' areas is not exactly 0."""

@@ -112,14 +112,6 @@ def test_the_length_of_a_lying_cylinder_is_along_its_axis() -> None:
         assert tuple(found) == pytest.approx(extents)
 
 
-def test_a_ring_of_revolution_below_the_water_is_closed() -> None:
-    profile = {"profile": [[3, -6], [5, -5], [5, -4]], "hole": 2}
-    water = hull({"revolved": profile}, center=(0, -5)).hydrostatics
-    frustum = PI / 3 * (3**2 + 3 * 5 + 5**2)
-    assert water.volume == pytest.approx(frustum + PI * 5**2 - PI * 2**2 * 2)
-    assert water.waterplane[0] == pytest.approx(0.0, abs=1e-9)
-
-
 @pytest.mark.parametrize(
     ("shape", "volume", "depth"),
     [

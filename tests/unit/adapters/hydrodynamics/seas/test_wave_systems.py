@@ -15,10 +15,10 @@ from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation, wavenumber
-from m4e_adapters.hydrodynamics.seas.waves import recorded_wavenumber, relative_spectrum
+from m4e_adapters.hydrodynamics.seas.waves import relative_spectrum
 from m4e_adapters.sea import SeaConfig
 from m4e_fmi.files.document import Document
-from m4e_fmi.program import Recorder, Variable, evaluated
+from m4e_fmi.program import Recorder
 
 WIND = {"significant_height": 2.5, "peak_period": 8.0, "seed": 5}
 
@@ -40,17 +40,6 @@ def from_text(text: str, folder: Path) -> Components:
 
 def height(waves: Components) -> float:
     return 4.0 * math.sqrt(0.5 * float(waves.amplitude @ waves.amplitude))
-
-
-@pytest.mark.parametrize("depth", [0.5, 12.0, math.inf])
-def test_the_recorded_wavenumber_is_the_computed_one(depth: float) -> None:
-    recorder = Recorder("r", "r")
-    omega = recorder.parameter(Variable("omega", "rad/s", "frequency"))
-    number = recorded_wavenumber(omega, depth=depth, gravity=9.81)
-    for value in (0.05, 0.3, 1.0, 4.0, 20.0):
-        found = evaluated(recorder.tape, [number.index], {"omega": value})[number.index]
-        expected = float(wavenumber(np.array(value), depth=depth, gravity=9.81))
-        assert found == pytest.approx(expected, rel=1e-13)
 
 
 def test_the_depth_factor_is_the_ratio_of_the_wavenumber_spectra_of_its_authors() -> None:
@@ -188,14 +177,3 @@ def test_parameters_of_one_system_keep_their_names_and_several_are_numbered() ->
     t = np.linspace(0.0, 50.0, 101)
     total = elevation(apart[0], t, 3.0) + elevation(apart[1], t, 3.0)
     np.testing.assert_allclose(elevation(both, t, 3.0), total, atol=1e-14)
-
-
-def test_doubts_follow_the_values_of_parameters() -> None:
-    (system,) = systems(Jonswap(spectrum="jonswap", **WIND))
-    assert system.doubts({}) == []
-    (told,) = system.doubts({"wave.significant_height": 7.0})
-    assert "Hs 7 m, Tp 8 s" in told
-    (wave,) = systems(Regular(spectrum="regular", height=1.0, period=8.0))
-    assert wave.doubts({}) == []
-    (told,) = wave.doubts({"wave.period": 2.0})
-    assert "waves of a period of 2 s break" in told
