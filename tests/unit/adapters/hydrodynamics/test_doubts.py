@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.hulls import configured, hulls
 
@@ -13,7 +11,6 @@ from m4e_adapters.hydrodynamics import build
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.doubts import flow_doubts, size_doubts, stability_doubts
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
-from m4e_adapters.hydrodynamics.seas.steepness import breaking_heights
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 
 BODY = "float: {shape: {box: {length: 8, width: 6, draft: 3}}, center_of_gravity: [0, -1]}"
@@ -26,22 +23,6 @@ def config(waves: str, *, depth: str = "deep", bodies: str = BODY) -> Hydrodynam
 
 def systems(given: HydrodynamicsConfig) -> tuple[WaveSystem, ...]:
     return wave_systems(given.waves, depth=given.water.depth, gravity=given.water.gravity)
-
-
-@pytest.mark.parametrize(
-    ("period", "depth", "height", "accuracy"),
-    [
-        # a seventh of the length g T²/2π; 0.78 of the depth
-        (8.0, math.inf, 0.142 * 9.81 * 8.0**2 / (2 * math.pi), 1e-12),
-        (8.0, 2000.0, 0.142 * 9.81 * 8.0**2 / (2 * math.pi), 1e-9),
-        (20.0, 3.0, 2.34, 1e-12),
-    ],
-)
-def test_breaking_heights_at_the_limits(
-    period: float, depth: float, height: float, accuracy: float
-) -> None:
-    found = breaking_heights(np.array([2 * math.pi / period]), depth=depth, gravity=9.81)
-    assert found[0] == pytest.approx(height, rel=accuracy)
 
 
 @pytest.mark.parametrize(
@@ -100,8 +81,7 @@ def test_a_build_tells_doubts_and_hydrostatics_before_it_computes(
     )
 
 
-@pytest.mark.parametrize("place", [0.0, 50.0])
-@pytest.mark.parametrize("z", [0.2, 0.4])
+@pytest.mark.parametrize(("place", "z"), [(0.0, 0.2), (50.0, 0.4)])
 def test_a_hull_that_capsizes_is_told(place: float, z: float) -> None:
     """GM of a box: l²/(12 d) - d/2 - z_G = 16/9 - 3/2 - z_G, about the waterplane's middle."""
     shape = f"{{box: {{length: 8, width: 6, draft: 3, center_x: {place}}}}}"

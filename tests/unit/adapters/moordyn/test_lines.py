@@ -103,21 +103,6 @@ def test_the_force_is_that_of_the_place(
     assert found == pytest.approx(expected, abs=tolerance)
 
 
-def test_static_start_is_at_rest_and_symmetric() -> None:
-    lines = chain()
-    before = lines.force
-    assert lines.warnings == []
-    for k in range(20):
-        lines.advance(0.05 * k, 0.05, AT, REST)
-    # the equilibrium leaves 1e-6 of the largest tension on a node, which 5 inner nodes pass on
-    assert lines.force[0][0] == pytest.approx(before[0][0], rel=1e-5)
-    assert before[0][0] < 0 < before[1][0]
-    assert before[0][1] < 0
-    # the tension of the only line at f1 is the force on the body there
-    assert lines.fairlead_tension[0] == pytest.approx(math.hypot(*lines.force[0]), rel=1e-12)
-    lines.close()
-
-
 def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     """MoorDyn would restore 1e-310 m/s as −1e301."""
     lines, place = line_system(SPATIAL), (-5.0, 0.0, -3.0)
@@ -154,22 +139,6 @@ def test_restoring_does_not_consume_none() -> None:
     lost = before - sys.getrefcount(None)
     lines.close()
     assert abs(lost) < 20  # other code holds and drops None too; each call lost one
-
-
-def test_two_systems_in_one_process_do_not_disturb_each_other() -> None:
-    alone = chain()
-    expected = run(alone, 0, 10)
-    alone.close()
-    first, second = chain(), chain()
-    aside = [(x + 3, z) for x, z in AT]
-    second.start(aside, REST)
-    found = []
-    for k in range(10):
-        second.advance(0.05 * k, 0.05, aside, [(0.1, 0.2)] * 2)
-        found += run(first, k, 1)
-    first.close()
-    second.close()
-    assert found == expected
 
 
 def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monkeypatch) -> None:

@@ -55,16 +55,6 @@ def test_fine_lines_at_a_free_point_start_from_coarse_ones():
     assert points[2]["position"] == (9, 5, -30)
 
 
-def test_a_fine_line_is_found_where_the_last_stage_alone_fails():
-    depth, span, z, length, weight, stiffness = 40.8, 5.34, -1.1, 43.488, 45.8, 1.83e8
-    rope = line(segments=60, length=length, weight=weight, stiffness=stiffness)
-    net = Net(held((0, 0, -depth), (span, 0, z)), [{**rope, "buoyancy": 0.9 * weight}], -depth, 3e6)
-    assert net.settle()
-    (_, end), *_ = net.end_forces()
-    # of a line that hangs down to the seabed: the weight in water of what hangs, at least
-    assert -end[2] > 0.99 * 0.1 * weight * (depth + z)
-
-
 @pytest.mark.parametrize(
     ("a", "b", "share"),
     [

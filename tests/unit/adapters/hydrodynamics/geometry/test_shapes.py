@@ -49,6 +49,11 @@ SHAPES: dict[str, tuple[dict[str, Any], float, float, float | None]] = {
         {"revolved": {"profile": [[4, -6], [4, -5], [2, -5], [2, -3]]}},
         24 * PI, 0.0, (16 * -5.5 + 8 * -4.0) / 24,
     ),
+    # of a hole, a frustum below a cylinder
+    "submerged ring of revolution": (
+        {"revolved": {"profile": [[3, -6], [5, -5], [5, -4]], "hole": 2}},
+        PI * (49 / 3 + 5**2 - 2 * 2**2), 0.0, None,
+    ),
     "submerged cylinder": (
         {"cylinder": {"radius": 4, "draft": 10, "top_z": -3}}, 112 * PI, 0.0, -6.5
     ),
