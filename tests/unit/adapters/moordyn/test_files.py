@@ -8,7 +8,7 @@ from pathlib import Path
 
 import moordyn
 import pytest
-from support.lines_in_waves import mooring_of, started
+from support.lines_in_waves import mooring_of
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
@@ -152,16 +152,3 @@ def test_points_of_a_coupled_body_are_fairleads_where_moordyn_has_them(
     capfd.readouterr()
     for fairlead, place in zip(made.fairleads, there, strict=True):
         assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx(place, abs=1e-9)
-
-
-def test_it_starts_at_rest_and_runs(tmp_path: Path) -> None:
-    made = published(tmp_path)
-    lines = started(made)
-    assert lines.warnings == []
-    before = list(lines.fairlead_tension)
-    at = [f.place for f in made.fairleads]
-    for k in range(40):
-        lines.advance(0.25 * k, 0.25, at, [(0.0, 0.0)] * 3)
-    after = list(lines.fairlead_tension)
-    lines.close()
-    assert after == pytest.approx(before, rel=1e-4)

@@ -1,13 +1,14 @@
 """One line system: forces at the start, saved states, independence, silence, failures."""
 
-import json
 import math
 import os
 import sys
+from pathlib import Path
 
 import pytest
-from support.lines_in_waves import ROPE, line_system
+from support.lines_in_waves import ROPE, line_system, started
 
+from m4e_adapters.moordyn import ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.moordyn_system import MooringError
 
@@ -109,6 +110,8 @@ def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     lines.start([place], [(0.0, 0.0, 0.0)])
     lines.advance(0.0, 0.1, [place], [(0.1, 1e-310, 0.0)])
     saved = lines.save()
+    with pytest.raises(MooringError, match="not one of these lines"):
+        lines.restore(saved | {"system": saved["system"][:-8]})
     lines.advance(0.1, 0.1, [(-4.99, 0.0, -3.0)], [(0.1, 0.0, 0.0)])
     expected = lines.force[0]
     lines.restore(saved)
@@ -116,16 +119,6 @@ def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     lines.close()
     assert lines.force[0][::2] == expected[::2]
     assert abs(lines.force[0][1]) < 1e-200
-
-
-def test_a_saved_state_is_json_and_bytes_and_of_these_lines() -> None:
-    lines = chain(at_rest=False)
-    saved = lines.save()
-    with pytest.raises(MooringError, match="not one of these lines"):
-        lines.restore(saved | {"system": saved["system"][:-8]})
-    lines.close()
-    assert isinstance(saved.pop("system"), bytes)
-    assert json.loads(json.dumps(saved))["motion"]["position"] == [list(p) for p in AT]
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 12), reason="None is immortal since Python 3.12")
@@ -157,8 +150,15 @@ def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monk
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failures_say_what_when_and_what_to_do() -> None:
-    lines = chain(at_rest=False)
-    with pytest.raises(MooringError, match=r"t = 0\.5\d* s .*smaller communication step"):
-        lines.advance(0.5, 0.05, [(1e9, 0.0), AT[1]], REST)
+def test_a_buoy_is_told_once_when_it_rises() -> None:
+    path = Path(__file__).parents[3] / "data" / "moordyn" / "buoy_between_lines.txt"
+    lines = started(ready_mooring(path, fairleads={}))
+    lines.start([(100.0, -150.0)], [(0.0, 0.0)])  # pulled below
+    assert not any("above the water" in text for text in lines.warnings)
+    for k in range(40):
+        lines.advance(0.5 * k, 0.5, [(100.0, -150.0 + 3.5 * k)], [(0.0, 7.0)])
+    for k in range(40, 80):
+        lines.advance(0.5 * k, 0.5, [(100.0, -10.0)], [(0.0, 0.0)])
+    assert len(lines.surfaced()) == 1
+    assert lines.surfaced() == []
     lines.close()

@@ -15,7 +15,6 @@ from support.refined_cases import stored
 from m4e_adapters.hydrodynamics.config import Box
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_adapters.hydrodynamics.refinement import similar_hulls, study
-from m4e_fmi.errors import InputError
 
 BOX = {"box": {"length": 8.0, "width": 6.0, "draft": 3.0}}
 
@@ -88,10 +87,3 @@ def test_a_power_law_is_found() -> None:
     assert np.all(np.isnan(two.added_mass.order))
     gap = abs(two.limit.added_mass[0, 0, 0] - 7.0)
     assert gap < two.added_mass.remaining[0, 0] < 5 * gap
-
-
-def test_meshes_that_resolve_no_wave_are_told() -> None:
-    base = stored("pile")
-    coarse = [replace(c, resolved=(0.01,)) for c in base.meshes]
-    with pytest.raises(InputError, match=r"resolves waves up to 0\.01 rad/s only"):
-        study(base.panels, coarse)

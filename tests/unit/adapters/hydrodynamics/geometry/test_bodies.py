@@ -187,16 +187,6 @@ def test_a_fixed_body_acts_as_one_of_two_that_move() -> None:
     np.testing.assert_allclose(space.excitation[0, [0, 2, 4]], found.excitation[0], rtol=1e-4)
 
 
-def test_panels_on_the_bed_are_left_out() -> None:
-    pile, _ = hulls(on_bed(pile=PILE, float=FLOAT))
-    assert pile.bed is not None
-    assert np.all(pile.bed.vertices[pile.bed.faces][:, :, 2] == -DEPTH)
-    assert pile.panels.centers[:, 2].min() > -DEPTH
-    assert pile.hydrostatics.volume == pytest.approx(np.pi * 4 * DEPTH, rel=1e-12)
-    assert pile.lid is not None
-    assert (pile.center, pile.axis) == ((), None)
-
-
 @pytest.mark.parametrize("bottom", [True, False])
 def test_a_mesh_may_be_open_on_the_bed_if_it_is_fixed(tmp_path: Path, bottom: bool) -> None:
     """It makes the same flow as the shape, and other bodies are seen to be outside of it."""

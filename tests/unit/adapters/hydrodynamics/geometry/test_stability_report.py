@@ -35,21 +35,6 @@ def report(bodies: dict, folder: Path) -> tuple[list, str]:
     return found, stability_text(found, config.water)
 
 
-def test_a_submerged_body(tmp_path: Path) -> None:
-    bodies = {
-        "mine": {
-            "shape": {"sphere": {"radius": 2, "center_z": -5}},
-            "center_of_gravity": [0, 0, -5.5],
-            "panels": 200,
-        }
-    }
-    ((one,), text) = report(bodies, tmp_path)
-    assert not one.curves
-    assert "all of the hull is under water, in balance at any depth" in text
-    gm = next(line.split() for line in text.splitlines() if "(GM)" in line)
-    assert [float(x) for x in gm[-3:-1]] == pytest.approx([0.5, 0.5])
-
-
 def test_a_barge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, picture = tmp_path / "system.yaml", tmp_path / "arms.png"
     path.write_text(BARGE, encoding="utf-8")

@@ -192,15 +192,3 @@ def test_excitation_at_the_displaced_place_has_the_phase_of_the_wave_there(depth
         assert found == pytest.approx(expected, abs=1e-7 * 1e5), dimensions
         still = hydrodynamics_program(known, waves=waves[0.3], heading=heading)
         assert forces(here, 2.7) == pytest.approx(forces(still, 2.7), abs=1e-6)
-
-
-def test_motions_far_away_have_no_limit_where_the_excitation_follows() -> None:
-    wave = regular(6.0)
-    known = coefficients(2, math.inf)
-    limits = [
-        next(v.maximum for v in hydrodynamics_program(known, waves=wave, loads=loads).outputs
-             if v.name == "b.surge")
-        for loads in (Loads(), Loads(excitation_at="displaced"))
-    ]  # fmt: skip
-    assert limits[0] < 10.0
-    assert math.isinf(limits[1])
