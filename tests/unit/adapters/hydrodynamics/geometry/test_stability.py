@@ -63,6 +63,23 @@ def test_the_deck_edge_of_a_box_with_a_deck_and_without() -> None:
         assert math.degrees(found.angles[-1]) == pytest.approx(last)
 
 
+@pytest.mark.parametrize("center_z", [-1.5, 2.0])
+def test_a_ball_turns_about_its_middle(center_z: float) -> None:
+    """GZ = GM sin φ at any angle and draft; the error is of second order in the panels' size."""
+    errors = []
+    for panels in (400, 1600):
+        shape = {"sphere": {"radius": 5.0, "center_z": center_z}}
+        surface = whole(shape, panels)
+        depth = 5.0 - center_z
+        hull = WholeHull(surface, (0.0, 0.0, center_z - 2.0), math.pi * depth**2 * (15 - depth) / 3)
+        angles = np.radians([10.0, 40.0, 90.0, 150.0])
+        found = hull.arms(angles.tolist())
+        errors.append(np.abs(found.arms - 2.0 * np.sin(angles)).max())
+    # panels of the side h are up to h²/8R off the ball; three of these
+    assert errors[0] < 3 * (4 * math.pi * 25 / 400) / (8 * 5)
+    assert errors[1] < errors[0] / 2.5
+
+
 def test_arms_are_the_slope_of_the_potential_energy() -> None:
     """∫GZ dφ is the rise of G over B: no closed form of GZ takes part. With and without trim.
 
