@@ -22,7 +22,6 @@ from m4e_adapters.hydrodynamics.memory import kept
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 
 ORDER = 5
-ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
 FROM_CACHE = "potential flow: coefficients taken from the cache"
 PART = "potential flow: coefficients of {} frequencies taken from the cache"
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig, Sphere
+from m4e_adapters.hydrodynamics.config import Box, Sphere
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
 from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
-from m4e_adapters.hydrodynamics.stability_report import stability_of, stability_text
 from m4e_fmi.cli import main
 
 BARGE = """
@@ -27,12 +26,6 @@ components:
     waves: {spectrum: still}
 simulation: {stop_time: 1, step_size: 0.1}
 """
-
-
-def report(bodies: dict, folder: Path) -> tuple[list, str]:
-    config = HydrodynamicsConfig.model_validate({"dimensions": 3, "bodies": bodies})
-    found = stability_of(config, folder)
-    return found, stability_text(found, config.water)
 
 
 def test_a_barge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
