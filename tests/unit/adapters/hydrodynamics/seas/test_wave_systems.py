@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Regular, Tma
+from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Tma
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
@@ -17,7 +17,6 @@ from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, wavenumber
 from m4e_adapters.sea import SeaConfig
 from m4e_fmi.files.document import Document
-from m4e_fmi.program import Recorder
 
 WIND = {"significant_height": 2.5, "peak_period": 8.0, "seed": 5}
 
@@ -122,22 +121,3 @@ def test_spreading_is_recovered(exponent: float) -> None:
             spread = math.sqrt(2 * (1 - abs(first)))
             assert np.degrees(np.angle(first)) == pytest.approx(30.0, abs=2.0 * times)
             assert spread == pytest.approx(math.sqrt(2 / (1 + exponent)), rel=0.05 * times)
-
-
-def test_parameters_of_one_system_keep_their_names_and_several_are_numbered() -> None:
-    one = Regular(spectrum="regular", height=1.0, period=12.0)
-    two = Jonswap.model_validate({"spectrum": "jonswap", **WIND, "components": 10})
-    names = []
-    for waves in (one, (one, two)):
-        recorder = Recorder("r", "r")
-        for system in systems(waves):
-            system.record(recorder, in_space=True)
-        names.append([v.name for v in recorder.variables("parameters")])
-    assert names[0] == [
-        "wave.height", "wave.period", "wave.phase[1]", "wave.direction", "wave.ramp_time",
-    ]  # fmt: skip
-    assert names[1][:5] == [name.replace("wave", "wave[1]") for name in names[0]]
-    assert names[1][5:9] == [
-        "wave[2].significant_height", "wave[2].peak_period", "wave[2].peak_enhancement",
-        "wave[2].phase[1]",
-    ]  # fmt: skip
