@@ -27,7 +27,7 @@ from .plausibility import (
     high_fairleads,
     stretched_lines,
 )
-from .rest import LATER, away_from, left_over, longer_search, net_at, too_long
+from .rest import LATER, MORE_TIME, away_from, left_over, net_at, too_long
 
 START_STEP = 1e-12  # [s] length of the step that evaluates the forces at the start
 LAST_PART = 1e-9  # the part of each step that is left to the evaluation of its end
@@ -102,7 +102,6 @@ class LineSystem:
         course=None,
         place=None,
     ):
-        self._text = text
         self._y = [None if y is None else float(y) for y in fairleads]
         self._course = course
         self._moordyn = MoorDynSystem(
@@ -296,7 +295,7 @@ class LineSystem:
             cause = "MoorDyn finds other forces than m4e_fmi" if self._at_rest else SWITCHED_OFF
             return away_from(net, self._names, tensions, cause)
         forces, counts = self._moordyn.inner_forces(), self._moordyn.segments
-        remedy = longer_search(self._text) if self._net is None else LATER
+        remedy = MORE_TIME if self._net is None else LATER
         texts = left_over(self._names, forces, tensions, counts, remedy)
         if not texts and self._net is not None and self._at_rest:
             worst = max(zip(forces, self._names, strict=True))

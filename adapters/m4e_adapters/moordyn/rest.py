@@ -5,7 +5,6 @@ stops when its error changes little, wherever that is, and leaves some lines at 
 tension that they settle to.
 """
 
-import re
 import struct
 from math import hypot
 
@@ -18,11 +17,6 @@ LEFT = 0.01  # share of a line's tension that may be left on a node where no equ
 SUNK = 0.01  # [m] below the seabed, to which its stiffness may let an end sink
 LONGER = 1e-3  # share by which a line may be longer than there is room for without a word
 LATER = "start the run before the time that counts"
-OTHER_METHOD = (
-    "try MoorDyn's other method (1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); "
-    f"else {LATER}"
-)
-FOLLOWED = (1e-6, 1000.0)  # threshIC, TmaxIC [s] that MORE_TIME asks for
 MORE_TIME = (  # of a file with rods or free bodies, where TmaxIC alone changes nothing
     "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or its other method "
     f"(1 ICgenDynamic, with threshIC 1e-4, dtIC 10 and TmaxIC 500); else {LATER}"
@@ -98,21 +92,6 @@ def left_over(names, forces, tensions, segments, remedy):
         for name, force, tension, count in zip(names, forces, tensions, segments, strict=True)
         if force > LEFT * max(tension) * min(1.0, COARSE / count)
     ]
-
-
-def longer_search(text):
-    """The remedy where MoorDyn alone looks for the equilibrium of its input file `text`."""
-    if _option(text, "ICgenDynamic|genDynamicIC", 0.0):
-        return LATER
-    least, most = FOLLOWED
-    done = _option(text, "threshIC|ICthresh", 1.0) <= least
-    return OTHER_METHOD if done and _option(text, "TmaxIC|ICTmax", 0.0) >= most else MORE_TIME
-
-
-def _option(text, names, otherwise):
-    """The value of an option in MoorDyn's input, the last one if there are several."""
-    found = re.findall(rf"^(\S+) (?:{names})$", text, re.IGNORECASE | re.MULTILINE)
-    return float(found[-1]) if found else otherwise
 
 
 def too_long(net, names):

@@ -86,14 +86,6 @@ def test_every_kind_is_asked() -> None:
     assert KINDS.keys() == points().keys()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_key_that_is_none_is_refused(kind: str) -> None:
-    module = points()[kind].load()
-    with pytest.raises(InputError, match="unknown key 'colour'") as caught:
-        Document.parse(f"colour: red\n{KINDS[kind]}").validate(module.Config)
-    assert caught.value.problems[0].line == 1
-
-
 def rows(instance: Instance, first: int, last: int, size: float = 0.1) -> list[list[float]]:
     """Steps with inputs that change by `size` about their start, and the outputs after each."""
     variables = instance.description.modelVariables

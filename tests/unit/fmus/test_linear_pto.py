@@ -1,6 +1,5 @@
 """The linear power take-off: direction and sign of its force, its power and energy."""
 
-import numpy as np
 import pytest
 from support.programs import Evaluated
 
@@ -36,15 +35,6 @@ def test_variables():
     assert [v.name for v in pto.states] == ["energy"]
 
 
-def test_a_stretched_spring_pulls_the_point_to_the_anchor():
-    # from the anchor (1, −50) the point is at (3, 4)·2: length 10, direction (0.6, 0.8)
-    found = outputs(program(stiffness=100.0), (7.0, 0.0, -42.0, 0.0))
-    assert found["extension"] == pytest.approx(5.0)
-    assert found["force"] == pytest.approx(500.0)
-    assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-300.0, -400.0))
-    assert found["power"] == 0
-
-
 def test_in_space():
     # from the anchor (1, 2, −50) the point is at 3·(1, 2, 2): length 9
     pto = program(anchor=(1.0, 2.0, -50.0), rest_length=6.0, stiffness=100.0, damping=20.0)
@@ -61,24 +51,6 @@ def test_pretension_pulls_and_a_compressed_spring_pushes():
     assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((-6.0, -8.0))
     found = outputs(program(stiffness=1.0, rest_length=20.0), (7.0, 0.0, -42.0, 0.0))
     assert (found["p.force_x"], found["p.force_z"]) == pytest.approx((6.0, 8.0))
-
-
-def test_a_damper_opposes_motion_along_the_line_only_and_absorbs_what_the_body_gives():
-    velocity = (2.0, 3.0)
-    found = outputs(program(damping=7.0), (7.0, velocity[0], -42.0, velocity[1]))
-    rate = 0.6 * 2.0 + 0.8 * 3.0
-    assert found["extension_rate"] == pytest.approx(rate)
-    force = np.array([found["p.force_x"], found["p.force_z"]])
-    assert force == pytest.approx(-7.0 * rate * np.array([0.6, 0.8]))
-    assert found["power"] == pytest.approx(-force @ velocity)
-    across = outputs(program(damping=7.0), (7.0, 0.8, -42.0, -0.6))
-    assert across["force"] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_energy_is_the_integral_of_power():
-    pto, motion = program(damping=7.0), (7.0, 2.0, -42.0, 3.0)
-    rates = Evaluated(pto).rates({"energy": 123.0, **moved(pto, motion)})
-    assert rates["energy"] == pytest.approx(outputs(pto, motion)["power"])
 
 
 def test_the_rest_length_follows_from_where_the_point_is_at_rest():

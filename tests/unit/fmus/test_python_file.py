@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import load_system, prepare, run
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import PythonSource
 from m4e_fmi.program import Program, evaluated
 from m4e_fmus.python_file import Config, make
@@ -102,39 +102,6 @@ def test_the_hydraulic_power_take_off_is_the_same_recorded_and_as_code(tmp_path:
     for name in ("hydraulics.rod.force_z", "hydraulics.power", "float.body.float.z"):
         scale = np.abs(one[name]).max()
         np.testing.assert_allclose(other[name], one[name], atol=2e-5 * scale, err_msg=name)
-
-
-COMPARED = r"force.py:\d+: TypeError: a recorded scalar cannot be compared"
-
-
-@pytest.mark.parametrize(
-    ("code", "told"),
-    [
-        ("f = v.z if v.z > 0 else 0", COMPARED),
-        ("f = {2: 7.0}.get(v.z, 1.0)", COMPARED),
-        ("f = [0.0, 1.0].count(v.z)", COMPARED),
-        ("f = v.z if isinstance(v.z, float) else 0.0", r"line \d+ asks for a type"),
-        ("self.n += 1; f = self.n * v.z", "it computes something else each time|object changes"),
-        ("import random; f = random.random() * v.z", "it computes something else each time"),
-        ("import numpy as np; f = np.sin(v.z)", r"force.py:\d+: TypeError"),
-        ("f = float(open(__file__ + '.txt').read())", r"force\.py:\d+: FileNotFoundError"),
-        ("match v.z:\n    case 1: f = 2.0\n    case _: f = 0.0", r"line \d+ matches patterns"),
-        # a program has no value where code raises: what the code then does would be lost
-        (
-            "try: f = math.sqrt(v.z)\nexcept ValueError: f = 0.0",
-            "its results are not those of what it records",
-        ),
-        ("try: f = math.sqrt(-1 - v.z**2)\nexcept KeyError: f = 0.0", "fails at all"),
-    ],
-)
-def test_what_cannot_be_recorded_stays_python_and_is_told(
-    tmp_path: Path, code: str, told: str
-) -> None:
-    lines = code.replace("\n", "\n        ")
-    text = FORCE.replace('return {"f": 2.0 * v.z}', f'{lines}\n        return {{"f": f}}')
-    source, said = made(tmp_path, text.replace("    inputs", "    n = 0\n    inputs"))
-    assert isinstance(source, PythonSource)
-    assert re.search(told, said[-1])
 
 
 def test_functions_of_math_and_extremes_are_recorded(tmp_path: Path) -> None:
@@ -226,29 +193,6 @@ def test_arguments_have_any_names(tmp_path: Path, arguments: str) -> None:
     assert isinstance(source, PythonSource)
 
 
-@pytest.mark.parametrize(
-    ("returned", "told"),
-    [
-        ('{"f": v.z / int(t < 1)}', "ZeroDivisionError"),
-        ('{"f": float("nan") if t > 0.4 else 1.0}', "calculate returns nan"),
-        ("{}", "calculate: it does not return 'f'"),
-        ('{"f": [v.z, 1.0]}', "'f' has 2 values, 1 are declared"),
-        ('{"f": "ten"}', "calculate returns 'ten' for f"),
-        ('{"f": 1.0, "heat": 2.0}', "'heat' is not declared"),
-        ('{"f": v.y}', "AttributeError: no variable y is declared; .*: z"),
-        ('{"f": math.log(1 - t)}', "f is -inf at t = 1 s"),
-    ],
-)
-def test_mistakes_end_the_run_with_file_and_line(tmp_path: Path, returned: str, told: str) -> None:
-    text = FORCE.replace('{"f": 2.0 * v.z}', returned)
-    path = system(tmp_path, "force: {kind: python, file: force.py}", 2.0, force=text)
-    with pytest.raises((InputError, RunError)) as caught:
-        results(path)
-    said = str(caught.value)
-    assert re.search(told, said)
-    assert re.search(r"force\.py:[89]\b", said)
-
-
 def test_sampled_code_is_made_once_for_each_of_its_points(tmp_path: Path) -> None:
     """The default algorithm makes steps again: each begins with the object as it was."""
     source = FORCE.replace('{"f": 2.0 * v.z}', '{"f": math.sin(t)}').replace('"z": "m"', "")
@@ -298,11 +242,7 @@ def test_attributes_are_saved_and_come_back() -> None:
         generator.random()
         again = decoded(json.loads(json.dumps(encoded(generator, "self.noise"))))
         assert again.random() == generator.random()
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
+    for array in (
         np.zeros((0, 3)),
         np.asfortranarray(np.arange(6).reshape(2, 3)),
         np.array([1 + 2j]),
@@ -310,13 +250,11 @@ def test_attributes_are_saved_and_come_back() -> None:
         np.array([True, False]),
         np.array(["a", "bc"]),
         np.random.default_rng(1).random(300_000),  # as bytes
-    ],
-)
-def test_arrays_come_back_with_shape_and_type_and_can_be_changed(value: np.ndarray) -> None:
-    again = decoded(encoded(value, "self.a"))
-    np.testing.assert_array_equal(again, value)
-    assert (again.shape, again.dtype) == (value.shape, value.dtype)
-    again[...] = again
+    ):
+        again = decoded(encoded(array, "self.a"))
+        np.testing.assert_array_equal(again, array)
+        assert (again.shape, again.dtype) == (array.shape, array.dtype)
+        again[...] = again  # can be changed
 
 
 def values(*names: str) -> Values:
@@ -347,60 +285,12 @@ def test_a_connector_may_have_any_name() -> None:
         found.path["x"]
 
 
-SAMPLED = """
-import random
-
-import numpy as np
-
-class Counter:
-    outputs = {"f": "N"}
-    count = 0
-
-    def start(self, v):
-        self.n = 0
-        self.rng = random.Random(1)
-
-    def step(self, t, h, v):
-        PLACE
-        return {"f": 100.0 * number}
-"""
-
-
-@pytest.mark.parametrize(
-    ("place", "told"),
-    [
-        ("Counter.count += 1; number = Counter.count", True),
-        ("number = np.random.randn()", True),
-        ("self.n += 1; number = self.n + self.rng.random()", False),
-    ],
-)
-def test_a_state_outside_of_the_object_is_told(tmp_path: Path, place: str, told: bool) -> None:
-    """Steps that are made again give another result."""
-    text = SAMPLED.replace("PLACE", place)
-    path = system(tmp_path, "c: {kind: python, file: c.py}", stop=9, c=text)
-    prepared = prepare(load_system(path), build_directory=tmp_path / "build")
-    found = [line for line in prepared.warnings if "rollback" in line]
-    assert len(found) == told
-    for line in found:
-        assert line.startswith("c: ")
-        assert "give another f" in line
-        assert "keep all that changes, random generators with a seed too, in attributes" in line
-
-
-def test_a_memory_that_calculate_sets_is_a_warning(tmp_path: Path) -> None:
-    text = FORCE.replace("        return", "        self.last = t\n        return")
-    _, lines = made(tmp_path, text)
-    assert lines[0].startswith("warning: force.py:9: calculate sets self.last, but it is called")
-    assert not [line for line in made(tmp_path, FORCE)[1] if "warning" in line]
-
-
-@pytest.mark.parametrize("slow", [True, False])
-def test_a_run_tells_that_code_takes_most_of_it(tmp_path: Path, slow: bool) -> None:
+def test_a_run_tells_that_code_takes_most_of_it(tmp_path: Path) -> None:
     """Fifty steps of 20 ms, beside whatever else a run takes."""
-    wait = f"import time; time.sleep({0.02 * slow}); self.past"
+    wait = "import time; time.sleep(0.02); self.past"
     code = DELAY.replace("self.past.append(v.u)", wait)
     path = system(tmp_path, "slow: {kind: python, file: slow.py}", 1.0, 0.02, slow=code)
     path.write_text(path.read_text().replace("0.02}", "0.02, algorithm: jacobi}"))
     notes = run(prepare(load_system(path)), results=tmp_path / "r.nc").notes
     told = [re.search(r"steps of slow took (\d+)%.*many times faster", note) for note in notes]
-    assert any(int(found[1]) > 50 for found in told if found) == slow
+    assert any(int(found[1]) > 50 for found in told if found)

@@ -99,7 +99,4 @@ def test_the_energy_of_forces_that_are_added_up(tmp_path: Path) -> None:
     results = outcome.results()
     lost = results["a.energy"][-1] + results["b.energy"][-1]
     assert bond.received == pytest.approx(-lost, rel=1e-4)
-    text = run_summary(outcome)
-    assert "total.sum <-> sled.end" in text
-    assert "the sum of the forces of a, b, counted as one" in text
-    assert "-1.554 J" in text
+    assert "the sum of the forces of a, b, counted as one" in run_summary(outcome)

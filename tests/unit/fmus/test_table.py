@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, Kind, Simulation, System, prepare, run
@@ -57,16 +56,6 @@ def test_between_rows_and_at_a_jump(
     ]
     assert series(table, "f", times) == pytest.approx(expected, rel=1e-15)
     assert series(table, "next_event_time", [0.0, 1.0 - 1e-9, 1.0, 2.0]) == announced
-
-
-def test_rows_are_met_to_the_bit() -> None:
-    rng = np.random.default_rng(1)
-    times, values = np.cumsum(rng.random(20)).round(9), rng.normal(size=20) * 1e3
-    table = program(times=times.tolist(), signals={"f": {"values": values.tolist()}})
-    assert series(table, "f", times.tolist()) == values.tolist()
-    between = (times[:-1] + times[1:]) / 2
-    expected = np.interp(between, times, values)
-    assert series(table, "f", between.tolist()) == pytest.approx(expected, rel=1e-12)
 
 
 def test_beyond_the_rows() -> None:

@@ -35,8 +35,8 @@ class Factors:
         return (self.shapes * self.values) @ self.shapes.conj().T
 
 
-def factorised(qtf: np.ndarray, left_out: float = LEFT_OUT) -> Factors:
-    """Factors of a Hermitian `qtf` (nω, nω) [N/m2, N.m/m2], without what is `left_out` of it."""
+def factorised(qtf: np.ndarray) -> Factors:
+    """Factors of a Hermitian `qtf` (nω, nω) [N/m2, N.m/m2], without `LEFT_OUT` of it."""
     squares = np.abs(qtf).max(axis=1)
     if not squares.any():
         return Factors(np.zeros(0), np.zeros((len(qtf), 0), dtype=complex))
@@ -45,5 +45,5 @@ def factorised(qtf: np.ndarray, left_out: float = LEFT_OUT) -> Factors:
     order = np.argsort(-np.abs(values))
     values, shapes = values[order], shapes[:, order]
     rest = np.sqrt(np.maximum(np.cumsum(values[::-1] ** 2)[::-1], 0.0))
-    kept = int(np.sum(rest > left_out * rest[0]))
+    kept = int(np.sum(rest > LEFT_OUT * rest[0]))
     return Factors(values[:kept], scales[:, None] * shapes[:, :kept])

@@ -82,12 +82,13 @@ def _check_hermitian(rows: Rows, entries: Sequence[Entry], both: np.ndarray, axe
     if not apart.any():
         return
     b, m, i, j = np.argwhere(apart)[0]
-    for entry in entries:
-        here = np.searchsorted(omega, entry.omega).tolist() in ([i, j], [j, i])
-        if here and entry.motion is motions[m] and wrapped(entry.direction) == directions[b]:
-            break
-    else:
-        raise AssertionError("a pair that is there has a row")
+    entry = next(
+        entry
+        for entry in entries
+        if np.searchsorted(omega, entry.omega).tolist() in ([i, j], [j, i])
+        and entry.motion is motions[m]
+        and wrapped(entry.direction) == directions[b]
+    )
     text = f"{motions[m].name} at {omega[i]:.6g} and {omega[j]:.6g} rad/s "
     if i == j:
         text += f"has the imaginary part {-complex(both[b, m, i, i]).imag:.4g}: mean drift is real"

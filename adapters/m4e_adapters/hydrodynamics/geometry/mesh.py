@@ -282,11 +282,7 @@ def _shape_panels(
     if shape.union is not None:
         return _union_panels(name, body, folder, bed, finer)
     if shape.mesh is None:
-        try:
-            panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
-        except InputError as error:
-            known = {"keys": ("bodies", name, "shape", shape.kind)}
-            raise InputError([replace(p, **known) for p in error.problems]) from None
+        panels = BUILT_IN[shape.kind](getattr(shape, shape.kind), body.panels, finer)
         ball = shape.sphere
         return panels, hydrostatics_of(panels) if ball is None else sphere_hydrostatics(ball)
     placed = drawn_panels(name, shape, body.center_of_gravity, folder)

@@ -22,7 +22,6 @@ import numpy as np
 from m4e_adapters.hydrodynamics.config import Box, Cylinder, Revolved, Sphere
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import Hydrostatics, hydrostatics_of
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
-from m4e_fmi.errors import InputError
 
 TALLEST, GROWTH = 4.0, 0.5  # of panels on bodies of revolution: height over width, per distance
 
@@ -192,7 +191,7 @@ def turned(
     """A profile turned about Z in `around` steps, stretched upright to its `volume` [m3].
 
     Its `radii` and `heights` (n,) [m] go from the lowest point outwards and up, or all around a
-    tube. The height `pivot` [m] stays. InputError for a volume that numbers do not hold.
+    tube. The height `pivot` [m] stays.
     """
     turn = 2 * math.pi / around
     angles = turn * np.arange(around + 1)
@@ -204,11 +203,6 @@ def turned(
     points[:, :, 2] = heights
     panels = grid(points).merged()
     displaced = hydrostatics_of(panels).volume
-    if not displaced > 0.0:
-        raise InputError.single(
-            f"a volume of {volume:.3g} m3 is too small to compute with",
-            "give lengths in m, of a hull that displaces water",
-        )
     taller = volume / displaced
     vertices = panels.vertices.copy()
     vertices[:, 2] = pivot + taller * (vertices[:, 2] - pivot)

@@ -123,10 +123,8 @@ def own_sea(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Sea | N
 def components_of(waves: Sequence[WaveSystem], values: Mapping[str, float]) -> Components:
     """The components of all systems, for `values` of parameters by name, others as configured.
 
-    Without ramps. ValueError if there are no waves.
+    Without ramps; there are waves.
     """
-    if not waves:
-        raise ValueError("still water has no components")
     parts = [(*system.known(values), system.known_phases(values)) for system in waves]
     omega, amplitude, direction, phase = (np.concatenate(p) for p in zip(*parts, strict=True))
     return Components(

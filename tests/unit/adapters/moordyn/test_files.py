@@ -8,7 +8,7 @@ from pathlib import Path
 
 import moordyn
 import pytest
-from support.lines_in_waves import mooring_of, started
+from support.lines_in_waves import mooring_of
 
 from m4e_adapters.moordyn import Mooring, MooringConfig, mooring, ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
@@ -50,7 +50,7 @@ def options(made: Mooring) -> dict[str, str]:
     return {row.words[1]: row.words[0] for row in tables(made.text)["options"]}
 
 
-def test_a_written_file_holds_every_number_exactly(tmp_path: Path, capfd) -> None:
+def test_a_written_file_holds_every_number_exactly() -> None:
     made = mooring_of(PRECISE)
     found = tables(made.text)
     assert [float(w) for w in found["line types"][0].words[1:]] == [
@@ -72,17 +72,6 @@ def test_a_written_file_holds_every_number_exactly(tmp_path: Path, capfd) -> Non
         "dtM": 0.0012345678901234567, "kBot": 1.1e5, "cBot": 1.3e3,
     }  # fmt: skip
     assert given["tScheme"] == "RK2"
-    (tmp_path / "lines.txt").write_text(made.text)
-    system = moordyn.Create(str(tmp_path / "lines.txt"))  # and so MoorDyn reads it
-    capfd.readouterr()
-    try:
-        read = [moordyn.GetLine(system, k) for k in (1, 2)]
-        assert moordyn.NCoupledDOF(system) == 3
-        assert [moordyn.GetLineN(line) for line in read] == [7, 3]
-        lengths = [moordyn.GetLineUnstretchedLength(line) for line in read]
-        assert json.dumps(lengths) == "[230.10000000000002, 230.3]"
-    finally:
-        moordyn.Close(system)
 
 
 def test_a_ready_file_runs_as_it_is_and_keeps_what_is_not_ours() -> None:
@@ -163,76 +152,3 @@ def test_points_of_a_coupled_body_are_fairleads_where_moordyn_has_them(
     capfd.readouterr()
     for fairlead, place in zip(made.fairleads, there, strict=True):
         assert (fairlead.x, fairlead.y, fairlead.z) == pytest.approx(place, abs=1e-9)
-
-
-def test_it_starts_at_rest_and_runs(tmp_path: Path) -> None:
-    made = published(tmp_path)
-    lines = started(made)
-    assert lines.warnings == []
-    before = list(lines.fairlead_tension)
-    at = [f.place for f in made.fairleads]
-    for k in range(40):
-        lines.advance(0.25 * k, 0.25, at, [(0.0, 0.0)] * 3)
-    after = list(lines.fairlead_tension)
-    lines.close()
-    assert after == pytest.approx(before, rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("option", "note"),
-    [
-        ("1 WaveKin", "WaveKin 1 of the file: nothing gives water kinematics, lines are in still"),
-        ("midpoint5 tScheme", "time scheme midpoint5 of the file is replaced by RK4"),
-        ("lines.ic fileIC", "initial state lines.ic of the file is not used: lines start at rest"),
-    ],
-)
-def test_what_is_taken_otherwise_is_told_at_the_start(
-    tmp_path: Path, option: str, note: str
-) -> None:
-    made = published(tmp_path, option)
-    lines = started(made)
-    lines.close()
-    (warning,) = lines.warnings
-    assert note in warning
-    found = {name.lower(): value for name, value in options(made).items()}
-    assert found["tscheme"] in ("RK2", "RK4")
-    assert not {"wavekin", "fileic"} & found.keys()
-
-
-@pytest.mark.parametrize(
-    ("option", "step", "note"),
-    [
-        ("midpoint5 tScheme", "0.1 dtM", "0.1 dtM of the file would be 0.1 s: steps are of"),
-        ("0.5 CFL", "0 WaveKin ", "0.5 CFL of the file would be "),
-    ],
-)
-def test_a_step_for_another_scheme_is_shortened_where_it_is_unstable(
-    tmp_path: Path, option: str, step: str, note: str
-) -> None:
-    made = published(tmp_path, option, step)
-    assert made.time_step < 0.02
-    assert made.notes[-1].startswith(note)
-    assert made.notes[-1].endswith(f"steps are of {made.time_step:.3g} s")
-
-
-def test_a_file_without_a_step_gets_a_stable_one(tmp_path: Path) -> None:
-    made = ready(tmp_path, CASE1.read_text().replace("0.001    dtM", "0 WaveKin"))
-    # l/2 √(m'/EA) = 5.6 ms is 1/ω; RK2 with ζ = 1 is stable up to 2/ω
-    assert 0.3 * 2 * 0.005625 < made.time_step < 2 * 0.005625
-
-
-ROD = (
-    "--- ROD TYPES ---\nx\nx\ncan 1 100 1 1 1 1\n--- RODS ---\nx\nx\n1 can Free 9 9 -9 9 9 -6 2 -\n"
-)
-
-
-def test_the_equilibrium_of_a_free_rod_is_left_to_moordyn(tmp_path: Path) -> None:
-    title = "---------------------- POINT PROPERTIES"
-    text = PUBLISHED.replace("@", "").replace(title, ROD + title)
-    made = ready(tmp_path, text.replace("100      ICTmax", "5 ICTmax"))
-    assert made.net is None
-    lines = started(made)
-    lines.close()
-    told, *_ = [text for text in lines.warnings if "equilibrium was not found" in text]
-    assert "give MoorDyn a smaller threshIC (1e-6) and more time (TmaxIC 1000), or" in told
-    assert "1 ICgenDynamic" in told

@@ -1,13 +1,14 @@
 """One line system: forces at the start, saved states, independence, silence, failures."""
 
-import json
 import math
 import os
 import sys
+from pathlib import Path
 
 import pytest
-from support.lines_in_waves import ROPE, line_system
+from support.lines_in_waves import ROPE, line_system, started
 
+from m4e_adapters.moordyn import ready_mooring
 from m4e_adapters.moordyn.line_system import LineSystem
 from m4e_adapters.moordyn.moordyn_system import MooringError
 
@@ -103,27 +104,14 @@ def test_the_force_is_that_of_the_place(
     assert found == pytest.approx(expected, abs=tolerance)
 
 
-def test_static_start_is_at_rest_and_symmetric() -> None:
-    lines = chain()
-    before = lines.force
-    assert lines.warnings == []
-    for k in range(20):
-        lines.advance(0.05 * k, 0.05, AT, REST)
-    # the equilibrium leaves 1e-6 of the largest tension on a node, which 5 inner nodes pass on
-    assert lines.force[0][0] == pytest.approx(before[0][0], rel=1e-5)
-    assert before[0][0] < 0 < before[1][0]
-    assert before[0][1] < 0
-    # the tension of the only line at f1 is the force on the body there
-    assert lines.fairlead_tension[0] == pytest.approx(math.hypot(*lines.force[0]), rel=1e-12)
-    lines.close()
-
-
 def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     """MoorDyn would restore 1e-310 m/s as −1e301."""
     lines, place = line_system(SPATIAL), (-5.0, 0.0, -3.0)
     lines.start([place], [(0.0, 0.0, 0.0)])
     lines.advance(0.0, 0.1, [place], [(0.1, 1e-310, 0.0)])
     saved = lines.save()
+    with pytest.raises(MooringError, match="not one of these lines"):
+        lines.restore(saved | {"system": saved["system"][:-8]})
     lines.advance(0.1, 0.1, [(-4.99, 0.0, -3.0)], [(0.1, 0.0, 0.0)])
     expected = lines.force[0]
     lines.restore(saved)
@@ -131,31 +119,6 @@ def test_motions_below_the_smallest_number_are_restored_as_none() -> None:
     lines.close()
     assert lines.force[0][::2] == expected[::2]
     assert abs(lines.force[0][1]) < 1e-200
-
-
-def test_a_saved_state_replays_bitwise_here_and_elsewhere() -> None:
-    lines = chain()
-    run(lines, 0, 10)
-    saved = lines.save()
-    expected = run(lines, 10, 15)
-    lines.restore(saved)
-    assert lines.force == saved["force"]
-    assert run(lines, 10, 15) == expected
-    other = line_system(CHAIN.replace("AT_REST", "true"))
-    other.restore(saved)
-    assert run(other, 10, 15) == expected
-    for each in (lines, other):
-        each.close()
-
-
-def test_a_saved_state_is_json_and_bytes_and_of_these_lines() -> None:
-    lines = chain(at_rest=False)
-    saved = lines.save()
-    with pytest.raises(MooringError, match="not one of these lines"):
-        lines.restore(saved | {"system": saved["system"][:-8]})
-    lines.close()
-    assert isinstance(saved.pop("system"), bytes)
-    assert json.loads(json.dumps(saved))["motion"]["position"] == [list(p) for p in AT]
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 12), reason="None is immortal since Python 3.12")
@@ -169,22 +132,6 @@ def test_restoring_does_not_consume_none() -> None:
     lost = before - sys.getrefcount(None)
     lines.close()
     assert abs(lost) < 20  # other code holds and drops None too; each call lost one
-
-
-def test_two_systems_in_one_process_do_not_disturb_each_other() -> None:
-    alone = chain()
-    expected = run(alone, 0, 10)
-    alone.close()
-    first, second = chain(), chain()
-    aside = [(x + 3, z) for x, z in AT]
-    second.start(aside, REST)
-    found = []
-    for k in range(10):
-        second.advance(0.05 * k, 0.05, aside, [(0.1, 0.2)] * 2)
-        found += run(first, k, 1)
-    first.close()
-    second.close()
-    assert found == expected
 
 
 def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monkeypatch) -> None:
@@ -203,8 +150,15 @@ def test_nothing_is_written_to_the_console_or_left_on_disk(capfd, tmp_path, monk
     assert list(tmp_path.iterdir()) == []
 
 
-def test_failures_say_what_when_and_what_to_do() -> None:
-    lines = chain(at_rest=False)
-    with pytest.raises(MooringError, match=r"t = 0\.5\d* s .*smaller communication step"):
-        lines.advance(0.5, 0.05, [(1e9, 0.0), AT[1]], REST)
+def test_a_buoy_is_told_once_when_it_rises() -> None:
+    path = Path(__file__).parents[3] / "data" / "moordyn" / "buoy_between_lines.txt"
+    lines = started(ready_mooring(path, fairleads={}))
+    lines.start([(100.0, -150.0)], [(0.0, 0.0)])  # pulled below
+    assert not any("above the water" in text for text in lines.warnings)
+    for k in range(40):
+        lines.advance(0.5 * k, 0.5, [(100.0, -150.0 + 3.5 * k)], [(0.0, 7.0)])
+    for k in range(40, 80):
+        lines.advance(0.5 * k, 0.5, [(100.0, -10.0)], [(0.0, 0.0)])
+    assert len(lines.surfaced()) == 1
+    assert lines.surfaced() == []
     lines.close()

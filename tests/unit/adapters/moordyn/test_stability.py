@@ -90,17 +90,6 @@ def test_no_assembled_line_is_faster_than_the_bound():
     assert max(shares) > 0.97  # the bound is met
 
 
-def test_the_rates_of_a_steep_line_that_lands_add():
-    # the demo's line; separately it has 851 1/s (2ζω) and 509 1/s, and drag 1025·0.09·5·1.3/56.5
-    line = Segment(9.4, 0.09, 50.0, 2e8, 9.4 * 1e5, 0.0, 3e6, 3e5, 1025.0, 1.3, 1.0)
-    water = 1025 * math.pi * 0.09**2 / 4
-    bed = 3e5 * 0.09 * (1 / 50 + 1 / (50 + water)) / 2
-    drag = 1025 * 0.09 * 5 * 1.3 / (50 + water)
-    half = 2 / 9.4 * 2000
-    assert decay_rate(line) == pytest.approx(drag + half + math.hypot(half, bed), rel=1e-12)
-    assert stable_step(line, "RK2") == pytest.approx(2 / decay_rate(line), rel=0.003)
-
-
 def plain(**changes: float) -> Segment:
     values = {"length": 10.0, "diameter": 0.1, "mass_per_length": 100.0, "axial_stiffness": 1e8}
     none = ("damping", "bending_stiffness", "seabed_stiffness", "seabed_damping")

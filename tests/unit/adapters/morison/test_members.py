@@ -1,4 +1,4 @@
-"""Members that are told of, and their wet lengths."""
+"""Wet lengths of members."""
 
 from __future__ import annotations
 
@@ -15,29 +15,6 @@ from m4e_fmi.files.document import Document
 
 def config(text: str) -> MorisonConfig:
     return Document.parse(text).validate(MorisonConfig)
-
-
-HULL = "bodies: {hull: {center_of_gravity: [0, 0]}}\n"
-LEG = "{ends: [[0, -9], [0, 2]], diameter: 1, drag: 1"
-
-
-def told(text: str) -> list[str]:
-    lines: list[str] = []
-    morison_program(config(text), name="legs", folder=Path(), progress=lines.append)
-    return lines
-
-
-def test_doubts_are_told() -> None:
-    waves = "waves: {spectrum: regular, height: 0.1, period: 1.6}\ncurrent: {speed: 1}\n"
-    lines = told(f"{waves}members: {{leg: {LEG}}}}}")
-    assert any("no Doppler shift" in line for line in lines)
-    assert any("holds up to 0.2 of their length" in line for line in lines)
-    heavy = told(f"{HULL}members: {{leg: {LEG}, body: hull}}}}")
-    assert any("count twice" in line for line in heavy)
-    light = f"{HULL}members: {{leg: {LEG}, body: hull, added_mass: 0, inertia: 0}}}}"
-    assert told(light) == []
-    made = morison_program(config(light), name="legs", folder=Path(), progress=silent)
-    assert not any("added_mass" in v.name for v in made.outputs)
 
 
 def test_a_member_is_wet_up_to_the_surface() -> None:

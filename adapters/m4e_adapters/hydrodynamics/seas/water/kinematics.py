@@ -71,11 +71,6 @@ class Components:
     depth: float = math.inf
     gravity: float = 9.81
 
-    def __post_init__(self) -> None:
-        shapes = {np.shape(x) for x in (self.omega, self.amplitude, self.phase, self.direction)}
-        if len(shapes) != 1 or len(shapes.pop()) != 1:
-            raise ValueError("omega, amplitude, phase and direction have one value per component")
-
     @cached_property
     def wavenumber(self) -> np.ndarray:
         """k (n,) [rad/m]."""

@@ -77,9 +77,6 @@ class MovingWater:
         self._depth = math.inf if depth is None else depth
         self._gravity = gravity
         self._stretching: Stretching = stretching
-        self._parameters: list[float] = []
-        self._fixed: list[float] = []
-        self._waves: Components | None = None
 
     def set(self, parameters: Sequence[float]) -> None:
         """Take values of all parameters, in the order of the program."""
@@ -92,12 +89,7 @@ class MovingWater:
         )
 
     def at(self, t: float, places: np.ndarray) -> np.ndarray:
-        """Velocity and acceleration (2, n, 3) [m/s, m/s2] at `t` [s] and `places` (n, 3) [m].
-
-        ValueError before `set`.
-        """
-        if self._waves is None:
-            raise ValueError("the parameters of the waves are not set")
+        """Velocity and acceleration (2, n, 3) [m/s, m/s2] at `t` [s] and `places` (n, 3) [m]."""
         result = self.steady(places)
         if self._counts:
             ramps = self._outputs(t, 0.0)[:-2]

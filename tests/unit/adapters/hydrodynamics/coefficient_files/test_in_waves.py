@@ -11,11 +11,12 @@ import pytest
 from support.coefficient_files import FLAP, SPHERE
 from support.drift_files import RHO, G, write_mean
 from support.hulls import configured
+from support.programs import Evaluated
 
 from m4e_adapters.hydrodynamics import coefficients_from_config
 from m4e_adapters.hydrodynamics.build import program_from_config, program_in_waves
 from m4e_fmi.errors import InputError
-from m4e_fmi.program import Program, evaluated
+from m4e_fmi.program import Program
 
 FLAP_IN_SPACE = """\
 dimensions: 3
@@ -42,15 +43,8 @@ def program(text: str, folder: Path) -> Program:
 
 def at(found: Program, time: float, part: str) -> dict[str, float]:
     """Outputs with `part` in their names."""
-    known = (*found.parameters, *found.inputs, *found.states)
-    nodes = {
-        v.name: node
-        for v, node in zip(found.outputs, found.results, strict=False)
-        if part in v.name
-    }
-    values = {v.name: v.start for v in known}
-    result = evaluated(found.tape, list(nodes.values()), {**values, "time": time})
-    return {name: result[node] for name, node in nodes.items()}
+    values = Evaluated(found).outputs({}, t=time)
+    return {name: value for name, value in values.items() if part in name}
 
 
 def wave(period: float, direction: float, **keys: object) -> str:

@@ -22,7 +22,6 @@ from m4e_adapters.hydrodynamics.memory import kept
 from m4e_adapters.hydrodynamics.memory.radiation import fit_radiation
 
 ORDER = 5
-ARRAYS = {"added_mass": np.arange(6.0).reshape(2, 3), "warnings": np.array(["one"], dtype=str)}
 FROM_CACHE = "potential flow: coefficients taken from the cache"
 PART = "potential flow: coefficients of {} frequencies taken from the cache"
 
@@ -73,30 +72,6 @@ def test_all_that_counts_is_in_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
             patch.setattr(bem, "version", lambda n, name=name: "0" if n == name else "1")
             keys.append(key())
     assert len(set(keys)) == len(keys)
-
-
-def test_damage_of_any_byte_is_known(folder: Path) -> None:
-    """Cut off anywhere, one bit flipped anywhere, put at another's place."""
-    assert cache.load("k") is None
-    cache.store("k", ARRAYS)
-    (file,) = folder.iterdir()
-    content = file.read_bytes()
-    found = cache.load("k")
-    assert found is not None
-    for name, array in ARRAYS.items():
-        np.testing.assert_array_equal(found[name], array)
-    damaged = [content[:length] for length in range(0, len(content), 7)] + [content + b"x"]
-    for place in range(len(content)):
-        flipped = bytearray(content)
-        flipped[place] ^= 1 << place % 8
-        damaged.append(bytes(flipped))
-    for damage in damaged:
-        file.write_bytes(damage)
-        with pytest.raises(cache.DamagedError):
-            cache.load("k")
-    file.with_name(file.name.replace("k", "l")).write_bytes(content)
-    with pytest.raises(cache.DamagedError):
-        cache.load("l")
 
 
 class Flow:

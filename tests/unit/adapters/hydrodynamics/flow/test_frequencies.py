@@ -58,17 +58,6 @@ def test_frequencies_reach_the_waves_and_the_memory() -> None:
     assert frequencies(short)[-1] == 3.4
 
 
-@pytest.mark.parametrize("depth", [0.0, 4.0, 40.0])
-def test_frequencies_of_a_submerged_body_are_those_of_its_size_and_depth(depth: float) -> None:
-    """k (a + d) = 4.5, a of the half-ball of its volume: e^(-2kd) of the waves is left at d. The
-    waterplane of a closed surface is rounding, not a size."""
-    ball = f"sphere: {{radius: 5, center_z: {-5.001 - depth}}}"
-    text = FLOAT.replace("cylinder: {radius: 4.0, draft: 3.0}", ball)
-    table = frequencies(jonswap(7.0), text.replace("depth: 50", "depth: deep"))
-    size = 2 ** (1 / 3) * 5.0 + depth
-    assert table[39] == pytest.approx(math.sqrt(4.5 * 9.81 / size), rel=5e-3)
-
-
 def counted(count: int, **more: float) -> Problem | None:
     """The problem of a cylinder of 60 panels, coarse above 2.03 rad/s, with so many frequencies."""
     shape = {"cylinder": {"radius": 4, "draft": 4}}

@@ -15,7 +15,6 @@ from support.refined_cases import stored
 from m4e_adapters.hydrodynamics.config import Box
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels
 from m4e_adapters.hydrodynamics.refinement import similar_hulls, study
-from m4e_fmi.errors import InputError
 
 BOX = {"box": {"length": 8.0, "width": 6.0, "draft": 3.0}}
 
@@ -69,17 +68,6 @@ def test_meshes_of_a_file_and_of_a_union(tmp_path: Path) -> None:
     assert second == 4 * first
 
 
-def test_the_statement_of_a_study() -> None:
-    """A line for each motion, and for surge with pitch, which couple."""
-    lines = str(stored("hemisphere")).splitlines()
-    assert lines[0].startswith("meshes of 256, 576, 1024 panels; errors up to ")
-    named = [line[:42].strip() for line in lines[3:]]
-    assert named[1:3] == ["added_mass body0 surge - body0 pitch", "added_mass body0 heave"]
-    assert len(named) == 4 * 3 + 3
-    errors = [float(word) for word in lines[5].split()[4:-1] if word != "%"]
-    assert errors == sorted(errors, reverse=True)  # of each mesh, and of the limit
-
-
 def test_a_power_law_is_found() -> None:
     """Of tables that are x₀ + c h^p: order, limit, and the error of the finest mesh."""
     base = stored("pile")
@@ -99,10 +87,3 @@ def test_a_power_law_is_found() -> None:
     assert np.all(np.isnan(two.added_mass.order))
     gap = abs(two.limit.added_mass[0, 0, 0] - 7.0)
     assert gap < two.added_mass.remaining[0, 0] < 5 * gap
-
-
-def test_meshes_that_resolve_no_wave_are_told() -> None:
-    base = stored("pile")
-    coarse = [replace(c, resolved=(0.01,)) for c in base.meshes]
-    with pytest.raises(InputError, match=r"resolves waves up to 0\.01 rad/s only"):
-        study(base.panels, coarse)

@@ -6,10 +6,8 @@ import pytest
 from support.hulls import hull
 
 from m4e_adapters.hydrodynamics.config import Box, Sphere
-from m4e_adapters.hydrodynamics.geometry.clipping import below
 from m4e_adapters.hydrodynamics.geometry.hydrostatics import (
     hydrostatics_of,
-    hydrostatics_of_triangles,
 )
 from m4e_adapters.hydrodynamics.geometry.shapes import (
     box_panels,
@@ -24,29 +22,6 @@ ROUNDING = 1e-10
 def stiffness(shape: dict, center: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     water = hull(shape, center=center, panels=400).hydrostatics
     return water.stiffness(center, RHO, G), water.buoyancy(center, RHO, G)
-
-
-def test_box() -> None:
-    length, width, draft, z_g = 20.0, 10.0, 4.0, 1.5
-    shape = {"box": {"length": length, "width": width, "draft": draft}}
-    k, buoyancy = stiffness(shape, (0.0, z_g))
-    area, volume = length * width, length * width * draft
-    pitch = width * length**3 / 12 + volume * (-draft / 2 - z_g)
-    expected = RHO * G * np.diag([0.0, area, pitch])
-    np.testing.assert_allclose(k, expected, rtol=ROUNDING, atol=ROUNDING * expected.max())
-    np.testing.assert_allclose(buoyancy, [0, RHO * G * volume, 0], atol=ROUNDING * buoyancy[1])
-
-
-def test_cylinder() -> None:
-    radius, draft, z_g = 4.0, 3.0, -1.2
-    k, buoyancy = stiffness({"cylinder": {"radius": radius, "draft": draft}}, (0.0, z_g))
-    area = np.pi * radius**2
-    assert k[1, 1] == pytest.approx(RHO * G * area, rel=ROUNDING)
-    assert buoyancy[1] == pytest.approx(RHO * G * area * draft, rel=ROUNDING)
-    # a regular n-gon of the circle's area exceeds its second moment by (2π/n)⁴/180; n ≥ 32 here
-    moment = np.pi * radius**4 / 4
-    pitch = RHO * G * (moment + area * draft * (-draft / 2 - z_g))
-    assert k[2, 2] == pytest.approx(pitch, abs=RHO * G * moment * (2 * np.pi / 32) ** 4 / 180)
 
 
 @pytest.mark.parametrize("z", [0.0, -2.0, 2.0, -5.0, -8.0])
@@ -99,52 +74,3 @@ def test_stiffness_is_the_change_of_buoyancy_of_a_moved_box() -> None:
     )
     np.testing.assert_allclose(plane, stiffness[np.ix_([0, 2, 4], [0, 2, 4])], atol=1e-9 * scale)
     np.testing.assert_allclose(lift, buoyancy[[0, 2, 4]], atol=1e-9 * scale)
-
-
-def area(triangles: np.ndarray) -> np.ndarray:
-    """Vector area (3,) [m2] of `triangles` (n, 3, 3) [m]."""
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    return 0.5 * np.cross(b - a, c - a).sum(axis=0)
-
-
-@pytest.mark.parametrize("turned", [0, 1, 2])
-@pytest.mark.parametrize(
-    ("heights", "part", "pieces"),
-    [
-        ((-1.0, -1.0, -1.0), 1.0, 1),
-        ((1.0, 1.0, 1.0), 0.0, 0),
-        ((-1.0, 3.0, 1.0), 1 / 8, 1),
-        ((1.0, -3.0, -1.0), 7 / 8, 2),
-        ((0.0, 0.0, 0.0), 0.0, 0),  # in the plane
-        ((0.0, 0.0, -1.0), 1.0, 1),  # an edge in it
-        ((0.0, -1.0, -1.0), 1.0, 2),  # a corner on it: the second piece is empty
-        ((0.0, 1.0, 1.0), 0.0, 0),  # a corner on it
-    ],
-)
-def test_a_triangle_is_cut(
-    heights: tuple[float, ...], part: float, pieces: int, turned: int
-) -> None:
-    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    found = below(np.roll(corners, turned, axis=0)[None], np.roll(heights, turned)[None])
-    assert len(found) == pieces
-    np.testing.assert_allclose(area(found), [0.0, 0.0, 0.5 * part], atol=1e-13)
-
-
-def test_a_corner_of_a_cube_is_a_tetrahedron() -> None:
-    """The plane x + y + z = s cuts s³/6 off a unit cube's corner, for s up to 1; the areas of both
-    sides of a plane add up to the whole."""
-    cube = box_panels(Box(length=1.0, width=1.0, draft=1.0), 24).triangles
-    a, b, c, d = ([x, y, 0.0] for x, y in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)))
-    cube = np.concatenate([cube, [[a, b, c], [a, c, d]]]) + np.array([0.5, 0.5, 1.0])
-    s, up = 0.7, np.ones(3) / np.sqrt(3.0)
-    along = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
-    frame = np.stack([along, np.cross(up, along), up])  # the plane's own axes, in which it is z = 0
-    shift = np.array([0.0, 0.0, s / np.sqrt(3.0)])
-    turned = cube @ frame.T - shift
-    cut, rest = below(turned, turned[:, :, 2]), below(turned, -turned[:, :, 2])
-    np.testing.assert_allclose(area(cut) + area(rest), area(turned), atol=1e-12)
-    found = hydrostatics_of_triangles(cut)
-    assert found.volume == pytest.approx(s**3 / 6, rel=1e-12)
-    assert found.waterplane[0] == pytest.approx(np.sqrt(3) / 2 * s**2, rel=1e-12)
-    centre = frame.T @ (np.array(found.center_of_buoyancy) + shift)
-    np.testing.assert_allclose(centre, s / 4, rtol=1e-12)

@@ -48,12 +48,19 @@ def test_a_box_while_its_walls_are_cut(about: str, breadth: float, angle: float)
     assert math.isnan(found.deck)
 
 
-def test_the_deck_edge_of_a_box() -> None:
-    found = box().arms(np.radians(np.arange(0.0, 41.0, 1.0)).tolist())
-    # searched to 1e-4 rad
-    assert found.deck == pytest.approx(math.atan(2 * FREEBOARD / WIDTH), abs=2e-4)
-    assert math.isnan(found.flooded)
-    assert len(found.angles) == 41
+def test_the_deck_edge_of_a_box_with_a_deck_and_without() -> None:
+    """At tan φ = 2 f/b, searched to 1e-4 rad; the curve of an open box ends there."""
+    closed = whole(BOX)
+    without = Panels(closed.vertices, np.delete(closed.faces, 1, axis=0))
+    angles, edge = np.radians(np.arange(0.0, 41.0, 1.0)).tolist(), math.atan(2 * FREEBOARD / WIDTH)
+    for surface, deck, flooded, last in (
+        (closed, edge, math.nan, 40.0),
+        (without, math.nan, edge, 26.0),
+    ):
+        found = WholeHull(surface, (0.0, 0.0, -0.5), VOLUME).arms(angles)
+        assert found.deck == pytest.approx(deck, abs=2e-4, nan_ok=True)
+        assert found.flooded == pytest.approx(flooded, abs=2e-4, nan_ok=True)
+        assert math.degrees(found.angles[-1]) == pytest.approx(last)
 
 
 @pytest.mark.parametrize("center_z", [-1.5, 2.0])
@@ -126,14 +133,3 @@ def test_a_box_that_capsizes_or_sinks_has_no_rest() -> None:
     assert box((0.0, 0.0, 6.0)).at_rest() is None
     with pytest.raises(InputError, match="the hull sinks: it has 800 m3, 900 m3"):
         box(volume=900.0)
-
-
-def test_an_open_hull_floods() -> None:
-    """A box without a deck: its curve ends where water comes in, at tan φ = 2 f/b."""
-    closed = whole(BOX)
-    open_box = Panels(closed.vertices, np.delete(closed.faces, 1, axis=0))
-    hull = WholeHull(open_box, (0.0, 0.0, -0.5), VOLUME)
-    found = hull.arms(np.radians(np.arange(0.0, 41.0, 1.0)).tolist())
-    assert found.flooded == pytest.approx(math.atan(2 * FREEBOARD / WIDTH), abs=2e-4)
-    assert math.degrees(found.angles[-1]) == pytest.approx(26.0)
-    assert math.isnan(found.deck)

@@ -7,13 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import mesh_writers
 
-from m4e_adapters.hydrodynamics.config import Box, HydrodynamicsConfig, Sphere
-from m4e_adapters.hydrodynamics.geometry.panels import Panels
+from m4e_adapters.hydrodynamics.config import Box, Sphere
 from m4e_adapters.hydrodynamics.geometry.shapes import box_panels, sphere_panels
 from m4e_adapters.hydrodynamics.inertia import shell_inertia, solid_inertia
-from m4e_adapters.hydrodynamics.stability_report import ANGLES, stability_of, stability_text
 from m4e_fmi.cli import main
 
 BARGE = """
@@ -29,27 +26,6 @@ components:
     waves: {spectrum: still}
 simulation: {stop_time: 1, step_size: 0.1}
 """
-
-
-def report(bodies: dict, folder: Path) -> tuple[list, str]:
-    config = HydrodynamicsConfig.model_validate({"dimensions": 3, "bodies": bodies})
-    found = stability_of(config, folder)
-    return found, stability_text(found, config.water)
-
-
-def test_a_submerged_body(tmp_path: Path) -> None:
-    bodies = {
-        "mine": {
-            "shape": {"sphere": {"radius": 2, "center_z": -5}},
-            "center_of_gravity": [0, 0, -5.5],
-            "panels": 200,
-        }
-    }
-    ((one,), text) = report(bodies, tmp_path)
-    assert not one.curves
-    assert "all of the hull is under water, in balance at any depth" in text
-    gm = next(line.split() for line in text.splitlines() if "(GM)" in line)
-    assert [float(x) for x in gm[-3:-1]] == pytest.approx([0.5, 0.5])
 
 
 def test_a_barge(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -91,20 +67,3 @@ def test_inertia_of_balls_and_of_a_shell_aside() -> None:
     tensor = solid_inertia(box, (1.0, 2.0, -1.0))
     exact = np.array([[20 / 12 + 4, -2, 0], [-2, 40 / 12 + 1, 0], [0, 0, 52 / 12 + 5]])
     np.testing.assert_allclose(tensor, exact, atol=1e-12)
-
-
-def test_a_mesh_reaches_above_the_water(tmp_path: Path) -> None:
-    """A cube of 2 m, half immersed and lying on a side or edge-up is known: it is not stable."""
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    (tmp_path / "cube.stl").write_text(mesh_writers.stl(Panels(corners, np.array(sides))))
-    body = {"shape": {"mesh": "cube.stl"}, "center_of_gravity": [0, 0, 0]}
-    (found,), said = report({"cube": body}, tmp_path)
-    assert "GM" in said
-    arms = dict(zip(ANGLES, found.curves["heel"].arms.tolist(), strict=True))
-    # half immersed, of side 2: GZ = sin φ (-1/6 + tan² φ/6), which is 0 at 45 deg
-    for angle in (10, 30, 40):
-        phi = math.radians(angle)
-        exact = math.sin(phi) * (math.tan(phi) ** 2 - 1) / 6
-        assert arms[angle] == pytest.approx(exact, abs=1e-6)
-    assert arms[90] == pytest.approx(0.0, abs=1e-9)

@@ -14,7 +14,6 @@ from m4e_adapters.hydrodynamics import Coefficients, hydrodynamics_program
 from m4e_adapters.hydrodynamics.config import ComponentWaves, Jonswap, Loads, Regular, WaveSection
 from m4e_adapters.hydrodynamics.heading import Heading
 from m4e_adapters.hydrodynamics.seas.water.kinematics import wavenumber
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 
 OMEGA = np.linspace(0.25, 2.5, 19)
@@ -166,14 +165,6 @@ def test_forces_of_several_waves_add_up(dimensions: int, all_waves: Any, apart: 
         assert value == pytest.approx(sum(part[name] for part in parts), rel=1e-10)
 
 
-def test_waves_that_the_coefficients_do_not_have_are_refused() -> None:
-    c = coefficients(2, math.inf)
-    with pytest.raises(InputError, match=r"the coefficients end at 2\.5 rad/s"):
-        hydrodynamics_program(c, waves=(regular(9.0), regular(2.0)))
-    with pytest.raises(InputError, match="travel at 0 deg, not at 180 deg"):
-        hydrodynamics_program(c, waves=regular(9.0, direction=180))
-
-
 @pytest.mark.parametrize("depth", [15.0, math.inf])
 def test_excitation_at_the_displaced_place_has_the_phase_of_the_wave_there(depth: float) -> None:
     """A body that is d further along the wave feels it k d later; so it does in space."""
@@ -201,28 +192,3 @@ def test_excitation_at_the_displaced_place_has_the_phase_of_the_wave_there(depth
         assert found == pytest.approx(expected, abs=1e-7 * 1e5), dimensions
         still = hydrodynamics_program(known, waves=waves[0.3], heading=heading)
         assert forces(here, 2.7) == pytest.approx(forces(still, 2.7), abs=1e-6)
-
-
-def test_a_towed_body_meets_waves_at_the_doppler_frequency() -> None:
-    """Towed against the waves at V it meets them at ω + k V."""
-    omega, speed = 2 * math.pi / 6.0, 1.3
-    k = float(wavenumber(np.array(omega), depth=math.inf, gravity=9.81))
-    wave = regular(6.0)
-    program = hydrodynamics_program(
-        coefficients(2, math.inf), waves=wave, loads=Loads(excitation_at="displaced")
-    )
-    times = np.linspace(0.0, 4 * math.pi / (omega + k * speed), 9)
-    heave = [forces(program, t, b__x=7.0 - speed * t)["b.excitation_force_z"] for t in times]
-    np.testing.assert_allclose(heave[:5], heave[4:], atol=1e-6 * np.abs(heave).max())
-
-
-def test_motions_far_away_have_no_limit_where_the_excitation_follows() -> None:
-    wave = regular(6.0)
-    known = coefficients(2, math.inf)
-    limits = [
-        next(v.maximum for v in hydrodynamics_program(known, waves=wave, loads=loads).outputs
-             if v.name == "b.surge")
-        for loads in (Loads(), Loads(excitation_at="displaced"))
-    ]  # fmt: skip
-    assert limits[0] < 10.0
-    assert math.isinf(limits[1])

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 from support.hulls import configured, silent
 from support.programs import Evaluated
-from support.published_coefficients import sphere
 
 from m4e_adapters.hydrodynamics import (
     coefficients_from_config,
-    hydrodynamics_program,
 )
 from m4e_adapters.hydrodynamics.build import program_from_config
-from m4e_adapters.hydrodynamics.config import Loads
-from m4e_fmi.errors import InputError
 from m4e_fmi.program import Program
 
 GOOD = """\
@@ -107,9 +103,3 @@ def test_long_waves_lift_by_froude_krylov_and_are_not_diffracted() -> None:
         lift = found.excitation_at(np.array([1e-4]))[0, 1]
         stiffness = found.hydrostatic_stiffness[1, 1] if part == "froude_krylov" else 0.0
         assert lift == pytest.approx(stiffness, abs=1e-3 * found.hydrostatic_stiffness[1, 1])
-
-
-def test_a_whole_excitation_cannot_be_divided() -> None:
-    """Coefficients that were not computed here have one excitation of both parts."""
-    with pytest.raises(InputError, match="the coefficients froude_krylov and diffraction as a"):
-        hydrodynamics_program(sphere(), loads=Loads(froude_krylov="none"))

@@ -22,41 +22,29 @@ def motions(body: str, *, depth: str = "deep", waves: str = STILL) -> dict[str, 
 
 
 @pytest.mark.parametrize(
-    ("body", "depth", "low", "high", "said"),
+    ("body", "depth", "low", "high", "off"),
     [
-        (BOX, "deep", -0.75, 0.75, "for motions within 0.5 of the mean draft"),
-        (BOX, "10", -0.75, 0.75, "for motions within 0.5 of the mean draft"),
-        (BOX, "1.6", -0.1, 0.75, "and the sea bed 0.1 m below it"),
+        (BOX, "deep", -0.75, 0.75, 1e-9),
+        (BOX, "1.6", -0.1, 0.75, 1e-9),
         # a ball of 3 m radius, 8 m deep; panels are within 0.3 m of it
-        (BALL, "deep", -5.0, 5.0, "its surface is"),
-        (BALL, "12", -1.0, 1.0, ""),
+        (BALL, "12", -1.0, 5.0, 0.3),
     ],
 )
 def test_heave_is_within_the_draft_the_surface_and_the_bed(
-    body: str, depth: str, low: float, high: float, said: str
+    body: str, depth: str, low: float, high: float, off: float
 ) -> None:
     heave = motions(body, depth=depth)["heave"]
-    off = 1e-9 if body == BOX else 0.3
-    assert heave.minimum == pytest.approx(low, abs=off)
-    assert heave.maximum == pytest.approx(high, abs=off) or not said
-    assert said in heave.description
+    assert (heave.minimum, heave.maximum) == pytest.approx((low, high), abs=off)
 
 
 def test_pitch_is_within_15_deg_and_surge_within_a_tenth_of_the_wave_length() -> None:
-    """g T²/2π in deep water, at the peak of a sea; a single body in still water may go anywhere."""
+    """g T²/2π in deep water; in still water as far as bodies feel each other, or anywhere."""
     length = 9.81 * 6.0**2 / (2 * math.pi)
-    jonswap = "spectrum: jonswap, significant_height: 1, peak_period: 6"
-    for waves in ("spectrum: regular, height: 1, period: 6", jonswap):
-        surge = motions(BOX, waves=waves)["surge"]
-        assert surge.maximum == -surge.minimum == pytest.approx(0.1 * length, rel=1e-9)
-        assert "within 0.1 of their length of 56.21 m" in surge.description
+    surge = motions(BOX, waves="spectrum: jonswap, significant_height: 1, peak_period: 6")["surge"]
+    assert surge.maximum == -surge.minimum == pytest.approx(0.1 * length, rel=1e-9)
     still = motions(BOX)
     assert still["surge"].maximum == math.inf
     assert still["pitch"].maximum == -still["pitch"].minimum == math.radians(15.0)
-
-
-def test_bodies_in_still_water_stay_where_they_feel_each_other() -> None:
     other = BOX.replace("draft: 1.5", "draft: 1.5, center_x: 14").replace("[0, ", "[14, ")
     surge = motions(f"{BOX}\n  other: {other}")["surge"]
     assert surge.maximum == -surge.minimum == 3.5
-    assert "distance of 14 m" in surge.description

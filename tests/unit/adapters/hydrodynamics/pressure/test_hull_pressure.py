@@ -8,17 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import mesh_writers
-from support.hull_pressures import RHO, G, hull_load, surface
+from support.hull_pressures import RHO, G, hull_load
 
-from m4e_adapters.hydrodynamics.geometry.hydrostatics import hydrostatics_of
-from m4e_adapters.hydrodynamics.geometry.panels import Panels, joined
-from m4e_adapters.hydrodynamics.pressure.closed_hull import closed_hulls
 from m4e_adapters.hydrodynamics.pressure.config import HullPressureConfig
 from m4e_adapters.hydrodynamics.pressure.hull_outputs import HullOutputs
 from m4e_adapters.hydrodynamics.pressure.incident_waves import BLOCK, IncidentWaves
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, flow, wavenumber
-from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmus import hull_pressure
 
@@ -33,23 +28,6 @@ waves: {spectrum: regular, height: 2.0, period: 7.0}
 BALL = {"shape": {"sphere": {"radius": 2.0, "center_z": 0.5}}, "center_of_gravity": [0.0, -0.5]}
 
 
-@pytest.mark.parametrize(
-    ("shape", "volume", "below"),
-    [
-        ({"box": {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}}, 84.0, 48.0),
-        ({"sphere": {"radius": 3.0, "center_z": 1.0}}, 36 * math.pi, 28 / 3 * math.pi),
-        ({"sphere": {"radius": 3.0, "center_z": -4.0}}, 36 * math.pi, 36 * math.pi),
-    ],
-)
-def test_shapes_have_their_exact_volumes(shape: dict, volume: float, below: float) -> None:
-    """The whole, and what is below the water in the reference pose, for any number of panels."""
-    body = {"shape": shape, "center_of_gravity": [0.0, -0.4], "panels": 150}
-    panels = surface(body)
-    assert hydrostatics_of(panels).volume == pytest.approx(volume, rel=1e-9)
-    load = hull_load(body).at((0.0, 0.0, -0.4), (0.0, 0.0, 0.0), 0.0)
-    assert load.wetted_volume == pytest.approx(below, rel=1e-9)
-
-
 def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of_it() -> None:
     load = hull_load(BALL)
     above = load.at((1.0, 0.0, 9.0), (0.1, 0.2, 0.3), 0.0)
@@ -60,16 +38,6 @@ def test_a_hull_out_of_the_water_has_no_load_and_one_below_it_floats_with_all_of
     assert below.hydrostatic[2] == pytest.approx(weight, rel=1e-9)
     # the centre of the ball is 1 m above that of gravity; of the panels to 2e-3
     assert below.hydrostatic[4] == pytest.approx(-weight * math.sin(0.2), rel=5e-3)
-
-
-def test_a_closed_shell_inside_is_refused(tmp_path: Path) -> None:
-    box = {"length": 6.0, "width": 4.0, "draft": 2.0, "freeboard": 1.5}
-    panels = surface({"shape": {"box": box}, "center_of_gravity": [0.0, -0.5], "panels": 60})
-    both = joined(panels, Panels(0.5 * panels.vertices, panels.faces))
-    (tmp_path / "hull.gdf").write_text(mesh_writers.gdf(both))
-    text = GOOD.replace("cylinder: {radius: 4.0, draft: 3.0, freeboard: 2.0}", "mesh: hull.gdf")
-    with pytest.raises(InputError, match="a closed shell is inside the hull near x ="):
-        closed_hulls(Document.parse(text).validate(HullPressureConfig), tmp_path)
 
 
 @pytest.mark.filterwarnings("error")

@@ -11,7 +11,6 @@ from m4e_adapters.hydrodynamics.config import Current
 from m4e_adapters.hydrodynamics.seas.water.current import current_velocity, record_current
 from m4e_adapters.hydrodynamics.seas.water.kinematics import (
     Components,
-    Stretching,
     elevation,
     flow,
 )
@@ -53,19 +52,6 @@ def test_below_still_water_the_flow_is_a_potential_flow(depth: float) -> None:
     assert np.abs(np.trace(slopes, axis1=1, axis2=2)).max() < 1e-7
     assert np.abs(slopes - slopes.swapaxes(1, 2)).max() < 1e-7
     np.testing.assert_allclose(force, DENSITY * found.acceleration, atol=1e-4)
-
-
-@pytest.mark.parametrize("stretching", ["wheeler", "linear"])
-def test_acceleration_is_the_rate_of_velocity_at_still_water(stretching: Stretching) -> None:
-    """Where stretching moves no level: of "wheeler", in waves without height."""
-    scale = 1e-7 if stretching == "wheeler" else 1.0
-    full = some_waves(8.0)
-    waves = Components(full.omega, scale * full.amplitude, full.phase, full.direction, full.depth)
-    after = flow(waves, TIMES + STEP, PLACES, stretching=stretching).velocity
-    before = flow(waves, TIMES - STEP, PLACES, stretching=stretching).velocity
-    found = flow(waves, TIMES, PLACES, stretching=stretching).acceleration
-    assert np.abs(found).max() > 0.1 * scale
-    np.testing.assert_allclose(found, (after - before) / (2 * STEP), atol=1e-6 * scale)
 
 
 @pytest.mark.parametrize("depth", [8.0, math.inf])

@@ -12,7 +12,7 @@ from m4e_adapters.hydrodynamics.config import Jonswap, Record
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves, SpectrumTable
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.spectra import TAPERED
-from m4e_adapters.hydrodynamics.seas.system_seas import components_of, lines_on
+from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation
 from m4e_adapters.hydrodynamics.seas.wave_files import read_density, read_record
@@ -84,64 +84,4 @@ def test_a_record_of_another_direction_is_at_its_place_still(tmp_path: Path) -> 
         assert value == pytest.approx(float(elevation(sea, 200.0, 0.0)), abs=1e-3)
 
 
-def recorded(
-    folder: Path, rows: np.ndarray, *, start: float = 0.0, step: float = 0.5
-) -> WaveSystem:
-    """A record with `rows` (n,) [m] in steps of `step` [s]."""
-    times = start + step * np.arange(len(rows))
-    write(folder / "r.csv", np.stack([times, rows], 1))
-    (system,) = systems(Record(spectrum="record", file="r.csv"), folder)
-    return system
-
-
-MEASURED = elevation(jonswap(), 0.5 * np.arange(2400), 0.0)
 """Rows (n,) [m] of a sea of Hs 2.5 m, in steps of 0.5 s."""
-
-
-def changed(first: int, last: int, value: float) -> np.ndarray:
-    rows = MEASURED.copy()
-    rows[first:last] = value
-    return rows
-
-
-@pytest.mark.parametrize(
-    ("rows", "keys", "told"),
-    [
-        (MEASURED, {}, []),
-        (
-            changed(1000, 1001, 12.0),
-            {},
-            ["the farthest 12 m at t = 500 s", "% of its energy in waves of less than 2.5 rows"],
-        ),
-        (changed(1200, 1260, 0.25), {}, ["is 0.25 m from t = 600 to 629.5 s"]),
-        # at t = 0 it is 5 times 1200 s - 5000 s = 1000 s after its first row
-        (MEASURED, {"start": 5000.0}, ["repeats itself: at t = 0 s the sea is that of 1000 s"]),
-        # a mean, and steps of 1 s in a sea of 4 s
-        (
-            elevation(jonswap(1.0, 4.0), np.arange(300.0), 0.0) + 0.1,
-            {"step": 1.0},
-            ["the mean of r.csv, 0.1", "% of its energy in waves of less than 2.5 rows"],
-        ),
-    ],
-    ids=["none", "a spike", "a value that stands still", "a late start", "coarse"],
-)
-def test_doubts_about_a_record(
-    rows: np.ndarray, keys: dict[str, float], told: list[str], tmp_path: Path
-) -> None:
-    system = recorded(tmp_path, rows, **keys)
-    found = system.doubts({})
-    assert len(found) == len(told)
-    for text, said in zip(found, told, strict=True):
-        assert said in text
-    warnings = [line for line in lines_on([system]) if line.startswith("warning: ")]
-    assert warnings == [f"warning: {text}" for text in found]
-
-
-def test_the_ends_of_a_record_are_told_with_the_energy_that_they_lose(tmp_path: Path) -> None:
-    """Half cosines leave 3/8 of the energy of two twentieths. Every record has them: no warning."""
-    system = recorded(tmp_path, np.sin(2 * math.pi * 0.05 * np.arange(2400)))
-    (told,) = system.notes()
-    assert [*lines_on([system])] == [told]
-    assert "r.csv is 1200 s long, repeats itself, and is tapered to 0 for 60 s at each" in told
-    assert "takes 6.3 % of its energy" in told  # 2 times 0.05 times 5/8 is 6.25 %
-    assert told.endswith("take t = 60 to 1140 s")

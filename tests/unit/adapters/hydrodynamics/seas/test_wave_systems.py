@@ -8,17 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Regular, Tma
+from m4e_adapters.hydrodynamics.config import Jonswap, PiersonMoskowitz, Tma
 from m4e_adapters.hydrodynamics.config.waves import AnyWaves
 from m4e_adapters.hydrodynamics.seas.from_sections import wave_systems
 from m4e_adapters.hydrodynamics.seas.spectra import depth_factor
 from m4e_adapters.hydrodynamics.seas.system_seas import components_of
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
-from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, elevation, wavenumber
-from m4e_adapters.hydrodynamics.seas.waves import recorded_wavenumber, relative_spectrum
+from m4e_adapters.hydrodynamics.seas.water.kinematics import Components, wavenumber
 from m4e_adapters.sea import SeaConfig
 from m4e_fmi.files.document import Document
-from m4e_fmi.program import Recorder, Variable, evaluated
 
 WIND = {"significant_height": 2.5, "peak_period": 8.0, "seed": 5}
 
@@ -42,17 +40,6 @@ def height(waves: Components) -> float:
     return 4.0 * math.sqrt(0.5 * float(waves.amplitude @ waves.amplitude))
 
 
-@pytest.mark.parametrize("depth", [0.5, 12.0, math.inf])
-def test_the_recorded_wavenumber_is_the_computed_one(depth: float) -> None:
-    recorder = Recorder("r", "r")
-    omega = recorder.parameter(Variable("omega", "rad/s", "frequency"))
-    number = recorded_wavenumber(omega, depth=depth, gravity=9.81)
-    for value in (0.05, 0.3, 1.0, 4.0, 20.0):
-        found = evaluated(recorder.tape, [number.index], {"omega": value})[number.index]
-        expected = float(wavenumber(np.array(value), depth=depth, gravity=9.81))
-        assert found == pytest.approx(expected, rel=1e-13)
-
-
 def test_the_depth_factor_is_the_ratio_of_the_wavenumber_spectra_of_its_authors() -> None:
     """Kitaigorodskii: φ = (k⁻³ ∂k/∂ω)_h/(k⁻³ ∂k/∂ω)_∞; differences leave 1e-8."""
     omega = np.linspace(0.3, 4.0, 30)
@@ -70,15 +57,10 @@ def test_the_depth_factor_is_the_ratio_of_the_wavenumber_spectra_of_its_authors(
     np.testing.assert_allclose(depth_factor(omega, depth=9.0, gravity=9.81), expected, rtol=1e-7)
 
 
-def test_tma_is_jonswap_in_deep_water_and_has_its_height_in_shallow() -> None:
+def test_tma_is_jonswap_in_deep_water() -> None:
     deep = components(Tma(spectrum="tma", **WIND), depth=2000.0)
     same = components(Jonswap(spectrum="jonswap", **WIND))
     np.testing.assert_allclose(deep.amplitude, same.amplitude, rtol=1e-9)
-    shallow = components(Tma(spectrum="tma", **WIND), depth=8.0)
-    assert height(shallow) == pytest.approx(2.5, rel=1e-12)
-    assert np.sum(shallow.amplitude**2 * shallow.omega) > 1.1 * np.sum(
-        same.amplitude**2 * same.omega
-    )
     peaked, same = (
         components(PiersonMoskowitz(spectrum=name, **WIND)).amplitude
         for name in ("pierson_moskowitz", "bretschneider")
@@ -86,46 +68,21 @@ def test_tma_is_jonswap_in_deep_water_and_has_its_height_in_shallow() -> None:
     np.testing.assert_array_equal(peaked, same)
 
 
-def write_jonswap(path: Path, *, hertz: bool) -> None:
-    """The density of Hs 2.5 m, Tp 8 s, to 1e-4 between its rows."""
-    peak = 2 * math.pi / 8.0
-    ratio = np.concatenate([np.linspace(0.4, 2.0, 800), np.geomspace(2.0, 12.0, 201)[1:]])
-    form = np.array([relative_spectrum(r, 3.3) for r in ratio.tolist()])
-    omega, density = ratio * peak, form * 2.5**2 / 16 / np.trapezoid(form, ratio * peak)
-    turn = 2 * math.pi if hertz else 1.0
-    rows = "\n".join(
-        f"{w / turn!r},{s * turn!r}" for w, s in zip(omega.tolist(), density.tolist(), strict=True)
-    )
-    path.write_text(f"{'frequency' if hertz else 'omega'},density\n{rows}\n")
-
-
-def test_a_spectrum_in_a_file_has_its_moments_over_either_frequency(tmp_path: Path) -> None:
-    """T01 and T02 are those of the rows within 0.5 %, m0 exactly."""
-    write_jonswap(tmp_path / "omega.csv", hertz=False)
-    write_jonswap(tmp_path / "hertz.csv", hertz=True)
-    found = [
-        from_text(f"{{spectrum: table, file: {name}.csv, seed: 4}}", tmp_path)
-        for name in ("omega", "hertz")
-    ]
-    np.testing.assert_allclose(found[0].amplitude, found[1].amplitude, rtol=1e-6)
-    assert height(found[0]) == pytest.approx(2.5, rel=1e-6)
-    omega, density = np.loadtxt(tmp_path / "omega.csv", delimiter=",", skiprows=1, unpack=True)
-    energy = 0.5 * found[0].amplitude ** 2
-    for k, limit in ((1, 0.005), (2, 0.01)):
-        moment = np.trapezoid(omega**k * density, omega)
-        assert float(energy @ found[0].omega ** k) == pytest.approx(moment, rel=limit)
-    scaled = from_text("{spectrum: table, file: omega.csv, significant_height: 4}", tmp_path)
-    assert height(scaled) == pytest.approx(4.0, rel=1e-12)
-
-
-def test_a_spectrum_of_two_peaks_has_no_energy_between_them(tmp_path: Path) -> None:
-    rows = "0,0\n0.4,0\n0.5,2\n0.6,0\n1.0,0\n1.2,1\n1.4,0\n2,0\n"
-    (tmp_path / "s.csv").write_text(f"omega,density\n{rows}")
-    found = from_text("{spectrum: table, file: s.csv}", tmp_path)
-    assert height(found) == pytest.approx(4 * math.sqrt(0.2 + 0.2), rel=1e-12)
-    low = found.omega < 0.8
-    assert height(found) == pytest.approx(math.sqrt(2) * 4 * math.sqrt(0.2), rel=1e-12)
-    assert 0.5 * np.sum(found.amplitude[low] ** 2) == pytest.approx(0.2, rel=1e-9)
+def test_a_spectrum_in_a_file_has_its_energy_over_either_frequency(tmp_path: Path) -> None:
+    """Of two peaks, none between them."""
+    rows = np.array([[0, 0], [0.4, 0], [0.5, 2], [0.6, 0], [1, 0], [1.2, 1], [1.4, 0], [2, 0]])
+    turn, found = 2 * math.pi, []
+    for name, scale in (("omega", [1, 1]), ("frequency", [1 / turn, turn])):
+        text = "".join(f"{w!r},{s!r}\n" for w, s in (rows * scale).tolist())
+        (tmp_path / "s.csv").write_text(f"{name},density\n{text}")
+        waves = from_text("{spectrum: table, file: s.csv, seed: 4}", tmp_path)
+        assert height(waves) == pytest.approx(4 * math.sqrt(0.2 + 0.2), rel=1e-12)
+        low = waves.omega < 0.8
+        assert 0.5 * np.sum(waves.amplitude[low] ** 2) == pytest.approx(0.2, rel=1e-9)
+        found.append(waves.amplitude)
+    np.testing.assert_allclose(*found, rtol=1e-6)
+    text = "{spectrum: table, file: s.csv, significant_height: 4}"
+    assert height(from_text(text, tmp_path)) == pytest.approx(4.0, rel=1e-12)
 
 
 def test_components_of_ones_own_by_list_and_by_file(tmp_path: Path) -> None:
@@ -164,38 +121,3 @@ def test_spreading_is_recovered(exponent: float) -> None:
             spread = math.sqrt(2 * (1 - abs(first)))
             assert np.degrees(np.angle(first)) == pytest.approx(30.0, abs=2.0 * times)
             assert spread == pytest.approx(math.sqrt(2 / (1 + exponent)), rel=0.05 * times)
-
-
-def test_parameters_of_one_system_keep_their_names_and_several_are_numbered() -> None:
-    one = Regular(spectrum="regular", height=1.0, period=12.0)
-    two = Jonswap.model_validate({"spectrum": "jonswap", **WIND, "components": 10})
-    names = []
-    for waves in (one, (one, two)):
-        recorder = Recorder("r", "r")
-        for system in systems(waves):
-            system.record(recorder, in_space=True)
-        names.append([v.name for v in recorder.variables("parameters")])
-    assert names[0] == [
-        "wave.height", "wave.period", "wave.phase[1]", "wave.direction", "wave.ramp_time",
-    ]  # fmt: skip
-    assert names[1][:5] == [name.replace("wave", "wave[1]") for name in names[0]]
-    assert names[1][5:9] == [
-        "wave[2].significant_height", "wave[2].peak_period", "wave[2].peak_enhancement",
-        "wave[2].phase[1]",
-    ]  # fmt: skip
-    both = components((one, two))
-    apart = [components(one), components(two)]
-    t = np.linspace(0.0, 50.0, 101)
-    total = elevation(apart[0], t, 3.0) + elevation(apart[1], t, 3.0)
-    np.testing.assert_allclose(elevation(both, t, 3.0), total, atol=1e-14)
-
-
-def test_doubts_follow_the_values_of_parameters() -> None:
-    (system,) = systems(Jonswap(spectrum="jonswap", **WIND))
-    assert system.doubts({}) == []
-    (told,) = system.doubts({"wave.significant_height": 7.0})
-    assert "Hs 7 m, Tp 8 s" in told
-    (wave,) = systems(Regular(spectrum="regular", height=1.0, period=8.0))
-    assert wave.doubts({}) == []
-    (told,) = wave.doubts({"wave.period": 2.0})
-    assert "waves of a period of 2 s break" in told
