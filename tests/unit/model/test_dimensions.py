@@ -8,7 +8,7 @@ import pytest
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
-from m4e_fmi.model.dimensions import dimension, dimension_of, told
+from m4e_fmi.model.dimensions import dimension, dimension_of
 from m4e_fmi.model.expression import parse
 
 UNITS = {
@@ -32,12 +32,6 @@ def test_dimensions(text: str, unit: str | None) -> None:
     plain = tuple(0 for _ in dimension_of("kg") or ())
     expected = None if unit is None else plain if unit == "1" else dimension_of(unit)
     assert found == expected
-
-
-def test_dimensions_are_told_as_units() -> None:
-    assert told(dimension_of("MN/m")) == "N/m"
-    assert told(dimension_of("kg.m2/s")) == "N.m.s"
-    assert told(dimension_of("V/m")) == "kg.m.s-3.A-1"
 
 
 SPACE = """name: d

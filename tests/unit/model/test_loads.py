@@ -90,27 +90,6 @@ def test_yaml_and_python_give_the_same(folder: Path) -> None:
     assert python_source(programs[0]) == python_source(programs[2])
 
 
-def test_quantities_may_be_expressions_of_sympy() -> None:
-    import sympy
-
-    k, extension, z = sympy.symbols("k l body.hull.z")
-    model = flap()
-    rope = TensionSpring(("tip", "wall"), length=3, law=k * extension + extension**3)
-    lift = BodyForce("hull", (0, -k * z), "wave")
-    text = TensionSpring(("tip", "wall"), length=3, law="k*l + l**3")
-    made, written = (
-        model_program(_with(model, rope=spring, lift=force))
-        for spring, force in ((rope, lift), (text, model.loads["lift"]))
-    )
-    values = {v.name: 0.1 * k for k, v in enumerate(made.states)}
-    assert Evaluated(made).rates(values) == pytest.approx(Evaluated(written).rates(values))
-
-
-def _with(model: Model, **loads: Any) -> Model:
-    fields = {name: getattr(model, name) for name in model.__dataclass_fields__}
-    return Model(**{**fields, "loads": {**model.loads, **loads}})
-
-
 def test_the_first_two_columns_are_the_default(folder: Path) -> None:
     text = TEXT.replace(", columns: [time, height]", "")
     (folder / "flap.model.yaml").write_text(text)

@@ -66,26 +66,6 @@ def test_parameters_and_start_values_are_in_si() -> None:
     assert start == dict(zip(names, (7.0, -0.5, 0.0, 0.0), strict=True))
 
 
-def test_variables_of_the_program() -> None:
-    """Names of DESIGN section 3; fixed points have no motion to report."""
-    program = model_program(crane())
-    wrench = {"force_x": "N", "force_z": "N", "moment_y": "N.m"}
-    inputs = {f"body.{b}.{name}": u for b in ("trolley", "beam") for name, u in wrench.items()}
-    inputs |= {"point.tip.force_x": "N", "point.tip.force_z": "N"}
-    inputs |= {"joint.rail.effort": "N", "joint.hinge.effort": "N.m"}
-    assert {v.name: v.unit for v in program.inputs} == inputs
-    outputs = {v.name: (v.unit, v.derivative_of) for v in program.outputs}
-    assert outputs["body.beam.theta"] == ("rad", None)
-    assert outputs["body.beam.alpha"] == ("rad/s2", "body.beam.omega")
-    assert outputs["point.tip.vx"] == ("m/s", "point.tip.x")
-    assert outputs["point.tip.az"] == ("m/s2", "point.tip.vz")
-    energies = {name for name in outputs if name.startswith("energy")}
-    assert energies == {"energy.kinetic", "energy.potential", "energy.total"}
-    assert not any("wall" in name for name in (*inputs, *outputs))
-    units = [v.unit for v in program.parameters if v.name.startswith("added_mass[3,")]
-    assert units == ["kg.m", "kg.m", "kg.m2"]
-
-
 WRONG: Any = "3"
 MISTAKES: dict[str, dict[str, Any]] = {
     "crane: bodies.beam.mass: 'mm' is not declared": {"bodies": {"beam": Body("mm", 1.0)}},

@@ -79,38 +79,6 @@ def test_damping_and_friction_are_loads_with_parameters(tmp_path: Path) -> None:
     assert found["load.j_friction.effort"] == pytest.approx(-0.2)
 
 
-LIMITS = '<limit lower="-1" upper="1" effort="9" velocity="1"/>'
-LOSSY = '<dynamics damping="3" friction="1"/>'
-WARNED = {
-    "the limits of 1 joint (effort, lower, upper, velocity)": joint("revolute", LIMITS),
-    "<ros2_control> is no part of URDF": joint("continuous") + "<ros2_control/>",
-    # no one can say along which coordinate it acts
-    "damping and friction of the planar joint 'j' are left out": joint("planar", LOSSY),
-    "damping and friction of the floating joint 'j' are left out": joint("floating", LOSSY),
-}
-
-
-@pytest.mark.parametrize("message", WARNED)
-def test_what_is_left_out_is_told(tmp_path: Path, message: str) -> None:
-    model = written(tmp_path, WARNED[message])
-    (warning,) = model.warnings
-    assert message in str(warning)
-    assert not model.loads
-    assert written(tmp_path, joint("continuous")).warnings == ()
-
-
-def test_the_mass_of_a_root_is_told(tmp_path: Path) -> None:
-    written(tmp_path, joint("continuous"))
-    path = tmp_path / "one.urdf"
-    moments = 'ixx="1" iyy="1" izz="1" ixy="0" iyz="0" ixz="0"'
-    mass = f'<inertial><mass value="5"/><inertia {moments}/></inertial>'
-    text = path.read_text("utf-8")
-    path.write_text(text.replace('<link name="world"/>', f'<link name="world">{mass}</link>'))
-    (warning,) = load_model(path).warnings
-    assert "link 'world' is the root and so the ground: it does not move" in str(warning)
-    assert warning.line == 1
-
-
 def test_links_on_fixed_joints_are_one_body() -> None:
     """The tank is strapped to the rail: one body; the tool is a point of the crank."""
     model = load_model(DATA / "many_joints.urdf")
