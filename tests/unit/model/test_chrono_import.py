@@ -173,22 +173,6 @@ class TestSigns:
         data["model"]["body_loads"] = [FORCE | {"load": [0, 0, 4], "point": [0, 0, 0]}]
         assert rates(tmp_path, data)["joint.hinge.u"] == pytest.approx(2.0)
 
-    @pytest.mark.parametrize("axis", [1, -1])
-    @pytest.mark.parametrize("degrees", [True, False])
-    def test_free_angle_is_from_the_start_about_the_axis(
-        self, tmp_path: Path, axis: int, degrees: bool
-    ) -> None:
-        """In degrees unless the file says otherwise."""
-        data, unit = pendulum(), 180 / math.pi if degrees else 1
-        if degrees:
-            del data["model"]["angle_degrees"]
-        data["model"]["bodies"][1] |= {"location": [-math.sin(0.3), 0, -math.cos(0.3)],
-                                       "orientation": [0, 0.3 * unit, 0]}  # fmt: skip
-        coil = {"axis": [0, axis, 0], "spring_coefficient": 10, "free_angle": 0.2 * unit}
-        data["model"]["rsdas"] = [ENDS | coil]
-        spring = loaded(tmp_path, data).loads["new"]
-        assert spring.angle == pytest.approx(0.3 + axis * 0.2)  # type: ignore[union-attr]
-
     @pytest.mark.parametrize(("body1", "sign"), [("rod", 1), ("ground", -1)])
     @pytest.mark.parametrize("direction", [1, -1])
     def test_a_motor_that_guides(
@@ -238,16 +222,6 @@ class TestStructure:
         y = np.array([0, math.cos(math.radians(30)), -math.sin(math.radians(30))])
         tensor = np.array([[5, 0, 0], [0, 2, 0.5], [0, 0.5, 8]])
         assert loaded(tmp_path, data).bodies["rod"].inertia == pytest.approx(y @ tensor @ y)
-
-    def test_a_body_without_a_joint_floats(self, tmp_path: Path) -> None:
-        data = pendulum()
-        data["model"]["joints"] = []
-        data["model"]["bodies"][1] |= {"orientation": [0, 0.2, 0],
-                                       "initial_linear_velocity": [1, 0, 2]}  # fmt: skip
-        (joint,) = loaded(tmp_path, data).joints.values()
-        assert joint.initial == {
-            "x": 0, "z": -1, "theta": pytest.approx(0.2), "vx": 1, "vz": 2, "omega": 0
-        }  # fmt: skip
 
     def test_kinds_have_names_of_their_own(self, tmp_path: Path) -> None:
         """Every element named "a": all of them are there."""
