@@ -62,7 +62,7 @@ components:
       float:
         shape: {box: {length: 8, width: 6, draft: 3}}
         center_of_gravity: [0, -1]
-        panels: 108
+        panels: 48
     frequencies: {count: 12, maximum: 1.0}
 connections: []
 simulation: {stop_time: 1, step_size: 0.1}

@@ -27,7 +27,6 @@ from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.results.results_file import load
-from m4e_fmi.shown import cleaned
 from m4e_fmi.units import near_unit, parse_unit
 
 MODEL = """\
@@ -78,20 +77,6 @@ def test_units_out_of_all_scale_take_no_time() -> None:
             parse_unit(unit)
     assert near_unit("x y " * 25_000) == ""
     assert time.process_time() - begin < 1
-
-
-@pytest.mark.parametrize(("command", "effort"), [
-    ("info", "1e308*10*t"), ("equations", "sign(1e308*10)*t"), ("simulate", "sign(1e308*1e308)"),
-    ("simulate", "1e300**2*t"), ("linearize", "sign(0*1e999)"),
-])  # fmt: skip
-def test_an_overflow_in_a_load(
-    effort: str, command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = model(tmp_path, effort=effort)
-    more = ("--no-plot", "--stop-time", "0.01", "--output-file", str(tmp_path / "a.nc"))
-    code = main([command, str(path), *(more if command == "simulate" else ())])
-    assert code in (0, 1, 2)
-    assert DEFECT not in capsys.readouterr().err
 
 
 NAMES = ["../../x", "/tmp/x", "a/b", "..", ".", "con", "NUL.txt", "a:b", "x" * 400, "a.", "\n", "ü"]
@@ -178,11 +163,6 @@ def test_texts_of_python_that_no_fmu_can_hold(text: str, tmp_path: Path):
     )
     with pytest.raises(InputError, match="zero byte, or half of a character"):
         build_fmu(model_program(model_), tmp_path / "a.fmu", native=True)
-
-
-def test_plain_text_is_printed_as_it_is():
-    text = "Schwimmkörper π → 浮\t1\n"
-    assert cleaned(text) == text
 
 
 # ---- the last resort ----

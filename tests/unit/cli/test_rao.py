@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import statistics
@@ -72,24 +71,6 @@ def test_the_sea_of_the_file_and_another(buoy: Path, tmp_path: Path, said: Said)
     assert found[1]["energy_period"] == pytest.approx(0.9034 * 8.0, rel=0.01)
     # 60 components at random frequencies, beside 300 in the middles of their parts
     assert own == pytest.approx(other, rel=0.05)
-
-
-def test_progress_is_shown_on_terminals_only(
-    buoy: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    said: Said,
-) -> None:
-    command = ["rao", buoy, "--periods", "6", "--height", "1", "--check", "--no-plot"]
-    command += ["--output-file", str(tmp_path / "r.nc")]
-    lines = {"steady motion in wave 1 of 1", "simulated seconds: 240 of 240"}
-    assert not lines & set(said(*command).splitlines())
-    error = io.StringIO()
-    error.isatty = lambda: True  # type: ignore[method-assign]
-    monkeypatch.setattr("sys.stderr", error)
-    said(*command)
-    assert lines <= set(error.getvalue().replace("\n", "\r\033[K").split("\r\033[K"))
-    assert error.getvalue().endswith("\n")  # what is printed next has its own line
 
 
 @pytest.mark.parametrize(("given", "part"), [
