@@ -6,10 +6,8 @@ import math
 
 import numpy as np
 import pytest
-import sympy
 
 from m4e_fmi.analysis import (
-    SymbolicLinearization,
     eigenvalue_sensitivity,
     equilibrium,
     linearize,
@@ -130,19 +128,3 @@ def test_a_moving_equilibrium() -> None:
         np.testing.assert_allclose(exact.values[:, j], slope, atol=1e-5 * np.abs(slope).max())
 
 
-def test_formulas_and_numbers_are_equal() -> None:
-    """Of a pendulum that is tilted, turns and accelerates."""
-    model, inputs = pendulum(), ["body.bob.force_y", "body.bob.moment_z"]
-    at = {"e0": 0.7, "e1": -0.1, "e2": 0.5, "e3": 0.5, "omega_x": 0.5, "omega": -0.4, "omega_z": 1}
-    state = {f"joint.hook.{name}": value for name, value in at.items()}
-    linear = linearize(model, at={**state, inputs[0]: 3.0}, inputs=inputs)
-    symbolic = SymbolicLinearization(model, inputs=inputs)
-    e = symbolic.equations
-    symbols = [*e.q, *e.u, *e.u_dot, *(sympy.Symbol(name, real=True) for name in inputs)]
-    values = [*at.values(), *linear.rates[3:], 3.0, 0.0]
-    symbolic._accelerations = sympy.zeros(3, 6)  # the lower half of A, which follows from M, C, K
-    exact = {name: getattr(linear.mechanical, name) for name in "MCKF"} | {"A": linear.A[:3]}
-    formulas = {name: getattr(symbolic.mechanical, name) for name in "MCKF"}
-    for name, found in (formulas | {"A": symbolic.A[:3, :]}).items():
-        number = sympy.lambdify(symbols, found, cse=True)(*values)
-        np.testing.assert_allclose(number, exact[name], rtol=1e-11, atol=1e-12)

@@ -7,12 +7,10 @@ from typing import Any
 import control
 import numpy as np
 import pytest
-import sympy as sp
 from support.planar_trees import random_tree
 from support.programs import Evaluated, random_values
 
-from m4e_fmi.analysis import SymbolicLinearization, linearize
-from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.analysis import linearize
 from m4e_fmi.model import Body, BodyForce, Joint, Model, Parameter, Point, TensionSpring
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Recorder, Variable
@@ -70,32 +68,6 @@ def cart(**initial: float) -> Model:
     )
 
 
-def test_symbolic_and_numeric_are_equal() -> None:
-    """Of one model, everywhere: also where it moves and accelerates."""
-    inputs = ["joint.rail.effort", "point.tip.force_z"]
-    outputs = ["body.pole.x", "joint.pivot.u", "joint.pivot.reaction_z", "body.pole.az"]
-    values = {
-        "joint.rail.q": 0.2, "joint.rail.u": -0.7, "joint.pivot.q": 0.5, "joint.pivot.u": 1.1,
-        "joint.rail.effort": 2.0, "point.tip.force_z": -1.0,
-    }  # fmt: skip
-    model = cart()
-    linear = linearize(model, at=values, inputs=inputs, outputs=outputs)
-    symbolic = SymbolicLinearization(model, inputs=inputs, outputs=outputs)
-    e = symbolic.equations
-    n = len(linear.coordinates)
-    symbols = dict(zip([*e.q, *e.u], [values[v.name] for v in linear.states], strict=True))
-    symbols |= dict(zip(e.u_dot.flat(), linear.rates[n:], strict=True))
-    symbols |= {sp.Symbol(name, real=True): values[name] for name in inputs}
-    symbols |= {sp.Symbol(k, real=True): p.value for k, p in model.parameters.items()}
-    for name in "ABCD":
-        found = np.array(getattr(symbolic, name).subs(symbols), dtype=float)
-        assert found == pytest.approx(getattr(linear, name), rel=1e-12, abs=1e-12)
-    assert linear.mechanical is not None
-    for name in "MCKF":
-        found = np.array(getattr(symbolic.mechanical, name).subs(symbols), dtype=float)
-        assert found == pytest.approx(getattr(linear.mechanical, name), rel=1e-12, abs=1e-12)
-
-
 @pytest.mark.parametrize("coordinate", ["absolute", "relative"])
 def test_efforts_are_generalised_forces(coordinate: Any) -> None:
     """F of a joint's effort: on its coordinate, and if angles are absolute, off the parent's."""
@@ -135,20 +107,6 @@ def test_other_states_come_last() -> None:
     assert linear.mechanical is None
 
 
-def test_a_derivative_that_is_not_finite() -> None:
-    """A spring between two points that coincide has no direction."""
-    model = Model(
-        name="stuck",
-        bodies={"cart": Body(1.0, 1.0)},
-        joints={"rail": Joint("prismatic", "cart", direction=(1, 0))},
-        points={"a": Point("ground", (0, 0)), "b": Point("cart", (0, 0))},
-        loads={"spring": TensionSpring(("a", "b"), 10.0, 1.0)},
-    )
-    with pytest.raises(RunError, match="the two points of load spring coincide at t = 0 s"):
-        linearize(model)
-    assert np.isfinite(linearize(model, at={"joint.rail.q": 2.0}).A).all()
-
-
 def test_to_control() -> None:
     linear = linearize(cart(), inputs=["joint.rail.effort"], outputs=["body.pole.x"])
     system = linear.to_control()
@@ -159,17 +117,3 @@ def test_to_control() -> None:
     assert np.array_equal(system.D, linear.D)
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        {"inputs": ["joint.rail.efort"]},
-        {"outputs": ["body.pole.y"]},
-        {"at": {"joint.pivot.qq": 0.0}},
-    ],
-)
-def test_unknown_names(given: dict[str, Any]) -> None:
-    with pytest.raises(InputError, match=r"cart_pole has no .*\n.*did you mean"):
-        linearize(cart(), **given)
-    if "at" not in given:
-        with pytest.raises(InputError, match="no"):
-            SymbolicLinearization(cart(), **given).D  # noqa: B018

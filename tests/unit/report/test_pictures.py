@@ -26,7 +26,6 @@ from m4e_fmi.report import (
     draw_model,
     model_figure,
     plot_modes,
-    plot_phase,
     plot_run,
     plot_simulation,
     system_figure,
@@ -164,13 +163,12 @@ def test_names_cannot_become_code(tmp_path: Path) -> None:
 def test_what_cannot_be_drawn_is_refused(
     tmp_path: Path, cart: Model, spiderfloat: Model, simulation: Simulation
 ) -> None:
-    path, other = tmp_path / "p.svg", [("joint.rail.q", "joint.rail.v")]
+    path = tmp_path / "p.svg"
     for draw, said in (
         (lambda: animate(cart, simulation, tmp_path / "c.mp4"),
          r"cannot be written as '.mp4'\n.*use .html or .gif"),
         (lambda: animate(spiderfloat, simulation, tmp_path / "c.html"),
          "the simulation of 'cart' has no body 'float'"),
-        (lambda: plot_phase(simulation, path, pairs=other), r"no variable 'joint\.rail\.v'"),
         (lambda: plot_modes(cart, np.eye(2), path), r"2 rows, the model 3 coordinates"),
         (lambda: plot_simulation(simulation, path, variables=["joint.rail.v"]),
          r"no variable 'joint\.rail\.v'\n.*did you mean"),
@@ -187,7 +185,6 @@ def test_curves_and_modes_have_their_names(
     wanted = ["cart.joint.rail.u", "cart.joint.elbow.u"]
     shapes = np.array([[1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
     for path, names in (
-        (plot_phase(simulation, tmp_path / "p.svg"), ["joint.rail.q [m]", "joint.elbow.u [rad/s]"]),
         (plot_run(file, tmp_path / "u.svg", variables=wanted), ["[m/s]", "[rad/s]", wanted[1]]),
         (
             plot_modes(cart, shapes, tmp_path / "m.svg", titles=["slide", "fold"]),
