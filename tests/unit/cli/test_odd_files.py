@@ -11,14 +11,12 @@ import subprocess
 import sys
 import time
 import zipfile
-from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
 from support.fuzz.cases import DEFECT
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim.system import component
 from m4e_fmi.errors import InputError
 from m4e_fmi.files import yaml_tree
 from m4e_fmi.files.document import Document
@@ -197,35 +195,3 @@ def test_a_reader_that_leaves_is_no_error():
         process.stdout.close()
         assert process.stderr.read() == b""
         assert process.wait() in (0, 120)
-
-
-CODE = """\
-def make(work):
-    return work(0)
-
-def waves(x):
-    raise NotImplementedError("no waves")
-"""
-
-
-def test_an_error_in_the_code_of_a_kind_is_its_defect(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Of the innermost of ours and theirs; the libraries between are nobody's."""
-    (tmp_path / "my_waves").mkdir()
-    file = tmp_path / "my_waves" / "__init__.py"
-    file.write_text(CODE, encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    import my_waves  # type: ignore[import-not-found]
-
-    point = EntryPoint("waves", "my_waves", component.KIND_GROUP)
-    monkeypatch.setattr(component, "kinds", lambda: {"waves": point})
-    theirs = f"this is a defect of the kind 'waves' ({file}, line 5), not of your input"
-    for work, told in (
-        (lambda _: my_waves.make(my_waves.waves), theirs),
-        (lambda _: my_waves.make(lambda _: component.kind_module("none")), "a defect of m4e_fmi"),
-        (lambda _: int("x"), "a defect of m4e_fmi"),
-    ):
-        monkeypatch.setattr("m4e_fmi.model.load_model", work)
-        assert main(["draw", "a.model.yaml"]) == 1
-        assert told in capsys.readouterr().err
