@@ -126,5 +126,3 @@ def test_a_moving_equilibrium() -> None:
         results = [linearize(model, at=point, outputs=of).values for point in points]
         slope = (results[0] - results[1]) / (2 * step)
         np.testing.assert_allclose(exact.values[:, j], slope, atol=1e-5 * np.abs(slope).max())
-
-

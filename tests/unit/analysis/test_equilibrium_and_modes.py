@@ -180,20 +180,6 @@ def test_a_program_without_states() -> None:
     assert frequency_response(linear, 1.0).of("y", "u") == 2.0
 
 
-def test_damping_ratios() -> None:
-    """m q̈ + c q̇ + k q = 0: ω = √(k/m), ζ = c/2√(k m); overdamped λ = (−c ± √(c² − 4 k m))/2m."""
-    found = modes(linearize(hung(damping=4.0), at=equilibrium(hung(damping=4.0))))
-    assert found.frequencies == pytest.approx([10.0], rel=1e-13)
-    assert found.damping_ratios == pytest.approx([4.0 / (2 * np.sqrt(400.0))], rel=1e-12)
-    assert found.eigenvalues.imag > 0
-    assert found.shapes == pytest.approx(np.array([[1.0]]))
-    found = modes(linearize(hung(damping=50.0), at={"joint.rail.q": 1.0 + 2 * G / 200.0}))
-    root = np.sqrt(50.0**2 - 4 * 400.0)
-    expected = [(-50.0 + root) / 4, (-50.0 - root) / 4]
-    assert found.eigenvalues == pytest.approx(expected, rel=1e-12)
-    assert found.damping_ratios == pytest.approx([1.0, 1.0])
-
-
 def test_order_and_shapes_of_modes() -> None:
     """Two equal masses between walls, springs k, κ, k: in phase first, then against."""
     found = modes(linearize(two_masses()))

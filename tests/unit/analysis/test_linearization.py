@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import control
 import numpy as np
 import pytest
 from support.planar_trees import random_tree
@@ -105,15 +104,3 @@ def test_other_states_come_last() -> None:
     assert np.array_equal(linear.A, [[0, 1, 0], [-4, 0, 1], [0, 0, -2]])
     assert np.array_equal(linear.B, [[0], [0], [2]])
     assert linear.mechanical is None
-
-
-def test_to_control() -> None:
-    linear = linearize(cart(), inputs=["joint.rail.effort"], outputs=["body.pole.x"])
-    system = linear.to_control()
-    assert isinstance(system, control.StateSpace)
-    assert system.state_labels == [v.name.replace(".", "_") for v in linear.states]
-    assert (system.input_labels, system.output_labels) == (["joint_rail_effort"], ["body_pole_x"])
-    assert np.array_equal(system.A, linear.A)
-    assert np.array_equal(system.D, linear.D)
-
-

@@ -23,7 +23,6 @@ from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.report import (
     animate,
-    draw_model,
     model_figure,
     plot_modes,
     plot_run,
@@ -118,12 +117,6 @@ def test_names_are_in_a_drawing_and_do_not_cover_each_other(cart: Model) -> None
     assert names | {"X", "Z", "g"} <= found.keys()
     assert not any(found[a].overlaps(found[b]) for a, b in combinations(names, 2))
     assert axis.get_title(loc="left") == cart.description
-
-
-def test_examples_can_be_drawn(tmp_path: Path) -> None:
-    for path in sorted(EXAMPLES.glob("*/*.model.yaml"))[::4]:
-        model = load_model(path)
-        assert draw_model(model, tmp_path / "new" / f"{model.name}.svg").stat().st_size > 5000
 
 
 def test_a_page_draws_bodies_where_the_simulation_has_them(
