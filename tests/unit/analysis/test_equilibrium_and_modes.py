@@ -162,6 +162,23 @@ def test_states_without_velocity() -> None:
     assert point["a"] == pytest.approx(2.0 + 2.0**0.5, rel=1e-13)
 
 
+def test_other_states_come_last() -> None:
+    r = Recorder("actuator", "a mass behind a slow actuator")
+    command = r.input(Variable("command", "N", "command"))
+    force = r.state(Variable("force", "N", "force"))
+    x = r.state(Variable("x", "m", "position"))
+    v = r.state(Variable("v", "m/s", "velocity", derivative_of="x"))
+    r.rate("force", (command - force) / 0.5)
+    r.rate("x", v)
+    r.rate("v", force - 4.0 * x)
+    linear = linearize(r.program(), inputs=["command"])
+    assert [v.name for v in linear.states] == ["x", "v", "force"]
+    assert np.array_equal(linear.C, np.eye(3))  # outputs are the states
+    assert np.array_equal(linear.A, [[0, 1, 0], [-4, 0, 1], [0, 0, -2]])
+    assert np.array_equal(linear.B, [[0], [0], [2]])
+    assert linear.mechanical is None
+
+
 def test_rates_that_jump_by_rounding() -> None:
     """x is seen in steps of 1.2e-10 only, and 0.3 is not among them."""
     r = Recorder("coarse", "a rate with cancellation")

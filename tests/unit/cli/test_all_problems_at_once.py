@@ -97,13 +97,3 @@ def test_nothing_is_made_twice(
         monkeypatch.setattr(mooring, "check", lambda *_, **__: calls.append("check"), raising=False)
     assert main(["info", str(files / "s.system.yaml")]) == 0
     assert calls == ["make"]
-
-
-def test_a_tree_is_not_judged_where_a_joint_is_wrong(files: Path) -> None:
-    two = MODEL.replace("{float: {", "{arm: {mass: 1, inertia: 1}, float: {")
-    two = two.replace("joints: {", "joints: {j: {type: revolute, child: arm}, ")
-    for old, new in (("child: arm", "child: amr"), ("revolute", "revolut")):
-        (files / "buoy.model.yaml").write_text(two.replace(old, new))
-        with pytest.raises(InputError) as caught:
-            load_model(files / "buoy.model.yaml")
-        assert "has no joint" not in str(caught.value)

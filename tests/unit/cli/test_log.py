@@ -102,26 +102,6 @@ def test_quiet_leaves_warnings_and_errors(system, capsys):
     assert "no such file" in refused(capsys, "run", "none.yaml", "--quiet")
 
 
-@pytest.mark.parametrize("quiet", [True, False])
-def test_a_warning_among_lines_of_progress_is_kept(capsys, quiet):
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(quiet=quiet), [])
-        for line in ("hydro: warning: too coarse: 3 of 40", "hydro: 2 of 7", "hydro: 10 of 20"):
-            log.say(line)
-        log.say("built")
-        log.warn("warning: a body floats")
-        log.note("settled: mooring")
-        log.show("a table\n 3 of 4")
-    out, err = capsys.readouterr()
-    if quiet:
-        assert out == ""
-        assert err.splitlines() == ["hydro: warning: too coarse: 3 of 40", "warning: a body floats"]
-    else:
-        # of lines that count, every tenth
-        assert out.splitlines()[1:] == ["hydro: 10 of 20", "built", "a table", " 3 of 4"]
-        assert err.splitlines() == ["warning: a body floats", "settled: mooring"]
-
-
 def _options(**given: object) -> Namespace:
     return Namespace(**given)
 

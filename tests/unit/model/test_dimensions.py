@@ -8,32 +8,11 @@ import pytest
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
-from m4e_fmi.model.dimensions import dimension, dimension_of
-from m4e_fmi.model.expression import parse
 
 UNITS = {
     "m": "kg", "L": "cm", "k": "kN/m", "c": "N.s/m", "F": "N", "J": "kg.m2", "w": "rpm",
     "phi": "deg", "kt": "N.m/rad", "n": "1", "g": "m/s2", "share": "%",
 }  # fmt: skip
-KNOWN = {name: dimension_of(unit) for name, unit in UNITS.items()}
-
-
-@pytest.mark.parametrize(("text", "unit"), [
-    ("m", "kg"), ("m*g", "N"), ("k*L", "N"), ("J/m/L", "m"), ("(k*m)**0.5", "kg/s"),
-    ("c/sqrt(k*m)", "1"), ("max(L, J/m/L)", "m"), ("-abs(F)", "N"), ("L + 2", "m"),
-    ("L**2*m", "kg.m2"), ("L**-2*J", "kg"), ("kt*phi", "N.m"), ("F*L + kt", "N.m"),
-    ("(L + 1)*k", "N"), ("F*sin(phi)/F", None), ("share*F", "N"),
-    # a number, the time, the motion, a function or a unit of 1 may be anything
-    ("2*m", None), ("n*m", None), ("t*F", None), ("sin(2*t)", None), ("joint.pin.q*k", None),
-    ("m**n", None), ("n + 3", None), ("pi*2", None),
-])  # fmt: skip
-def test_dimensions(text: str, unit: str | None) -> None:
-    found = dimension(parse(text), KNOWN)
-    plain = tuple(0 for _ in dimension_of("kg") or ())
-    expected = None if unit is None else plain if unit == "1" else dimension_of(unit)
-    assert found == expected
-
-
 SPACE = """name: d
 dimensions: 3
 parameters:
