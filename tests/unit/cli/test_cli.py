@@ -54,23 +54,6 @@ def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys)
     assert {*run["a.L"].values, *run["b.L"].values} == {2.5}
 
 
-EQUATIONS = {  # options, and a pattern of what is printed
-    "": r"B\[1,1\] = -L\*cos\(Theta_1\)/2",
-    "--latex": r"\A((%|\\\[).*\n)+\Z",
-    "--code c": r"void equations\(double t",
-    "--reactions": r"R\[elbow\]\.z = m\*\(.*ThetaDD_2.*981/100\) - 20\n",
-    "--reactions --latex": r"\\\[ R_{\\mathrm{shoulder},x} = ",
-}
-
-
-@pytest.mark.parametrize("options", EQUATIONS)
-def test_equations(options: str, capsys):
-    assert main(["equations", str(PENDULUM), *options.split()]) == 0
-    text = capsys.readouterr().out
-    assert re.search(EQUATIONS[options], text)
-    assert options or "ThetaDD_1" not in text
-
-
 @pytest.mark.usefixtures("here")
 def test_simulate_tells_events_and_where_the_energy_went(capsys):
     arguments = ["simulate", str(PENDULUM), "--stop-time", "5", "--no-plot"]

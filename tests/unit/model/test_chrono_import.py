@@ -223,34 +223,6 @@ class TestStructure:
         tensor = np.array([[5, 0, 0], [0, 2, 0.5], [0, 0.5, 8]])
         assert loaded(tmp_path, data).bodies["rod"].inertia == pytest.approx(y @ tensor @ y)
 
-    def test_kinds_have_names_of_their_own(self, tmp_path: Path) -> None:
-        """Every element named "a": all of them are there."""
-        data = slider()
-        ends = {"name": "a", "body1": "ground", "body2": "rod"}
-        data["model"]["tsdas"] = [
-            {**ends, "point1": [1, 0, 0], "point2": [0, 0, 0], "spring_coefficient": 1,
-             "damping_coefficient": 2, "free_length": 1}
-        ]  # fmt: skip
-        data["model"]["rsdas"] = [{**ends, "axis": [0, 1, 0], "damping_coefficient": 3}]
-        function = {"type": "DATA", "data": [[0, 1], [1, 2]]}
-        data["model"]["body_loads"] = [
-            {"name": "a", "type": "FORCE", "body": "rod", "load": [1, 0, 0],
-             "modulation_function": function}
-        ]  # fmt: skip
-        data["model"]["joints"][0]["name"] = "a"
-        data["model"]["bodies"].append(
-            {"name": "b", "location": [2, 0, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}
-        )
-        data["model"]["motors"] = [
-            {"name": "a", "type": "LINEAR", "body1": "b", "body2": "rod", "location": [2, 0, 0],
-             "axis": [0, 0, 1], "actuation_type": "FORCE", "actuation_function": function}
-        ]  # fmt: skip
-        model = loaded(tmp_path, data)
-        assert list(model.joints) == ["a", "a_2"]
-        assert list(model.loads) == ["a", "a_damper", "a_2", "a_3", "a_4"]
-        assert list(model.tables) == ["a", "a_2"]
-        assert list(model.points) == ["a_1", "a_2", "a"]
-
 
 ALONE = {"name": "rod", "location": [0, 0, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}
 HINGE = pendulum()["model"]["joints"][0]

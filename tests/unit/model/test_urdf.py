@@ -77,15 +77,3 @@ def test_damping_and_friction_are_loads_with_parameters(tmp_path: Path) -> None:
     found = Evaluated(model_program(model)).outputs({"joint.j.u": 2.0})
     assert found["load.j_damper.effort"] == pytest.approx(-1.0)
     assert found["load.j_friction.effort"] == pytest.approx(-0.2)
-
-
-def test_links_on_fixed_joints_are_one_body() -> None:
-    """The tank is strapped to the rail: one body; the tool is a point of the crank."""
-    model = load_model(DATA / "many_joints.urdf")
-    assert list(model.bodies) == ["rail", "wheel", "crank"]
-    assert model.bodies["rail"].mass == 3.0
-    assert {name: point.body for name, point in model.points.items()} == {
-        "hull": "ground",
-        "tank": "rail",
-        "tool": "crank",
-    }

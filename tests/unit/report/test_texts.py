@@ -6,26 +6,12 @@ import numpy as np
 import pytest
 from support.reports import results_of
 
-from m4e_fmi.report.digits import aligned, percent, quantity
+from m4e_fmi.report.digits import aligned, percent
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.text import summaries
 from m4e_fmi.results.series import Series
 
 SINE = np.sin(np.linspace(0.0, 6.0, 50))
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.4, "400.0 mW"),
-        (-1234.6, "-1.235 kW"),
-        (98_765_432.0, "98.77 MW"),
-        (1e-17, "1.000e-17 W"),
-        (float("inf"), "inf GW"),
-    ],
-)
-def test_the_unit_follows_the_size(value: float, text: str) -> None:
-    assert quantity(value, "W") == text
 
 
 def test_values_of_a_line_have_equally_many_decimals() -> None:
