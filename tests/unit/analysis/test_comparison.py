@@ -15,7 +15,6 @@ from m4e_fmi.results.results_file import Results
 from m4e_fmi.results.series import Series
 
 TIME = np.linspace(0.0, 60.0, 1201)
-OMEGA = 0.9
 SINE = np.sin(TIME)
 FINE = np.linspace(0.0, 10.0, 101)
 
@@ -64,17 +63,6 @@ def test_a_reference_of_zero() -> None:
     assert not found.is_within
     assert np.isinf(found["buoy.z"].nrmse)
     assert m4e_fmi.compare(one, zero, floor=1e-4)["buoy.z"].nrmse == pytest.approx(0.01)
-
-
-@pytest.mark.parametrize("shift", [-1.0, 0.2, 2.5])
-@pytest.mark.parametrize("ratio", [0.7, 1.0, 1.3])
-def test_phase_and_amplitude_of_a_sine_are_exact(shift: float, ratio: float) -> None:
-    values = 5.0 + 2.0 * ratio * np.sin(OMEGA * (TIME - shift))
-    found = phase(TIME, values, 1.0 + 2.0 * np.sin(OMEGA * TIME))
-    assert found.period == pytest.approx(2.0 * np.pi / OMEGA, rel=1e-6)
-    assert found.amplitude_ratio == pytest.approx(ratio, rel=1e-6)
-    assert found.time_shift == pytest.approx(shift, abs=1e-5)
-    assert found.share == pytest.approx(1.0, abs=1e-6)
 
 
 def test_phase_of_an_irregular_record() -> None:

@@ -93,20 +93,6 @@ def test_still_water_has_no_sea(tmp_path: Path, said: Said) -> None:
     )
 
 
-def test_a_simulation_beside_it(buoy: Path, tmp_path: Path, said: Said) -> None:
-    given = [buoy, "--periods", "7", "--height", "0.5", "--check", "--no-plot"]
-    given += ["--output-file", str(tmp_path / "r.nc")]
-    assert "beside a simulation of 7 s" in said("rao", *given)
-    found = json.loads(said("rao", *given, "--json"))["check"]
-    assert found["simulation"] == "of 7 s"
-    heave = next(
-        row
-        for row in found["values"]
-        if row["output"] == "buoy.body.float.z" and row["what"] == "amplitude"
-    )
-    assert heave["linearised"] == pytest.approx(heave["simulated"], rel=5e-3)
-
-
 def test_waves_that_break_and_seas_that_are_too_steep_are_told(
     buoy: Path, tmp_path: Path, said: Said
 ) -> None:

@@ -25,19 +25,6 @@ def value(text: str) -> Any:
     return parse(text).evaluate(Values(NAMES))
 
 
-@pytest.mark.parametrize(("text", "expected"), [
-    ("7", 7.0), ("1.", 1.0), (".5", 0.5), ("1e3", 1000.0), ("1.5E-2", 0.015),
-    ("2 + 3*4", 14.0), ("(2 + 3)*4", 20.0), ("7 - 2 - 1", 4.0), ("16/4/2", 2.0),
-    ("2*3/4", 1.5), ("-2**2", -4.0), ("2**-1", 0.5), ("2**3**2", 512.0), ("-2**-2", -0.25),
-    ("--3", 3.0), ("+-+3", -3.0), ("3 - -2", 5.0), ("2*-3", -6.0), ("-a*b", 0.875),
-    ("\t1 +\t1 ", 2.0), ("2*pi", 2 * math.pi), ("max(a, b)", 1.75), ("min(a, 2*a - 5)", -1.5),
-    ("atan2(1, -1)", 0.75 * math.pi), ("sqrt(abs(-16))", 4.0), ("sign(b)", -1.0),
-    ("L_2 - _x", 3.0), ("sin(pi/2)**2", 1.0),
-])  # fmt: skip
-def test_value(text: str, expected: float) -> None:
-    assert value(text) == expected
-
-
 @pytest.mark.parametrize("name", sorted(FUNCTIONS))
 def test_every_function_is_that_of_the_math_module(name: str) -> None:
     ours = {"abs": abs, "max": max, "min": min, "sign": lambda x: math.copysign(1, x)}

@@ -17,14 +17,6 @@ from m4e_fmi.statistics.marine import (
 RNG = np.random.default_rng(5)
 
 
-def test_interval_of_three_numbers() -> None:
-    """t of 2 degrees of freedom at 97.5 %: 4.302653."""
-    found = confidence_interval([1.0, 2.0, 3.0])
-    assert float(found.mean) == 2.0
-    assert float(found.error) == pytest.approx(1.0 / np.sqrt(3.0))
-    assert float(found.half_width) == pytest.approx(4.302653 / np.sqrt(3.0))
-
-
 def test_one_seed_and_missing_values_have_no_interval() -> None:
     found = confidence_interval([[2.0], [3.0]])
     assert found.mean.tolist() == [2.0, 3.0]
