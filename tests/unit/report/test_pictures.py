@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,6 @@ from m4e_fmi.cosim import Simulation as Settings
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, JointEffort, Model, load_model
-from m4e_fmi.multibody import model_program
 from m4e_fmi.report import (
     animate,
     model_figure,
@@ -53,21 +51,6 @@ def cart() -> Model:
 @pytest.fixture(scope="module")
 def simulation(cart: Model) -> Simulation:
     return simulate(cart, stop_time=4.0, output_interval=0.02)
-
-
-def test_bodies_are_where_they_start(spiderfloat: Model, cart: Model) -> None:
-    shown = scene(spiderfloat)
-    assert shown.bodies[:3] == ("float", "right_arm", "left_arm")
-    assert shown.start[0] == pytest.approx([10, 6, 0])
-    assert shown.start[5] == pytest.approx([20.5, 5.5, 0])
-    assert shown.depths == (1, 2, 2, 3, 3, 4, 4)
-    program = model_program(cart).with_start({"joint.rail.q": 2.0, "joint.shoulder.q": 0.3})
-    moved = scene(cart, program)
-    assert moved.start[0] == pytest.approx([2.0, 0.125, 0.0])
-    assert moved.start[1, 2] == 0.3
-    pin = Joint("revolute", "rod", joint_to_child=(0, -1), initial={"q": "pi/2"})
-    tilted = scene(Model("rod", {"rod": Body(1, 1)}, {"pin": pin}))
-    assert tilted.start[0] == pytest.approx([-1, 0, math.pi / 2])
 
 
 def test_ends_of_joints_meet(simulation: Simulation, cart: Model) -> None:
