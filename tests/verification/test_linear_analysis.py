@@ -129,7 +129,12 @@ def test_stiffness_proportional_damping() -> None:
     beta = 2e-3
     data = {"length": 2.0, "rigidity": 5.0, "density": 0.8}
     free = modes(linearize(cantilever(8, **data))).frequencies[:4]
-    damped = modes(linearize(cantilever(8, **data, damping=beta)))
+    linear = linearize(cantilever(8, **data, damping=beta))
+    assert linear.mechanical is not None
+    np.testing.assert_allclose(
+        linear.mechanical.C, beta * linear.mechanical.K, rtol=1e-9, atol=1e-9
+    )
+    damped = modes(linear)
     assert damped.frequencies[:4] == pytest.approx(free, rel=1e-9)
     assert damped.damping_ratios[:4] == pytest.approx(beta * free / 2, rel=1e-8)
 
