@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.chains import hanging_chain
 
 from m4e_fmi.analysis import equilibrium, frequency_response, linearize, modes
 from m4e_fmi.analysis.response.linear_equations import Held
@@ -78,16 +77,6 @@ def test_a_pendulum_settles_below_and_stands_where_that_is_nearest(start: float)
     assert modes(linearize(pendulum())).stable
     # a start that is an equilibrium is found as it is
     assert equilibrium(pendulum(q=np.pi))["joint.pin.q"] == np.pi
-
-
-@pytest.mark.parametrize("size", [2, 9])
-def test_a_chain_settles_hanging(size: int) -> None:
-    """From where it lies along X, and folded: no link stands."""
-    for angle in (0.5 * np.pi, 3.0):
-        at = {f"joint.j{k}.q": angle * (-1) ** k for k in range(size)}
-        found = equilibrium(hanging_chain(size), at=at)
-        turns = found.states[0::2] / (2 * np.pi)
-        assert turns == pytest.approx(np.round(turns), abs=1e-13)
 
 
 def test_a_mass_on_a_line() -> None:

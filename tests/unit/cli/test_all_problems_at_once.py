@@ -46,10 +46,6 @@ def told(folder: Path, system: str) -> list[str]:
     return [problem.message for problem in caught.value.problems]
 
 
-def test_nothing_is_built_where_a_connection_is_wrong(files: Path) -> None:
-    assert len(told(files, SOUND.replace("lines.bow", "lines.keel"))) == 1
-
-
 def test_expected_descriptions_are_those_of_the_fmus(files: Path) -> None:
     system = Document.parse(SOUND)
     drop = ("kind",)

@@ -32,15 +32,13 @@ name: {name}
 description: {description}
 bodies: {{a: {{mass: 2, inertia: 0.1}}}}
 joints:
-  j: {{type: prismatic, child: a, direction: {direction}, initial: {{q: 0.1}}}}
-loads: {{f: {{type: joint_effort, joint: j, effort: {effort}}}}}
+  j: {{type: prismatic, child: a, direction: [1, 0], initial: {{q: 0.1}}}}
 """
 
 
 def model(folder: Path, **given: str) -> Path:
     path = folder / "a.model.yaml"
-    texts = {"name": "a", "description": "a", "direction": "[1, 0]", "effort": "1", **given}
-    path.write_text(MODEL.format(**texts), encoding="utf-8")
+    path.write_text(MODEL.format(**{"name": "a", "description": "a", **given}), encoding="utf-8")
     return path
 
 

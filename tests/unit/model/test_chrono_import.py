@@ -93,22 +93,16 @@ def test_the_same_motion_as_the_lists(
             assert got[f"body.body_{k + 1}.{quantity}"] == pytest.approx(wanted, abs=2e-6)
 
 
-class TestGravity:
-    def test_absent_gravity_is_chronos_own(self, tmp_path: Path) -> None:
-        assert loaded(tmp_path, pendulum()).gravity == 9.8
-
-    def test_gravity_of_the_file_beside(self, tmp_path: Path) -> None:
-        path = saved(tmp_path, pendulum(), "rod.model.yaml")
-        simulation = {"simulation": {"time_step": 0.1, "gravity": [0, 0, -1.62]}}
-        saved(tmp_path, simulation, "rod.simulation.yaml")
-        assert load_model(path).gravity == 1.62
-
-    def test_a_simulation_file_that_names_its_model(self, tmp_path: Path) -> None:
-        saved(tmp_path, pendulum(), "rod.yaml")
-        data = {"chrono-version": 10.0, "type": "MBS", "model": "rod.yaml", "solver": "s.yaml",
-                "simulation": {"end_time": 100, "gravity": [0, 0, -3.7]}}  # fmt: skip
-        model = load_model(saved(tmp_path, data, "mbs.yaml"))
-        assert (model.name, model.gravity) == ("one_rod", 3.7)
+def test_gravity_of_the_file_beside_and_without_one_chronos_own(tmp_path: Path) -> None:
+    path = saved(tmp_path, pendulum(), "rod.yaml")
+    assert load_model(path).gravity == 9.8
+    data = {"chrono-version": 10.0, "type": "MBS", "model": "rod.yaml", "solver": "s.yaml",
+            "simulation": {"end_time": 100, "gravity": [0, 0, -3.7]}}  # fmt: skip
+    model = load_model(saved(tmp_path, data, "mbs.yaml"))  # which names its model
+    assert (model.name, model.gravity) == ("one_rod", 3.7)
+    path = saved(tmp_path, pendulum(), "rod.model.yaml")
+    saved(tmp_path, {"simulation": {"gravity": [0, 0, -1.62]}}, "rod.simulation.yaml")
+    assert load_model(path).gravity == 1.62
 
 
 FORCE = {"name": "new", "type": "FORCE", "body": "rod", "load": [1, 0, 0], "point": [0, 0, -1]}

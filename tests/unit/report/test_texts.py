@@ -6,19 +6,11 @@ import numpy as np
 import pytest
 from support.reports import results_of
 
-from m4e_fmi.report.digits import aligned, percent
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.text import summaries
 from m4e_fmi.results.series import Series
 
 SINE = np.sin(np.linspace(0.0, 6.0, 50))
-
-
-def test_values_of_a_line_have_equally_many_decimals() -> None:
-    assert aligned(-1.23456, 0.00049, 12.3456) == ["-1.23", "0.00", "12.35"]
-    assert aligned(-0.001, 0.0, 12345.6) == ["0", "0", "12346"]
-    # a share that is rounded to nothing has no sign
-    assert [percent(x) for x in (-2e-9, 0.0, 4e-8, -1.48e-4)] == [*["0.0000 %"] * 3, "-0.0148 %"]
 
 
 def series(unit: str, **sizes: float) -> dict[str, Series]:
