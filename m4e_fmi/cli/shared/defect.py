@@ -16,9 +16,7 @@ PACKAGES = ("numpy", "scipy", "sympy", "pydantic", "ruamel.yaml", "lxml", "FMPy"
 def defect_line(error: BaseException, arguments: Sequence[str]) -> str:
     """Text to print of an unexpected error, after the report on it has been written."""
     text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
-    told = (
-        f"failed: {text}\n      this is a defect of m4e_fmi or of a kind, not of your input"
-    )
+    told = f"failed: {text}\n      this is a defect of m4e_fmi or of a kind, not of your input"
     try:
         path = write_report(error, arguments)
     except OSError as reason:
