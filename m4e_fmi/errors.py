@@ -19,30 +19,12 @@ _LONGEST_WORD, _MOST_COMPARED = 100, 5000
 """Characters and number of names that are compared by likeness, which takes long for more."""
 _LONGEST_NAME, _LONGEST_PATH = 255, 4000
 """Bytes of the name of a file or folder, and of a path."""
-_SHELLS = {"IPython", "ipykernel"}
-"""Packages whose calls stand before those of a notebook's cell."""
 CLOSE = 0.8
 """Likeness (difflib's) of a word that is one letter off."""
 
 
 class M4eError(Exception):
     """Base of every error that m4e_fmi raises on purpose."""
-
-    def _render_traceback_(self) -> list[str]:
-        """Lines for IPython and notebooks: the user's calls, not those inside m4e_fmi."""
-        import traceback
-
-        calls = traceback.extract_tb(self.__traceback__)
-        places = [Path(call.filename) for call in calls]
-        inside = [place.is_relative_to(Path(__file__).parent) for place in places]
-        first = inside.index(True) if True in inside else len(calls)
-        seen = [
-            call
-            for call, place in zip(calls[:first], places, strict=False)
-            if not _SHELLS.intersection(place.parts)
-        ]
-        lines = [line.rstrip() for line in traceback.format_list(seen)]
-        return [*lines, f"{type(self).__name__}: {self}", *getattr(self, "__notes__", ())]
 
 
 @dataclass(frozen=True)

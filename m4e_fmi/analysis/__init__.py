@@ -19,7 +19,6 @@ from m4e_fmi.analysis.sensitivity import (
     eigenvalue_sensitivity,
     sensitivity,
 )
-from m4e_fmi.analysis.symbolic import SymbolicLinearization
 from m4e_fmi.analysis.trajectory import TrajectorySensitivity, trajectory_sensitivity
 from m4e_fmi.analysis.trim import trimmed
 
@@ -33,7 +32,6 @@ __all__ = [
     "OperatingPoint",
     "Sensitivities",
     "Sensitivity",
-    "SymbolicLinearization",
     "TrajectorySensitivity",
     "eigenvalue_sensitivity",
     "equilibrium",

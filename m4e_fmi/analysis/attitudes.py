@@ -16,7 +16,6 @@ import numpy as np
 
 from m4e_fmi.joints import QUATERNION, TURNING
 from m4e_fmi.program import Program, Variable
-from m4e_fmi.program.functions import AnyScalar
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,15 +55,10 @@ def attitudes(program: Program) -> list[Attitude]:
     return found
 
 
-def twice_tangent(e: Sequence[AnyScalar] | Floats) -> list[list[AnyScalar]]:
-    """2 T of `tangent_of`, of any numbers: rows of (4, 3)."""
-    w, x, y, z = e
-    return [[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]]
-
-
 def tangent_of(e: Sequence[float] | Floats) -> Floats:
     """T (4, 3): T θ is the change of the quaternion `e` (4,) by small rotations θ [rad]."""
-    return 0.5 * np.array(twice_tangent(e))
+    w, x, y, z = e
+    return 0.5 * np.array([[-x, -y, -z], [w, z, -y], [-z, w, x], [y, -x, w]])
 
 
 def rotated(e: Floats, step: Floats) -> Floats:

@@ -145,6 +145,8 @@ def _source(options: argparse.Namespace) -> _Source:
     else:
         model = load_only_model(options)
         known = {n: v for n, v in start_values(options).items() if not isinstance(v, str)}
+        if wrong := model.problems_with(known):
+            raise InputError(wrong)
         scene = scene_of_model(model, file_stem(model.name), known)
         read = input_file(options.model, options.model.name)
         found = _Source(model, model.name, scene, (read,) if read else ())

@@ -11,7 +11,7 @@ from m4e_fmi.report.drawing.animation import animate
 from m4e_fmi.report.drawing.decay_figure import plot_decay
 from m4e_fmi.report.drawing.figures import plot_run, plot_simulation
 from m4e_fmi.report.drawing.hydro_figure import plot_hydro
-from m4e_fmi.report.drawing.motion import plot_modes, plot_phase
+from m4e_fmi.report.drawing.motion import plot_modes
 from m4e_fmi.report.drawing.pictures import check_picture_path
 from m4e_fmi.report.drawing.schematic import draw_model, model_figure
 from m4e_fmi.report.drawing.system_graph import draw_system, system_figure
@@ -70,7 +70,6 @@ __all__ = [
     "plot_differences",
     "plot_hydro",
     "plot_modes",
-    "plot_phase",
     "plot_run",
     "plot_simulation",
     "plot_waves",

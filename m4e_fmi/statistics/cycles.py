@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.errors import InputError
 from m4e_fmi.shown import short
 from m4e_fmi.statistics.record import (
     Floats,
@@ -114,17 +113,3 @@ def _highest_third(sizes: Floats) -> float:
     if len(sizes) < 3:
         raise UndefinedError(f"the record has {len(sizes)} complete cycles, 3 are needed")
     return float(np.sort(sizes)[-(len(sizes) // 3) :].mean())
-
-
-def exceedance_curve(values: ArrayLike) -> tuple[Floats, Floats]:
-    """Values (k,), ascending, in their unit, and their probabilities of exceedance (k,) [1].
-
-    `values` (k,), in their unit, are a sample such as the crests of a record. That of the i-th
-    highest of k is i/(k + 1) (Weibull's plotting position). InputError for values that are not
-    finite.
-    """
-    x = np.asarray(values, dtype=float)
-    if x.ndim != 1 or not np.isfinite(x).all():
-        raise InputError.single("expected one row of finite values", "leave the others out")
-    k = len(x)
-    return np.sort(x), np.arange(k, 0, -1) / (k + 1.0)

@@ -1,4 +1,4 @@
-"""Wave energy: annual energy over sea states, power matrices, power of waves, capture width."""
+"""Wave energy: annual energy over sea states, power of waves."""
 
 from __future__ import annotations
 
@@ -78,54 +78,6 @@ def check_probabilities(probability: Floats) -> None:
         raise InputError(wrong)
 
 
-@short
-@dataclass(frozen=True)
-class PowerMatrix:
-    """Mean `power` (h, t) [W] in classes of height and period, nan in those without runs.
-
-    `runs` (h, t) [1] are the numbers of runs; `heights` (h + 1,) [m] and `periods` (t + 1,) [s]
-    bound the classes. `left_out` counts runs outside of all.
-    """
-
-    power: Floats
-    runs: Floats
-    heights: Floats
-    periods: Floats
-    left_out: int
-
-
-def power_matrix(
-    height: ArrayLike,
-    period: ArrayLike,
-    power: ArrayLike,
-    *,
-    heights: ArrayLike,
-    periods: ArrayLike,
-) -> PowerMatrix:
-    """Mean power of runs by classes of their sea states.
-
-    `height` (m,) [m], `period` (m,) [s] and `power` (m,) [W] are those of m runs; `heights`
-    (h + 1,) [m] and `periods` (t + 1,) [s] the bounds of classes, ascending. A run on a bound
-    belongs to the class above it, on the last bound to the last class. InputError for shapes that
-    do not fit and bounds that do not ascend.
-    """
-    h, t, p = (np.asarray(a, dtype=float) for a in (height, period, power))
-    bounds = [np.asarray(a, dtype=float) for a in (heights, periods)]
-    if h.ndim != 1 or not h.shape == t.shape == p.shape:
-        message = f"height {h.shape}, period {t.shape} and power {p.shape} do not fit each other"
-        raise InputError.single(message, "give one of each for every run")
-    for name, edges in zip(("heights", "periods"), bounds, strict=True):
-        if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
-            raise InputError.single(f"the bounds of {name} do not ascend", "give two or more")
-    inside = (h >= bounds[0][0]) & (h <= bounds[0][-1])
-    inside &= (t >= bounds[1][0]) & (t <= bounds[1][-1])
-    h, t, p = h[inside], t[inside], p[inside]
-    runs = np.histogram2d(h, t, bounds)[0]
-    total = np.histogram2d(h, t, bounds, weights=p)[0]
-    mean = np.where(runs > 0, total / np.maximum(runs, 1.0), np.nan)
-    return PowerMatrix(mean, runs, bounds[0], bounds[1], int(np.sum(~inside)))
-
-
 def wave_power(
     height: ArrayLike,
     energy_period: ArrayLike,
@@ -163,12 +115,3 @@ def _shallower(deep: Floats) -> Floats:
     # 2 kh/sinh 2kh, without the overflow of sinh
     half = 4.0 * kh * np.exp(-2.0 * kh) / -np.expm1(-4.0 * kh)
     return np.tanh(kh) * (1.0 + half)
-
-
-def capture_width(power: ArrayLike, power_of_waves: ArrayLike) -> Floats:
-    """Width (…,) [m] of crest that carries the `power` (…,) [W]; nan where the waves have none.
-
-    `power_of_waves` (…,) [W/m] is that per metre of crest.
-    """
-    p, j = np.asarray(power, dtype=float), np.asarray(power_of_waves, dtype=float)
-    return np.asarray(np.where(j > 0.0, p / np.where(j > 0.0, j, 1.0), np.nan), dtype=float)

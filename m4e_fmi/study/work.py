@@ -21,7 +21,6 @@ from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named, changed
-from m4e_fmi.study.systems.order import LongestFirst
 from m4e_fmi.study.systems.plan import Plan, Versions, system_id
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
@@ -89,9 +88,7 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
     spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
 
     def records(missing: Sequence[int]) -> Generator[Batch]:
-        order = LongestFirst(missing, known.study.grid)
-        for run, record in perform((run, tasks[run]) for run in order):
-            order.learn(run, record.wall_time)
+        for run, record in perform((run, tasks[run]) for run in missing):
             yield {run: record}
 
     return Work(

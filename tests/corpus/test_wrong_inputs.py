@@ -141,6 +141,12 @@ def exit_code(command: str) -> object:
         return ended.code
 
 
+def contents(folder: Path) -> dict[Path, bytes]:
+    """All files but those that are built."""
+    files = (path for path in folder.rglob("*") if path.is_file())
+    return {path: path.read_bytes() for path in files if folder / "build" not in path.parents}
+
+
 def expected(group: str) -> dict[str, str]:
     """The texts of a group, by the names of its cases."""
     path = FOLDER / f"{group}.txt"
@@ -166,7 +172,9 @@ def test_what_is_said(
     pack(folder)
     monkeypatch.chdir(folder)
     capsys.readouterr()
+    before = contents(folder)
     code = exit_code(case.command)
+    assert code != 2 or contents(folder) == before  # what is refused leaves no trace
     said = VARYING.sub("…", USAGE.sub("", "".join(capsys.readouterr())))
     assert "Traceback" not in said
     said = f"exit {code}\n{said.replace(f'{folder}/', '').rstrip()}"

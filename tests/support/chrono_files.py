@@ -50,7 +50,9 @@ def chrono_model(
         else:
             body |= {"location": [x, 0, z], "orientation": [0, angle, 0]}
         bodies.append(body)
-    model: dict[str, Any] = {"name": "copy", "angle_degrees": degrees, "bodies": bodies}
+    model: dict[str, Any] = {"name": "copy", "bodies": bodies}
+    if not degrees:  # which are the default
+        model["angle_degrees"] = False
     model["joints"] = [
         joint for row in range(len(lists["joints"])) if (joint := _joint(lists, system, poses, row))
     ]

@@ -17,9 +17,6 @@ PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
 FLEXIBLE = EXAMPLES / "flexible_pendulum"
 
 
-BUOY = EXAMPLES / "moored_buoy" / "system.yaml"
-
-
 def copied(folder: Path, source: Path, *changes: tuple[str, str]) -> Path:
     """A copy of an example's file with texts replaced."""
     text = source.read_text(encoding="utf-8")

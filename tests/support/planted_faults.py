@@ -233,7 +233,7 @@ FAULTS = {
     ),
     "a knot in the wrong unit": Fault("m4e_fmi", "1852 / 3600", "1852 / 360", "unit/test_units.py"),
     "wrong input is exit code 1": Fault(
-        "m4e_fmi/cli", "EXIT_USAGE = 2", "EXIT_USAGE = 1", "unit/cli/test_refusals.py"
+        "m4e_fmi/cli", "EXIT_USAGE = 2", "EXIT_USAGE = 1", "unit/cli/test_quoted_texts.py"
     ),
     # ---- FMUs ----
     "derivatives refer to the variable before": Fault(

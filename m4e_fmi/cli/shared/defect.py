@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import platform
-import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 
 import m4e_fmi
 
@@ -18,8 +16,7 @@ PACKAGES = ("numpy", "scipy", "sympy", "pydantic", "ruamel.yaml", "lxml", "FMPy"
 def defect_line(error: BaseException, arguments: Sequence[str]) -> str:
     """Text to print of an unexpected error, after the report on it has been written."""
     text = f"{type(error).__name__}: {error}".splitlines()[0][:200]
-    whose = _other_kind(error) or "m4e_fmi"
-    told = f"failed: {text}\n      this is a defect of {whose}, not of your input"
+    told = f"failed: {text}\n      this is a defect of m4e_fmi or of a kind, not of your input"
     try:
         path = write_report(error, arguments)
     except OSError as reason:
@@ -41,23 +38,6 @@ def write_report(error: BaseException, arguments: Sequence[str]) -> str:
     ) as file:  # fmt: skip
         file.write("\n".join(lines))
     return file.name
-
-
-def _other_kind(error: BaseException) -> str:
-    """The kind of another package in whose code an error was raised, and where; "" if in none."""
-    from m4e_fmi.cosim.system.component import kinds
-
-    roots = {Path(m4e_fmi.__file__).parent: ""}
-    for name, point in kinds().items():
-        package = sys.modules.get(point.value.partition(".")[0])
-        if package is not None and package.__file__:
-            own = package.__name__ in ("m4e_fmus", "m4e_adapters")
-            roots[Path(package.__file__).parent] = "" if own else f"the kind {name!r}"
-    for frame in reversed(traceback.extract_tb(error.__traceback__)):
-        for folder, kind in roots.items():
-            if Path(frame.filename).is_relative_to(folder):
-                return f"{kind} ({frame.filename}, line {frame.lineno})" if kind else ""
-    return ""
 
 
 def versions() -> dict[str, str]:

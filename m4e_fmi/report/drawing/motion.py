@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program, Variable
@@ -18,8 +18,7 @@ from m4e_fmi.report.drawing.parts import colour_of, ground_lines, placed, ranks,
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.scene import Scene, scene, start_values
 from m4e_fmi.report.drawing.space.modes import ModePictures
-from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, GRID, INK, PAPER, pale
-from m4e_fmi.simulate import Simulation
+from m4e_fmi.report.drawing.style import BODY_COLOURS, GREY, INK, pale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,35 +29,6 @@ if TYPE_CHECKING:
 WIDEST = 12.5  # inches
 SWING = 0.12  # how far a mode shape moves a body at most, as a part of the scene's diagonal
 LARGEST_TURN = 0.5  # rad
-
-
-def plot_phase(
-    simulation: Simulation, picture: str | Path, *, pairs: Sequence[tuple[str, str]] | None = None
-) -> Path:
-    """Draw one variable over another to `picture`, for every pair (horizontal, vertical) of names.
-
-    By default each coordinate with its velocity. A disc marks the start, a ring the end. InputError
-    for a name that the simulation does not have.
-    """
-    pairs = pairs or _coordinates_and_velocities(simulation.program)
-    for name in (name for pair in pairs for name in pair):
-        if name not in simulation.values:
-            remedy = suggestion(name, simulation.values, "variables")
-            raise InputError.single(f"the simulation has no variable {name!r}", remedy)
-    figure, axes = _grid(len(pairs), 3.0, 2.8)
-    for k, (axis, (x, y)) in enumerate(zip(axes, pairs, strict=True)):
-        colour = BODY_COLOURS[k % len(BODY_COLOURS)]
-        across, up = simulation[x], simulation[y]
-        axis.plot(across, up, color=colour, lw=0.8)
-        axis.plot(across[:1], up[:1], "o", ms=5, color=colour)
-        axis.plot(across[-1:], up[-1:], "o", ms=5.5, mfc=PAPER, mec=colour)
-        axis.set_xlabel(f"{shortened(x)} [{simulation.variables[x].unit}]", fontsize=8)
-        axis.set_ylabel(f"{shortened(y)} [{simulation.variables[y].unit}]", fontsize=8)
-        axis.grid(color=GRID, lw=0.6)
-        axis.tick_params(labelsize=7, colors=GREY)
-        for side in ("top", "right"):
-            axis.spines[side].set_visible(False)
-    return _saved(figure, simulation.program.name, picture)
 
 
 def plot_modes(
@@ -129,10 +99,6 @@ def _in_phase(shape: np.ndarray) -> np.ndarray:
 def _entitle(axis: Axes, k: int, titles: Sequence[str]) -> None:
     title = titles[k] if k < len(titles) else f"mode {k + 1}"
     axis.set_title(shortened(title), fontsize=9, color=INK, loc="left")
-
-
-def _coordinates_and_velocities(program: Program) -> list[tuple[str, str]]:
-    return [(v.derivative_of, v.name) for v in program.states if v.derivative_of is not None]
 
 
 def _moved(

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from m4e_fmi.results.results_file import Results
 from m4e_fmi.results.series import Series
 
 TIME = np.linspace(0.0, 60.0, 1201)
-OMEGA = 0.9
 SINE = np.sin(TIME)
 FINE = np.linspace(0.0, 10.0, 101)
 
@@ -59,14 +56,6 @@ def test_measures_of_a_known_difference() -> None:
     assert note.startswith("buoy.z: differs by -2 m in the mean")
 
 
-@pytest.mark.parametrize(("name", "scale"), [("range", 2.0), ("amplitude", 1.0), ("value", 4.0)])
-def test_differences_are_divided_as_asked(name: str, scale: float) -> None:
-    time = np.linspace(0.0, 20.0 * np.pi, 2001)
-    one, other = results(time, z=3.1 + np.cos(time)), results(time, z=3.0 + np.cos(time))
-    found = m4e_fmi.compare(one, other, relative_to=name)["buoy.z"]  # type: ignore[arg-type]
-    assert found.largest_share == pytest.approx(0.1 / scale, rel=1e-6)
-
-
 def test_a_reference_of_zero() -> None:
     """Without a floor any difference is infinite; Eq. (9) has a floor."""
     one, zero = results(z=np.full(len(TIME), 1e-6)), results(z=0.0 * TIME)
@@ -74,17 +63,6 @@ def test_a_reference_of_zero() -> None:
     assert not found.is_within
     assert np.isinf(found["buoy.z"].nrmse)
     assert m4e_fmi.compare(one, zero, floor=1e-4)["buoy.z"].nrmse == pytest.approx(0.01)
-
-
-@pytest.mark.parametrize("shift", [-1.0, 0.2, 2.5])
-@pytest.mark.parametrize("ratio", [0.7, 1.0, 1.3])
-def test_phase_and_amplitude_of_a_sine_are_exact(shift: float, ratio: float) -> None:
-    values = 5.0 + 2.0 * ratio * np.sin(OMEGA * (TIME - shift))
-    found = phase(TIME, values, 1.0 + 2.0 * np.sin(OMEGA * TIME))
-    assert found.period == pytest.approx(2.0 * np.pi / OMEGA, rel=1e-6)
-    assert found.amplitude_ratio == pytest.approx(ratio, rel=1e-6)
-    assert found.time_shift == pytest.approx(shift, abs=1e-5)
-    assert found.share == pytest.approx(1.0, abs=1e-6)
 
 
 def test_phase_of_an_irregular_record() -> None:
@@ -158,32 +136,6 @@ def test_names_and_units_of_a_table(tmp_path: Path) -> None:
     assert "buoy.y: 'buoy.y' says no unit: taken as m" in found.notes
     assert (found.only_here, found.only_there) == (("buoy.x",), ("w",))
     assert any("the only one so called" in note for note in found.notes)
-
-
-def test_only_the_part_between_two_times_counts() -> None:
-    one, reference = results(z=SINE), results(z=np.where(TIME < 10.0, 9.0, SINE))
-    found = m4e_fmi.compare(one, reference, start_time=10.0, stop_time=20.0)["buoy.z"]
-    assert (found.time[0], found.time[-1], found.largest) == (10.0, 20.0, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("reference", "given", "said"),
-    [
-        (results(TIME + 100.0, z=TIME), {}, "no time in common: ours.nc has 0 to 60 s"),
-        (results(TIME + 100.0, z=TIME), {}, "--time-shift"),
-        (results(z=TIME), {"start_time": 900.0}, "no time in common from 900 s"),
-        (results(w=TIME), {}, "no variable has the same name"),
-        (results(unit="kg", z=TIME), {}, "m and kg are of different dimension"),
-        (results(z=TIME), {"mapping": {"buoy.z * 0": "buoy.z"}}, "expected no factor 0"),
-        (results(z=TIME), {"mapping": {"buoy.zz": "buoy.z"}, "variables": ["buoy.y"]}, "buoy.y"),
-        (results(z=TIME), {"tolerance": -1.0, "relative_to": "rnage", "start_time": 2.0,
-                           "stop_time": 1}, "rnage"),
-    ],
-)  # fmt: skip
-def test_wrong_requests_are_refused(reference: Results, given: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=re.escape(said)) as caught:
-        m4e_fmi.compare(results(z=TIME), reference, **given)
-    assert len(caught.value.problems) == max(1, len(given) - ("start_time" in given))
 
 
 def test_signs_factors_and_origins_are_mapped() -> None:

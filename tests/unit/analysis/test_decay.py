@@ -63,17 +63,6 @@ def test_a_motion_with_quadratic_damping(ratio: float, b: float) -> None:
     assert linear_part == pytest.approx(2 * ratio * OMEGA * 3e5, abs=1e-5 * 3e5)
 
 
-def test_decrements_grow_with_amplitude_as_quadratic_damping_says() -> None:
-    """To first order, half a decrement per period is π (ζ + 4/(3π) b a): here within 1 %."""
-    ratio, b = 0.01, 0.05
-    found = fit_decay(TIME, quadratic(ratio, b))
-    expected = math.pi * (ratio + 4 / (3 * math.pi) * b * found.peaks.between)
-    assert len(expected) > 8
-    np.testing.assert_allclose(found.peaks.decrements, expected, rtol=0.01)
-    middle = found.equivalent_ratio(0.5)
-    assert middle.value == pytest.approx(ratio + 4 / (3 * math.pi) * b * 0.5, rel=1e-4)
-
-
 def test_odd_rows_do_no_harm_and_are_told() -> None:
     """Uneven rows, a gap, a rest that drifts; what is before the release is left out."""
     random = np.random.default_rng(3)

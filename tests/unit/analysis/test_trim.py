@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 
 from m4e_fmi.analysis import trimmed
-from m4e_fmi.errors import InputError, M4eError
+from m4e_fmi.errors import M4eError
 from m4e_fmi.model import Body, Joint, JointEffort, Model, Parameter
 from m4e_fmi.program import Program, Recorder, Scalar, Variable, sqrt
 
@@ -110,10 +110,3 @@ def test_what_cannot_be_held(
 ) -> None:
     with pytest.raises(M4eError, match=said):
         trimmed(system, such_that=such_that, vary=vary)
-
-
-def test_a_pose_is_held_by_what_acts_at_two_bodies() -> None:
-    point = trimmed(pendulum(), such_that=POSE, vary=["joint.elbow.effort", "body.lower.force_x"])
-    assert point["joint.elbow.q"] == 1.0
-    with pytest.raises(InputError, match="no state, input, parameter or output"):
-        point["body.lower.zz"]

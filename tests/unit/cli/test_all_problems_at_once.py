@@ -46,10 +46,6 @@ def told(folder: Path, system: str) -> list[str]:
     return [problem.message for problem in caught.value.problems]
 
 
-def test_nothing_is_built_where_a_connection_is_wrong(files: Path) -> None:
-    assert len(told(files, SOUND.replace("lines.bow", "lines.keel"))) == 1
-
-
 def test_expected_descriptions_are_those_of_the_fmus(files: Path) -> None:
     system = Document.parse(SOUND)
     drop = ("kind",)
@@ -97,13 +93,3 @@ def test_nothing_is_made_twice(
         monkeypatch.setattr(mooring, "check", lambda *_, **__: calls.append("check"), raising=False)
     assert main(["info", str(files / "s.system.yaml")]) == 0
     assert calls == ["make"]
-
-
-def test_a_tree_is_not_judged_where_a_joint_is_wrong(files: Path) -> None:
-    two = MODEL.replace("{float: {", "{arm: {mass: 1, inertia: 1}, float: {")
-    two = two.replace("joints: {", "joints: {j: {type: revolute, child: arm}, ")
-    for old, new in (("child: arm", "child: amr"), ("revolute", "revolut")):
-        (files / "buoy.model.yaml").write_text(two.replace(old, new))
-        with pytest.raises(InputError) as caught:
-            load_model(files / "buoy.model.yaml")
-        assert "has no joint" not in str(caught.value)

@@ -83,12 +83,3 @@ def test_maps_of_names(files: Path, said: Said) -> None:
     (files / "names.yaml").write_text("Heave: buoy.z\nP=1: buoy.pitch\n")
     options = ["--map-file", "names.yaml", "--json", "--no-plot"]
     assert json.loads(said("compare", "ours.csv", "tool.csv", *options)) == given
-
-
-def test_signs_and_times_of_another_tool(files: Path, said: Said) -> None:
-    rows = [f"{t + 50:.9g},{-100 * np.sin(t):.9g}" for t in TIME]
-    (files / "tool.csv").write_text("\n".join(["Time (s),down (cm)", *rows]))
-    (files / "names.yaml").write_text("down * -1: buoy.z\n")
-    for given in (["--map", "down * -1=buoy.z"], ["--map-file", "names.yaml"]):
-        options = ["--time-shift", "-50", "--tolerance", "1e-6", "--no-plot", *given]
-        assert "all 1 variables are within" in said("compare", "ours.csv", "tool.csv", *options)

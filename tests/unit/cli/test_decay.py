@@ -61,27 +61,6 @@ def test_degrees_are_converted(tmp_path: Path, said: Said) -> None:
     assert found["values"]["quadratic"]["unit"] == "1/rad"
 
 
-def test_a_table_of_a_logger(tmp_path: Path, said: Said) -> None:
-    """Lines above the names, decimal commas, times of day and gaps are read as by `compare`."""
-    path = tmp_path / "tank.csv"
-    above = ["Tank 2", "Project: 4711", "Date: 2026-03-11", "", "Clock;Heave;Pitch", ";mm;deg"]
-    rows = [
-        f"09:12:{t:09.6f};{'NaN' if 100 <= k < 110 else f'{1e3 * x:.9f}'};0".replace(".", ",")
-        for k, (t, x) in enumerate(zip(TIME, MOTION, strict=True))
-    ]
-    clock = [row.replace(",", ".", 1) for row in rows]
-    path.write_text("\n".join([*above, *clock]), encoding="utf-8")
-    text = said("decay", path, "--column", "Heave", "--no-plot")
-    for part in (
-        "tank.csv, Heave [m]: free decay",
-        "undamped period                                        5 ",
-        "lines above the names left out",
-        "the record has a gap from 9.9 to 11 s",
-    ):
-        assert part in text
-    assert "2 columns beside the time" in said("decay", path, "--no-plot", code=2)
-
-
 def test_marks_and_spikes_are_told(tmp_path: Path, said: Said) -> None:
     """A mark of missing values and a spike count as measured."""
     path = table(tmp_path, "time [s],heave [mm]", 1e3)

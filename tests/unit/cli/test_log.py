@@ -48,30 +48,20 @@ def system(here: Path) -> Path:
     return copied(here, FLEXIBLE / "system.yaml")
 
 
-@pytest.mark.usefixtures("here")
-def test_a_simulation_tells_its_events(capsys):
-    assert called(*SIMULATE, "--events") == 0
-    found = events(capsys)
-    plan, summary = one(found, "plan"), one(found, "summary")
-    assert (plan["name"], plan["stop_time"], plan["step_size"]) == ("double_pendulum", 0.5, 0.0)
-    numbers = {number["name"]: number for number in summary["numbers"]}
-    assert numbers["simulated time"] == {"name": "simulated time", "unit": "s", "value": 0.5}
-    tip = next(v for v in summary["variables"] if v["name"] == "body.lower.z")
-    assert tip["unit"] == "m"
-    assert tip["min"] < tip["mean"] < tip["max"]
-    assert one(found, "file")["path"] == str(Path("build", "double_pendulum.nc"))
-    assert [e for e in found if e["event"] == "progress"][-1]["fraction"] == 1.0
-    assert one(found, "end")["exit_code"] == 0
-    assert "m4e_fmi" in one(found, "start")["versions"]
-
-
 def test_a_run_tells_its_events_and_its_log_has_the_lines(system, capsys):
-    options = ["--stop-time", "0.2", "--log-file", "logs/run.log"]
+    options = ["--stop-time", "0.2", "--no-plot", "--log-file", "logs/run.log"]
     assert called("run", system, "--events", *options) == 0
     found = events(capsys)
     kinds = [event["event"] for event in found]
     assert kinds.index("plan") < kinds.index("line") < kinds.index("summary") < kinds.index("file")
-    assert one(found, "plan")["components"] == ["body", "line"]
+    plan, summary = one(found, "plan"), one(found, "summary")
+    assert (plan["components"], plan["stop_time"]) == (["body", "line"], 0.2)
+    numbers = {number["name"]: number for number in summary["numbers"]}
+    assert numbers["simulated time"] == {"name": "simulated time", "unit": "s", "value": 0.2}
+    height = next(v for v in summary["variables"] if v["name"] == "body.body.mass.z")
+    assert height["unit"] == "m"
+    assert height["min"] < height["mean"] < height["max"]
+    assert one(found, "file")["path"] == str(Path("build", "flexible_pendulum.nc"))
     lines = Path("logs/run.log").read_text("utf-8").splitlines()
     stamp = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}[+-]\d\d:\d\d (INFO|WARNING|ERROR) +"
     assert all(re.match(stamp, line) or line.startswith(" " * 30) for line in lines)
@@ -112,26 +102,6 @@ def test_quiet_leaves_warnings_and_errors(system, capsys):
     assert "no such file" in refused(capsys, "run", "none.yaml", "--quiet")
 
 
-@pytest.mark.parametrize("quiet", [True, False])
-def test_a_warning_among_lines_of_progress_is_kept(capsys, quiet):
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(quiet=quiet), [])
-        for line in ("hydro: warning: too coarse: 3 of 40", "hydro: 2 of 7", "hydro: 10 of 20"):
-            log.say(line)
-        log.say("built")
-        log.warn("warning: a body floats")
-        log.note("settled: mooring")
-        log.show("a table\n 3 of 4")
-    out, err = capsys.readouterr()
-    if quiet:
-        assert out == ""
-        assert err.splitlines() == ["hydro: warning: too coarse: 3 of 40", "warning: a body floats"]
-    else:
-        # of lines that count, every tenth
-        assert out.splitlines()[1:] == ["hydro: 10 of 20", "built", "a table", " 3 of 4"]
-        assert err.splitlines() == ["warning: a body floats", "settled: mooring"]
-
-
 def _options(**given: object) -> Namespace:
     return Namespace(**given)
 
@@ -150,7 +120,9 @@ def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
 
 
 @pytest.mark.usefixtures("here")
-def test_a_wrong_log_file_is_an_event_too(capsys):
+def test_progress_and_a_wrong_log_file_are_events(capsys):
+    assert called(*SIMULATE, "--events") == 0
+    assert [e for e in events(capsys) if e["event"] == "progress"][-1]["fraction"] == 1.0
     assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
     assert [event["event"] for event in events(capsys)] == ["start", "error", "end"]
 

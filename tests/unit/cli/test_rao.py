@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import statistics
@@ -74,24 +73,6 @@ def test_the_sea_of_the_file_and_another(buoy: Path, tmp_path: Path, said: Said)
     assert own == pytest.approx(other, rel=0.05)
 
 
-def test_progress_is_shown_on_terminals_only(
-    buoy: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    said: Said,
-) -> None:
-    command = ["rao", buoy, "--periods", "6", "--height", "1", "--check", "--no-plot"]
-    command += ["--output-file", str(tmp_path / "r.nc")]
-    lines = {"steady motion in wave 1 of 1", "simulated seconds: 240 of 240"}
-    assert not lines & set(said(*command).splitlines())
-    error = io.StringIO()
-    error.isatty = lambda: True  # type: ignore[method-assign]
-    monkeypatch.setattr("sys.stderr", error)
-    said(*command)
-    assert lines <= set(error.getvalue().replace("\n", "\r\033[K").split("\r\033[K"))
-    assert error.getvalue().endswith("\n")  # what is printed next has its own line
-
-
 @pytest.mark.parametrize(("given", "part"), [
     (["--headings", "30"], "the excitation was computed for waves that travel at 0 deg"),
     (["--outputs", "buoy.body.flaot.z"], "did you mean 'buoy.body.float.z'"),
@@ -110,20 +91,6 @@ def test_still_water_has_no_sea(tmp_path: Path, said: Said) -> None:
     assert "configured with no irregular sea" in said(
         "rao", str(held_buoy(tmp_path)), "--sea", code=2
     )
-
-
-def test_a_simulation_beside_it(buoy: Path, tmp_path: Path, said: Said) -> None:
-    given = [buoy, "--periods", "7", "--height", "0.5", "--check", "--no-plot"]
-    given += ["--output-file", str(tmp_path / "r.nc")]
-    assert "beside a simulation of 7 s" in said("rao", *given)
-    found = json.loads(said("rao", *given, "--json"))["check"]
-    assert found["simulation"] == "of 7 s"
-    heave = next(
-        row
-        for row in found["values"]
-        if row["output"] == "buoy.body.float.z" and row["what"] == "amplitude"
-    )
-    assert heave["linearised"] == pytest.approx(heave["simulated"], rel=5e-3)
 
 
 def test_waves_that_break_and_seas_that_are_too_steep_are_told(

@@ -99,19 +99,6 @@ def test_a_dry_run_tells_the_time_or_what_tells_it(said: Said) -> None:
     assert "by 2 runs of this system in other studies, of 1 s" in told()
 
 
-@pytest.mark.usefixtures("here")
-def test_what_does_not_occur_is_told_and_is_no_failure(said: Said) -> None:
-    scatter = "scatter: {file: s.csv, rows: k, columns: joint.hinge.u}\n"
-    written_study(Path(), STUDY.replace("vary: {k: [30, 40], joint.hinge.u: [0, 1]}\n", scatter))
-    Path("s.csv").write_text("k,0,1\n30,5,0\n40,0,5\n", "utf-8")
-    line = "2 of 4 sea states do not occur and are not run"
-    assert line in said("study", "study.yaml", "--dry-run")
-    text = said("study", "study.yaml", "--no-plot", "--report")
-    assert "carts: 2 runs, 2 made" in text
-    assert line in text
-    assert line in Path("build/carts.report.html").read_text("utf-8")
-
-
 def test_names_of_the_example_stand_for_something() -> None:
     study = load_study(EXAMPLE)
     assert study.grid.shape == (6, 8, 5)

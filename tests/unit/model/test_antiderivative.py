@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import math
-from functools import reduce
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from support.programs import Evaluated
 
 from m4e_fmi.model.antiderivative import antiderivative, potential
@@ -81,19 +78,3 @@ def test_a_potential_is_zero_without_extension() -> None:
 @pytest.mark.parametrize("text", ["1/x", "1/x**2", "log(x) + 1/x"])
 def test_a_law_that_is_infinite_at_zero_has_no_potential(text: str) -> None:
     assert potential(parse(text), "x", Values(PARAMETERS)) is None
-
-
-TERMS = ["x", "x**2", "abs(x)*x", "max(0, x - b)", "tanh(a*x)", "sin(x + b)", "exp(-a*x)",
-         "atan(x)", "k*x**3", "sign(x)*abs(x)**0.5"]  # fmt: skip
-
-
-@settings(max_examples=60, deadline=None, derandomize=True)
-@given(
-    st.lists(
-        st.tuples(st.sampled_from(TERMS), st.sampled_from(["+", "-"]), st.integers(1, 9)),
-        min_size=1,
-        max_size=5,
-    )
-)
-def test_sums(terms: list[tuple[str, str, int]]) -> None:
-    check(reduce(lambda text, term: f"{text} {term[1]} {term[2]}*{term[0]}/a", terms, "c"))

@@ -93,22 +93,16 @@ def test_the_same_motion_as_the_lists(
             assert got[f"body.body_{k + 1}.{quantity}"] == pytest.approx(wanted, abs=2e-6)
 
 
-class TestGravity:
-    def test_absent_gravity_is_chronos_own(self, tmp_path: Path) -> None:
-        assert loaded(tmp_path, pendulum()).gravity == 9.8
-
-    def test_gravity_of_the_file_beside(self, tmp_path: Path) -> None:
-        path = saved(tmp_path, pendulum(), "rod.model.yaml")
-        simulation = {"simulation": {"time_step": 0.1, "gravity": [0, 0, -1.62]}}
-        saved(tmp_path, simulation, "rod.simulation.yaml")
-        assert load_model(path).gravity == 1.62
-
-    def test_a_simulation_file_that_names_its_model(self, tmp_path: Path) -> None:
-        saved(tmp_path, pendulum(), "rod.yaml")
-        data = {"chrono-version": 10.0, "type": "MBS", "model": "rod.yaml", "solver": "s.yaml",
-                "simulation": {"end_time": 100, "gravity": [0, 0, -3.7]}}  # fmt: skip
-        model = load_model(saved(tmp_path, data, "mbs.yaml"))
-        assert (model.name, model.gravity) == ("one_rod", 3.7)
+def test_gravity_of_the_file_beside_and_without_one_chronos_own(tmp_path: Path) -> None:
+    path = saved(tmp_path, pendulum(), "rod.yaml")
+    assert load_model(path).gravity == 9.8
+    data = {"chrono-version": 10.0, "type": "MBS", "model": "rod.yaml", "solver": "s.yaml",
+            "simulation": {"end_time": 100, "gravity": [0, 0, -3.7]}}  # fmt: skip
+    model = load_model(saved(tmp_path, data, "mbs.yaml"))  # which names its model
+    assert (model.name, model.gravity) == ("one_rod", 3.7)
+    path = saved(tmp_path, pendulum(), "rod.model.yaml")
+    saved(tmp_path, {"simulation": {"gravity": [0, 0, -1.62]}}, "rod.simulation.yaml")
+    assert load_model(path).gravity == 1.62
 
 
 FORCE = {"name": "new", "type": "FORCE", "body": "rod", "load": [1, 0, 0], "point": [0, 0, -1]}
@@ -173,22 +167,6 @@ class TestSigns:
         data["model"]["body_loads"] = [FORCE | {"load": [0, 0, 4], "point": [0, 0, 0]}]
         assert rates(tmp_path, data)["joint.hinge.u"] == pytest.approx(2.0)
 
-    @pytest.mark.parametrize("axis", [1, -1])
-    @pytest.mark.parametrize("degrees", [True, False])
-    def test_free_angle_is_from_the_start_about_the_axis(
-        self, tmp_path: Path, axis: int, degrees: bool
-    ) -> None:
-        """In degrees unless the file says otherwise."""
-        data, unit = pendulum(), 180 / math.pi if degrees else 1
-        if degrees:
-            del data["model"]["angle_degrees"]
-        data["model"]["bodies"][1] |= {"location": [-math.sin(0.3), 0, -math.cos(0.3)],
-                                       "orientation": [0, 0.3 * unit, 0]}  # fmt: skip
-        coil = {"axis": [0, axis, 0], "spring_coefficient": 10, "free_angle": 0.2 * unit}
-        data["model"]["rsdas"] = [ENDS | coil]
-        spring = loaded(tmp_path, data).loads["new"]
-        assert spring.angle == pytest.approx(0.3 + axis * 0.2)  # type: ignore[union-attr]
-
     @pytest.mark.parametrize(("body1", "sign"), [("rod", 1), ("ground", -1)])
     @pytest.mark.parametrize("direction", [1, -1])
     def test_a_motor_that_guides(
@@ -238,44 +216,6 @@ class TestStructure:
         y = np.array([0, math.cos(math.radians(30)), -math.sin(math.radians(30))])
         tensor = np.array([[5, 0, 0], [0, 2, 0.5], [0, 0.5, 8]])
         assert loaded(tmp_path, data).bodies["rod"].inertia == pytest.approx(y @ tensor @ y)
-
-    def test_a_body_without_a_joint_floats(self, tmp_path: Path) -> None:
-        data = pendulum()
-        data["model"]["joints"] = []
-        data["model"]["bodies"][1] |= {"orientation": [0, 0.2, 0],
-                                       "initial_linear_velocity": [1, 0, 2]}  # fmt: skip
-        (joint,) = loaded(tmp_path, data).joints.values()
-        assert joint.initial == {
-            "x": 0, "z": -1, "theta": pytest.approx(0.2), "vx": 1, "vz": 2, "omega": 0
-        }  # fmt: skip
-
-    def test_kinds_have_names_of_their_own(self, tmp_path: Path) -> None:
-        """Every element named "a": all of them are there."""
-        data = slider()
-        ends = {"name": "a", "body1": "ground", "body2": "rod"}
-        data["model"]["tsdas"] = [
-            {**ends, "point1": [1, 0, 0], "point2": [0, 0, 0], "spring_coefficient": 1,
-             "damping_coefficient": 2, "free_length": 1}
-        ]  # fmt: skip
-        data["model"]["rsdas"] = [{**ends, "axis": [0, 1, 0], "damping_coefficient": 3}]
-        function = {"type": "DATA", "data": [[0, 1], [1, 2]]}
-        data["model"]["body_loads"] = [
-            {"name": "a", "type": "FORCE", "body": "rod", "load": [1, 0, 0],
-             "modulation_function": function}
-        ]  # fmt: skip
-        data["model"]["joints"][0]["name"] = "a"
-        data["model"]["bodies"].append(
-            {"name": "b", "location": [2, 0, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}
-        )
-        data["model"]["motors"] = [
-            {"name": "a", "type": "LINEAR", "body1": "b", "body2": "rod", "location": [2, 0, 0],
-             "axis": [0, 0, 1], "actuation_type": "FORCE", "actuation_function": function}
-        ]  # fmt: skip
-        model = loaded(tmp_path, data)
-        assert list(model.joints) == ["a", "a_2"]
-        assert list(model.loads) == ["a", "a_damper", "a_2", "a_3", "a_4"]
-        assert list(model.tables) == ["a", "a_2"]
-        assert list(model.points) == ["a_1", "a_2", "a"]
 
 
 ALONE = {"name": "rod", "location": [0, 0, 0], "mass": 1, "inertia": {"moments": [1, 1, 1]}}

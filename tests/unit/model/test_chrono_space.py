@@ -1,4 +1,4 @@
-"""Chrono's YAML files in space: joints beside those written by hand, attitudes, start values.
+"""Chrono's YAML files in space: attitudes and start values.
 
 Accelerations beside an independent code: tests/verification/test_chrono_in_space.py.
 """
@@ -14,13 +14,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.programs import Evaluated
 
-from m4e_fmi.model import Joint, Model, load_model
+from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import model_program
 
 Data = dict[str, Any]
 MOMENTS = {"moments": [1.0, 2.0, 2.5]}
-SPIN = {"type": "ROTATION", "actuation_type": "FORCE",
-        "actuation_function": {"type": "CONSTANT", "value": 4}}  # fmt: skip
 
 
 def file(*joints: Data, arm: Data | None = None, **groups: Any) -> Data:
@@ -46,47 +44,6 @@ def tip(kind: str, **more: Any) -> Data:
     """A joint of block and arm at [2, 0, 1]."""
     return {"name": "tip", "type": kind, "body1": "block", "body2": "arm", "location": [2, 0, 1],
             **more}  # fmt: skip
-
-
-def by_hand(kind: str, initial: Data, **vectors: Any) -> Joint:
-    return Joint(kind, "arm", "block", (1, 0, 1), (0, 3, 0), initial=initial, **vectors)
-
-
-BALL: Data = dict.fromkeys(("phi", "theta", "psi", "omega_x", "omega", "omega_z"), 0)
-PAIR: Data = dict.fromkeys(("q1", "q2", "u1", "u2"), 0)
-JOINTS = {
-    "revolute": (tip("REVOLUTE", axis=[0, 2, 0]), by_hand("revolute", {"q": 0, "u": 0},
-                                                          axis=(0, 1, 0))),
-    "prismatic": (tip("PRISMATIC", axis=[3, 0, 4]), by_hand("prismatic", {"q": 0, "u": 0},
-                                                            direction=(0.6, 0, 0.8))),
-    "spherical": (tip("SPHERICAL"), by_hand("spherical", BALL)),
-    "universal": (tip("UNIVERSAL", axis1=[0, 0, 5], axis2=[0, 2, 1]),
-                  by_hand("universal", PAIR, axis=(0, 0, 1), second_axis=(0, 1, 0))),
-    "universal, the arm first": (
-        tip("UNIVERSAL", axis1=[0, 0, 5], axis2=[0, 2, 1], body1="arm", body2="block"),
-        by_hand("universal", PAIR, axis=(0, 1, 0), second_axis=(0, 0, 1))),
-    "fixed": (tip("LOCK"), by_hand("fixed", {})),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", JOINTS)
-def test_joints_beside_those_by_hand(tmp_path: Path, case: str) -> None:
-    given, expected = JOINTS[case]
-    model = loaded(tmp_path, file(given))
-    assert model.joints["tip"] == expected
-    assert model.joints["hinge"] == Joint(
-        "revolute", "block", "ground", (0, 0, 0), (1, 0, 0), axis=(0, 0, 1),
-        initial={"q": 0, "u": 0},
-    )  # fmt: skip
-
-
-def test_a_spindle_that_slides_is_a_cylindrical_joint(tmp_path: Path) -> None:
-    model = loaded(
-        tmp_path, file(motors=[{**tip("", axis=[0, 1, 0]), **SPIN, "spindle": "CYLINDRICAL"}])
-    )
-    assert model.joints["tip"] == by_hand("cylindrical", PAIR, axis=(0, 1, 0))
-    effort = model.loads["tip"]
-    assert (effort.effort, effort.along) == (-4, "q2")  # type: ignore[union-attr]
 
 
 def test_a_body_without_a_joint_floats(tmp_path: Path) -> None:
@@ -124,21 +81,6 @@ class TestAttitudes:
         assert found["body.arm.psi"] == pytest.approx(math.pi / 2, abs=1e-13)
         assert [found[f"body.arm.{axis}"] for axis in "xyz"] == pytest.approx([2, 3, 1], abs=1e-12)
 
-    def test_moments_of_inertia_are_in_axes_of_the_body(self, tmp_path: Path) -> None:
-        """A quarter turn about Z exchanges X and Y; com's own turn about X then Y and Z."""
-        arm = {"orientation": [90, 0, 0], "com": {"orientation": [0, 0, 90]}}
-        welded = loaded(tmp_path, file(tip("LOCK"), arm=arm)).bodies["arm"]
-        floating = loaded(tmp_path, file(arm=arm)).bodies["arm"]
-        assert welded.inertia == pytest.approx((2.5, 1, 2))
-        assert floating.inertia == pytest.approx((1, 2.5, 2))
-
-    def test_another_turn_is_no_angle_of_the_hinge(self, tmp_path: Path) -> None:
-        model = loaded(
-            tmp_path, file(tip("REVOLUTE", axis=[0, 0, 1]), arm={"orientation": [90, 30, 0]})
-        )
-        assert model.joints["tip"].initial["q"] == 0
-        assert Evaluated(model_program(model)).outputs({})["body.arm.psi"] == 0
-
 
 @pytest.mark.parametrize("first", ["block", "arm"])
 def test_start_velocities(tmp_path: Path, first: str) -> None:
@@ -155,11 +97,3 @@ def test_start_velocities(tmp_path: Path, first: str) -> None:
     del arm["initial_linear_velocity"]
     found = Evaluated(model_program(loaded(tmp_path, data))).outputs({})
     assert [found[f"body.arm.v{axis}"] for axis in "xyz"] == pytest.approx([-6, 4, 9])
-
-
-def test_gravity_of_any_direction(tmp_path: Path) -> None:
-    data = file(tip("SPHERICAL"))
-    data["simulation"]["gravity"] = [0, -9.81, 0]
-    assert loaded(tmp_path, data).gravity == (0, -9.81, 0)
-    data["simulation"]["gravity"] = [0, 0, -9.81]
-    assert loaded(tmp_path, data).gravity == 9.81

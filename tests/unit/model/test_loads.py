@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
 
 import pytest
 from support.flap_file import TEXT, WAVE
-from support.programs import Evaluated
 
-from m4e_fmi.cli import main
 from m4e_fmi.cosim import Component, ModelFile, Simulation, System, fmu_files
-from m4e_fmi.errors import InputError
 from m4e_fmi.model import (
     Body,
     BodyDrag,
@@ -34,7 +30,6 @@ from m4e_fmi.model import (
     TorsionSpring,
     load_model,
 )
-from m4e_fmi.model.loads import Load
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program.python_form import python_source
 
@@ -90,27 +85,6 @@ def test_yaml_and_python_give_the_same(folder: Path) -> None:
     assert python_source(programs[0]) == python_source(programs[2])
 
 
-def test_quantities_may_be_expressions_of_sympy() -> None:
-    import sympy
-
-    k, extension, z = sympy.symbols("k l body.hull.z")
-    model = flap()
-    rope = TensionSpring(("tip", "wall"), length=3, law=k * extension + extension**3)
-    lift = BodyForce("hull", (0, -k * z), "wave")
-    text = TensionSpring(("tip", "wall"), length=3, law="k*l + l**3")
-    made, written = (
-        model_program(_with(model, rope=spring, lift=force))
-        for spring, force in ((rope, lift), (text, model.loads["lift"]))
-    )
-    values = {v.name: 0.1 * k for k, v in enumerate(made.states)}
-    assert Evaluated(made).rates(values) == pytest.approx(Evaluated(written).rates(values))
-
-
-def _with(model: Model, **loads: Any) -> Model:
-    fields = {name: getattr(model, name) for name in model.__dataclass_fields__}
-    return Model(**{**fields, "loads": {**model.loads, **loads}})
-
-
 def test_the_first_two_columns_are_the_default(folder: Path) -> None:
     text = TEXT.replace(", columns: [time, height]", "")
     (folder / "flap.model.yaml").write_text(text)
@@ -128,28 +102,6 @@ def test_a_parameter_that_is_a_drag_coefficient_has_a_minimum() -> None:
     assert c.minimum == 0.0
 
 
-def test_a_force_in_space_needs_no_moment(tmp_path: Path) -> None:
-    path = tmp_path / "push.model.yaml"
-    path.write_text(
-        "name: push\ndimensions: 3\ngravity: 0\nbodies: {a: {mass: 2, inertia: [1, 1, 1]}}\n"
-        "joints: {f: {type: floating, child: a}}\n"
-        "loads: {push: {type: body_force, body: a, force: [4, 0, 6]}}\n"
-    )
-    rates = Evaluated(model_program(load_model(path))).rates({})
-    found = [rates[f"body.a.{name}"] for name in ("vx", "vy", "vz", "omega_x", "omega", "omega_z")]
-    assert found == [2.0, 0.0, 3.0, 0.0, 0.0, 0.0]
-
-
-@pytest.mark.parametrize(("loads", "message"), [
-    ({"rope": TensionSpring(("tip", "wall"), 3.0)}, "loads.rope: missing key 'length'"),
-    ({"blow": PointForce("tip", (0, 0), cast(Any, "bodi"))}, "blow.axes: unknown axes 'bodi'"),
-    ({"coil": TorsionSpring(("hull", "flap"))}, "expected one of 'stiffness' and 'law', got 0"),
-])  # fmt: skip
-def test_python_models_get_the_checks_of_files(loads: dict[str, Load], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        replace(flap(), loads=loads)
-
-
 GOOD = """\
 name: a
 bodies: {a: {mass: 1, inertia: 1}}
@@ -162,28 +114,6 @@ loads:
   b: {{type: bushing, points: [p, g], stiffness: k, damping: 3}}
   d: {{type: tension_damper, points: [p, g], damping: -4}}
 """
-WARNED = {
-    f"{GOOD}gravity: -9.81\n": [(4, "negative gravity, -9.81 m/s2: it lifts all bodies")],
-    f"{GOOD}gravity: 9.81\n": [],
-    f"{GOOD}dimensions: 3\ngravity: [0, 0, -9.81]\n".replace("ia: 1", "ia: [1, 1, 1]"): [],
-    DRIVEN: [
-        (8, "negative stiffness, -2000: the load pushes away from where it rests"),
-        (9, "negative damping, -4: the load drives the motion"),
-    ],
-}
-
-
-@pytest.mark.parametrize("text", WARNED, ids=["lifts", "falls", "in space", "loads"])
-def test_warnings_by_python_and_by_commands(
-    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "a.model.yaml"
-    path.write_text(text)
-    assert [(w.line, w.message) for w in load_model(path).warnings] == WARNED[text]
-    assert main(["info", str(path)]) == 0
-    said = capsys.readouterr().err
-    assert all(f"a.model.yaml:{line}:" in said and told in said for line, told in WARNED[text])
-    assert WARNED[text] or not said
 
 
 def test_a_changed_model_is_warned_of_anew(tmp_path: Path) -> None:

@@ -16,74 +16,24 @@ from m4e_fmi.model import (
     Model,
     Parameter,
     Point,
-    PointForce,
-    TensionDamper,
     TensionSpring,
-    TorsionDamper,
-    TorsionSpring,
 )
 from m4e_fmi.multibody import model_program
 
 
 def crane() -> Model:
+    """A trolley with a beam."""
     return Model(
         name="crane",
-        description="A trolley with a beam",
-        gravity=9.81,
-        parameters={"m": Parameter(2.0, "t", "Mass of the beam"), "L": Parameter(3.5, "m")},
-        bodies={
-            "trolley": Body("0.5*m", 1.0, added_mass=True),
-            "beam": Body("m", "m*L**2/12", "Hangs below"),
-        },
+        parameters={"m": Parameter(2.0, "t"), "L": Parameter(3.5, "m")},
+        bodies={"trolley": Body("0.5*m", 1.0), "beam": Body("m", "m*L**2/12")},
         joints={
-            "rail": Joint(
-                "prismatic", "trolley", direction=(1.0, 0.0), initial={"q": "2*L", "u": -0.5}
-            ),
+            "rail": Joint("prismatic", "trolley", direction=(1.0, 0.0)),
             "hinge": Joint("revolute", "beam", "trolley", joint_to_child=(0.0, "-L/2")),
         },
-        points={
-            "tip": Point("beam", (0.0, "-L/2"), "Lower end"),
-            "wall": Point("ground", (10.0, 0.0)),
-        },
-        loads={
-            "rope": TensionSpring(("wall", "tip"), "100*m", "L"),
-            "brake": TensionDamper(("wall", "tip"), 5.0),
-            "stiff": TorsionSpring(("ground", "beam"), 40.0, "pi/8"),
-            "slow": TorsionDamper(("trolley", "beam"), 3.0),
-            "push": PointForce("tip", ("3*cos(1.5*t)", 0.0)),
-            "lift": BodyForce("beam", (0.0, 2.0), "-t"),
-        },
+        points={"tip": Point("beam", (0.0, "-L/2")), "wall": Point("ground", (10.0, 0.0))},
+        loads={"rope": TensionSpring(("wall", "tip"), "100*m", "L"), "lift": BodyForce("beam")},
     )
-
-
-def test_parameters_and_start_values_are_in_si() -> None:
-    program = model_program(crane())
-    mass, length = program.parameters[:2]
-    assert (mass.start, mass.unit, mass.display_unit) == (2000.0, "kg", "t")
-    assert (length.start, length.unit, length.display_unit) == (3.5, "m", None)
-    start = {v.name: v.start for v in program.states}
-    names = ("joint.rail.q", "joint.rail.u", "joint.hinge.q", "joint.hinge.u")
-    assert start == dict(zip(names, (7.0, -0.5, 0.0, 0.0), strict=True))
-
-
-def test_variables_of_the_program() -> None:
-    """Names of DESIGN section 3; fixed points have no motion to report."""
-    program = model_program(crane())
-    wrench = {"force_x": "N", "force_z": "N", "moment_y": "N.m"}
-    inputs = {f"body.{b}.{name}": u for b in ("trolley", "beam") for name, u in wrench.items()}
-    inputs |= {"point.tip.force_x": "N", "point.tip.force_z": "N"}
-    inputs |= {"joint.rail.effort": "N", "joint.hinge.effort": "N.m"}
-    assert {v.name: v.unit for v in program.inputs} == inputs
-    outputs = {v.name: (v.unit, v.derivative_of) for v in program.outputs}
-    assert outputs["body.beam.theta"] == ("rad", None)
-    assert outputs["body.beam.alpha"] == ("rad/s2", "body.beam.omega")
-    assert outputs["point.tip.vx"] == ("m/s", "point.tip.x")
-    assert outputs["point.tip.az"] == ("m/s2", "point.tip.vz")
-    energies = {name for name in outputs if name.startswith("energy")}
-    assert energies == {"energy.kinetic", "energy.potential", "energy.total"}
-    assert not any("wall" in name for name in (*inputs, *outputs))
-    units = [v.unit for v in program.parameters if v.name.startswith("added_mass[3,")]
-    assert units == ["kg.m", "kg.m", "kg.m2"]
 
 
 WRONG: Any = "3"

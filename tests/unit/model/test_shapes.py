@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.errors import InputError
-from m4e_fmi.model import Body, Box, Cylinder, Joint, Mesh, Model, Sphere, load_model
+from m4e_fmi.model import Box, Cylinder, Mesh, Sphere, load_model
 from m4e_fmi.model.shapes.mesh_files import MeshFileError, obj_triangles, read_triangles, reduced
 
 TETRAHEDRON = """\
@@ -79,21 +78,6 @@ def test_a_mesh_is_next_to_its_model(tmp_path: Path) -> None:
     assert isinstance(shape, Mesh)
     assert shape.mesh_origin == (0, "r", 1)
     assert shape.triangles.shape == (4, 3, 3)
-
-
-def test_in_python(tmp_path: Path) -> None:
-    made = Model(
-        "m", {"b": Body(1, (1, 1, 1), shape=Sphere(0.5))}, {"j": Joint("floating", "b")},
-        dimensions=3,
-    )  # fmt: skip
-    assert made.bodies["b"].shape == Sphere(0.5)
-    with pytest.raises(InputError, match=r"bodies\.b\.shape\.sphere\.radius: must be positive"):
-        Model(
-            "m", {"b": Body(1, (1, 1, 1), shape=Sphere(0))}, {"j": Joint("floating", "b")},
-            dimensions=3,
-        )  # fmt: skip
-    with pytest.raises(InputError, match="no such mesh file"):
-        Mesh(tmp_path / "gone.stl")
 
 
 class TestMeshFiles:

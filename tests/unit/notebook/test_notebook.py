@@ -177,13 +177,3 @@ def test_an_animation_is_shown_in_a_frame(run, tmp_path):
     assert re.fullmatch(r"Animation of '.*s\.nc': \d+ kB of HTML", repr(made))
     with pytest.raises(InputError, match=r"use \.html"):
         made.save(tmp_path / "a.gif")
-
-
-def test_an_error_shows_the_calls_of_the_user_only(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        m4e.run(tmp_path / "none.yaml")
-    *calls, last = caught.value._render_traceback_()
-    assert last == f"InputError: {caught.value}"
-    (call,) = calls
-    assert Path(__file__).name in call
-    assert "m4e.run(" in call

@@ -20,7 +20,6 @@ from m4e_fmi.report import report_of_run
 from m4e_fmi.report.graph import Arrow, Component, Graph
 from m4e_fmi.report.run_report.record import (
     ATTRIBUTE,
-    END,
     Flow,
     FlowEnergy,
     InputFile,
@@ -29,7 +28,6 @@ from m4e_fmi.report.run_report.record import (
     RecordEnd,
     StatedError,
     carried_record,
-    end_of,
     record_of,
 )
 from m4e_fmi.results.row_header import NOT_ENDED
@@ -176,21 +174,6 @@ RECORD = Record(
     seeds={"components.a.seed": "1"},
     versions={"Python": "3.11"},
 )  # fmt: skip
-
-
-def test_a_record_that_is_read_is_the_one_that_was_written() -> None:
-    ended = RecordEnd(
-        steps=3,
-        rejected=1,
-        energies=(FlowEnergy(1.0, 1.1, 2.0, 1e-9),),
-        errors=(StatedError("a.p <-> b.p", "b.p.vx", 1e-3, 1e-4, 2.0, "m/s"),),
-    )
-    attributes = {**carried_record(RECORD), **carried_record(ended)}
-    assert record_of(attributes, "r.nc") == RECORD
-    assert end_of(attributes, "r.nc") == ended
-    assert (record_of({}, "r.nc"), end_of({}, "r.nc")) == (Record(), RecordEnd())
-    with pytest.raises(InputError, match=r"format 2, newer than this m4e_fmi.*\n.*update m4e_fmi"):
-        end_of({END: json.dumps({"format": 2})}, "r.nc")
 
 
 def test_damaged_records_are_refused() -> None:

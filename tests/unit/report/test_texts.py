@@ -2,44 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from support.paper_listings import double_pendulum
 from support.reports import results_of
 
-from m4e_fmi.cli import main
-from m4e_fmi.model import load_model, model_from_lists
-from m4e_fmi.report.digits import aligned, percent, quantity
 from m4e_fmi.report.panels import MOST_LINES, by_unit, coinciding, fitting, moving, panels
 from m4e_fmi.report.text import summaries
-from m4e_fmi.report.text.tables import model_listings
 from m4e_fmi.results.series import Series
 
-CASES = Path(__file__).parents[3] / "examples" / "paper_cases"
 SINE = np.sin(np.linspace(0.0, 6.0, 50))
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.4, "400.0 mW"),
-        (-1234.6, "-1.235 kW"),
-        (98_765_432.0, "98.77 MW"),
-        (1e-17, "1.000e-17 W"),
-        (float("inf"), "inf GW"),
-    ],
-)
-def test_the_unit_follows_the_size(value: float, text: str) -> None:
-    assert quantity(value, "W") == text
-
-
-def test_values_of_a_line_have_equally_many_decimals() -> None:
-    assert aligned(-1.23456, 0.00049, 12.3456) == ["-1.23", "0.00", "12.35"]
-    assert aligned(-0.001, 0.0, 12345.6) == ["0", "0", "12346"]
-    # a share that is rounded to nothing has no sign
-    assert [percent(x) for x in (-2e-9, 0.0, 4e-8, -1.48e-4)] == [*["0.0000 %"] * 3, "-0.0148 %"]
 
 
 def series(unit: str, **sizes: float) -> dict[str, Series]:
@@ -103,37 +74,3 @@ def test_mean_powers_weigh_rows_by_the_time_between_them() -> None:
     text = "\n".join(summaries._extremes(made, ""))
     assert "mean power 1.900 W over 10 s (a.pto.power)" in text
     assert text.count("mean power") == 1
-
-
-def test_tables_of_a_model() -> None:
-    """Sabet and Diaz-Flores Caminero, table 13: joint, bodies, type, vectors, direction."""
-    joints = model_listings(model_from_lists(double_pendulum()))[1]
-    assert [row[2:7] for row in joints.rows] == [
-        ("0 1", "revolute", "[0, 0]", "[0, -0.5]", "-"),
-        ("1 2", "revolute", "[0, -0.5]", "[0, -0.5]", "-"),
-    ]
-    model = load_model(CASES / "spiderfloat.model.yaml")
-    listings = model_listings(model)
-    groups = ("bodies", "joints", "points", "loads", "parameters")
-    for listing, group in zip(listings, groups, strict=True):
-        assert len(listing.rows) == len(getattr(model, group))
-        assert {len(row) for row in listing.rows} == {len(listing.head)}
-    assert listings[1].rows[3][1:] == (
-        "right_guide", "2 4", "prismatic", "[4.5, 0]", "[0.5, 0]", "[1, 0]", "-"
-    )  # fmt: skip
-    assert listings[1].rows[0][-1] == "x = 10, z = 6"
-    assert listings[3].rows[3] == (
-        "right_low", "tension spring", "right_foot, right_inner", "stiffness = k, length = 9.0139"
-    )  # fmt: skip
-
-
-def test_tables_of_a_model_in_latex(capsys: pytest.CaptureFixture[str]) -> None:
-    flap = str(CASES / "flap.model.yaml")
-    assert main(["info", flap]) == 0
-    assert "No.  Joint  Bodies  Type" in capsys.readouterr().out
-    assert main(["info", flap, "--latex"]) == 0
-    text = capsys.readouterr().out
-    assert text.count(r"\begin{tabular}") == text.count(r"\end{tabular}") == 5
-    assert r"left\_spring & tension spring & hold, left & stiffness = $k$" in text
-    assert r"length = $\sqrt{a^{2} + b^{2}}$ \\" in text
-    assert r"[$0$, $\frac{L}{2}$]" in text

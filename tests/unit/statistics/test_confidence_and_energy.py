@@ -1,4 +1,4 @@
-"""Confidence intervals over seeds; annual energy, power matrices, capture width."""
+"""Confidence intervals over seeds; annual energy, power of waves."""
 
 from __future__ import annotations
 
@@ -11,20 +11,10 @@ from m4e_fmi.statistics import confidence_interval
 from m4e_fmi.statistics.marine import (
     YEAR,
     annual_energy,
-    capture_width,
-    power_matrix,
     wave_power,
 )
 
 RNG = np.random.default_rng(5)
-
-
-def test_interval_of_three_numbers() -> None:
-    """t of 2 degrees of freedom at 97.5 %: 4.302653."""
-    found = confidence_interval([1.0, 2.0, 3.0])
-    assert float(found.mean) == 2.0
-    assert float(found.error) == pytest.approx(1.0 / np.sqrt(3.0))
-    assert float(found.half_width) == pytest.approx(4.302653 / np.sqrt(3.0))
 
 
 def test_one_seed_and_missing_values_have_no_interval() -> None:
@@ -60,29 +50,6 @@ def test_the_error_of_annual_energy_is_its_scatter() -> None:
     assert said == pytest.approx(scatter, rel=3.5 / np.sqrt(2000) + 0.02)
 
 
-def test_power_matrix() -> None:
-    found = power_matrix(
-        [1.0, 1.5, 2.0, 3.0, 9.0], [6.0, 6.5, 8.0, 9.0, 6.0], [10.0, 20.0, 40.0, np.nan, 1.0],
-        heights=[1.0, 2.0, 3.0], periods=[5.0, 7.0, 9.0],
-    )  # fmt: skip
-    assert found.runs.tolist() == [[2.0, 0.0], [0.0, 2.0]]
-    assert found.power == pytest.approx(np.array([[15.0, np.nan], [np.nan, np.nan]]), nan_ok=True)
-    assert found.left_out == 1
-    with pytest.raises(InputError):
-        power_matrix([1.0], [6.0], [1.0], heights=[2.0, 1.0], periods=[5.0, 7.0])
-    with pytest.raises(InputError):
-        power_matrix([1.0, 2.0], [6.0], [1.0], heights=[0.0, 1.0], periods=[5.0, 7.0])
-
-
-def test_capture_width() -> None:
-    """2 m and 8 s carry 1025·9.81²·4·8/(64π) = 15.70 kW/m."""
-    waves = wave_power(2.0, 8.0)
-    assert float(waves) == pytest.approx(15699.0, rel=1e-4)
-    assert capture_width([31398.0, 1.0], [float(waves), 0.0]) == pytest.approx(
-        [2.0, np.nan], rel=1e-4, nan_ok=True
-    )
-
-
 @pytest.mark.parametrize(("depth", "period"), [(10.0, 14.0), (40.0, 10.0), (40.0, 14.0)])
 def test_power_of_waves_in_water_that_is_not_deep(depth: float, period: float) -> None:
     """Beside ρ g ∫S c_g dω of a Bretschneider spectrum, whose dispersion is solved by brentq."""
@@ -102,4 +69,6 @@ def test_power_of_waves_in_water_that_is_not_deep(depth: float, period: float) -
     # one frequency: exactly its group velocity
     one = wave_power(4.0, 2.0 * np.pi / omega[::100], depth=depth)
     assert one == pytest.approx(1025.0 * g * group[::100], rel=1e-10)
+    # 2 m and 8 s in deep water: 1025·9.81²·4·8/(64π)
+    assert float(wave_power(2.0, 8.0)) == pytest.approx(15699.0, rel=1e-4)
     assert float(wave_power(2.0, 8.0, depth=1e5)) == pytest.approx(float(wave_power(2.0, 8.0)))

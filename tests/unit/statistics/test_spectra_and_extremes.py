@@ -10,13 +10,7 @@ import pytest
 from support.gaussian_sea import density, seas
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.statistics import (
-    STATISTICS,
-    gaussian_extreme,
-    gumbel_extreme,
-    spectrum,
-    weibull_extreme,
-)
+from m4e_fmi.statistics import STATISTICS, spectrum
 
 SEEDS, ROWS, STEP = 200, 14400, 0.25
 HEIGHT, PEAK = 4.0, 10.0
@@ -83,27 +77,28 @@ def test_periods_of_a_narrow_spectrum() -> None:
 
 
 def test_fits_of_tail_and_parts_agree_with_the_gaussian(sea: np.ndarray) -> None:
-    modes = STATISTICS["most_probable_maximum"].compute(TIME, sea[:100], duration=HOUR)
-    gaussian = float(np.mean(modes))
-    for model, name in ((weibull_extreme, "weibull_maximum"), (gumbel_extreme, "gumbel_maximum")):
-        found = [model(TIME, run, HOUR) for run in sea[:100]]
-        values = np.array([one.most_probable for one in found])
+    gaussian = float(np.mean(most_probable("most_probable_maximum", sea[:100])))
+    for name in ("weibull_maximum", "gumbel_maximum"):
+        values = most_probable(name, sea[:100])
         assert np.mean(values) == pytest.approx(
             gaussian, abs=BOUND * error(values) + 0.015 * gaussian
         )
-        said = np.mean([one.error for one in found])
-        assert said == pytest.approx(np.std(values, ddof=1), rel=BOUND / np.sqrt(200) + 0.1)
-        assert STATISTICS[name].compute(TIME, sea[:3], duration=HOUR) == pytest.approx(values[:3])
-        assert all(o.most_probable < o.expected < o.quantile(0.9) for o in found)
+
+
+def most_probable(name: str, values: np.ndarray, duration: float = HOUR) -> np.ndarray:
+    return STATISTICS[name].compute(TIME, values, duration=duration)
 
 
 def test_a_tail_that_is_not_gaussian_is_seen() -> None:
-    """Crests of a cubed sea: of the sea's Rayleigh, a Weibull with the shape 2/3."""
+    """Crests of a cubed sea: of the sea's Rayleigh, a Weibull with the shape 2/3.
+
+    The scatter of its most probable maximum is some 15 % (of 20 seeds).
+    """
     run = seas(1, ROWS, STEP, height=HEIGHT, peak_period=PEAK, first=7)[0]
-    largest = gaussian_extreme(TIME, run, 3.0 * HOUR).most_probable
-    found = weibull_extreme(TIME, run**3, 3.0 * HOUR)
-    assert found.most_probable == pytest.approx(largest**3, abs=3.0 * found.error)
-    assert gaussian_extreme(TIME, run**3, 3.0 * HOUR).most_probable < 0.5 * largest**3
+    (largest,) = most_probable("most_probable_maximum", run, 3.0 * HOUR)
+    (found,) = most_probable("weibull_maximum", run**3, 3.0 * HOUR)
+    assert found == pytest.approx(largest**3, rel=3.0 * 0.15)
+    assert most_probable("most_probable_maximum", run**3, 3.0 * HOUR)[0] < 0.5 * largest**3
 
 
 FEW, SINE = TIME[:10], np.sin(TIME)
@@ -113,11 +108,6 @@ REFUSED: list[tuple[Callable[[], Any], str]] = [
     (lambda: spectrum(FEW, np.sin(FEW)), "15 are needed"),
     (lambda: spectrum(UNEVEN, np.sin(UNEVEN)), "time steps differ"),
     (lambda: spectrum(TIME, SINE, segment=np.nan), "expected a finite length"),
-    (lambda: gaussian_extreme(FEW, [*FEW[:9], np.nan], HOUR), "not finite"),
-    (lambda: gaussian_extreme(TIME, SINE, 10.0), "too few for an extreme"),
-    (lambda: gumbel_extreme(TIME, SINE, -1.0), "positive duration"),
-    (lambda: weibull_extreme(TIME[:200], SINE[:200], HOUR), "complete cycles"),
-    (lambda: gaussian_extreme(TIME, SINE, HOUR).quantile(1.0), "between 0 and 1"),
 ]
 
 

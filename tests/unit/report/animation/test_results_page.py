@@ -7,7 +7,6 @@ import tracemalloc
 import zlib
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -95,18 +94,6 @@ def test_waves_have_the_start_values_of_their_parameters(tmp_path: Path) -> None
     (rope,) = scene.ropes
     assert [end.at for end in rope.ends] == [(0, 0, -1), (3, 0, -2)]
     assert len(page(results, tmp_path)) < 60_000
-
-
-def test_hulls_are_on_the_bodies_that_they_move_with(scene: Scene) -> None:
-    """In the axes of the body, about its centre of gravity."""
-    barge, cube, mast = scene.bodies
-    assert [body.name for body in scene.bodies] == ["boxes.barge", "boxes.cube", "boxes.mast"]
-    assert np.ptp(barge.surfaces[0].vertices, axis=0) == pytest.approx([6, 4, 2])
-    assert [len(body.surfaces) for body in scene.bodies] == [1, 1, 1]
-    assert mast.surfaces
-    corners = cube.surfaces[0].vertices  # of the mesh, in triangles
-    assert sorted(map(tuple, corners)) == [*product((-1, 1), repeat=3)]
-    assert {len(face) for face in cube.surfaces[0].faces} == {3}
 
 
 def test_fixed_hulls_stand_where_the_heading_turns_them(tmp_path: Path) -> None:

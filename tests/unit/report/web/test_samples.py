@@ -1,17 +1,14 @@
-"""Samples as a page has them, exactly or rounded to Float32; the plotting library in pages."""
+"""Samples as a page has them, exactly or rounded to Float32."""
 
 from __future__ import annotations
 
 import base64
 import gzip
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from m4e_fmi.report.web.library import plotly_js, unwrapped
 from m4e_fmi.report.web.samples import MOST_EXACT, Curve, Samples, packed_samples
 
 TIME = np.linspace(0.0, 1.0, 11)
@@ -65,17 +62,3 @@ def test_many_are_rounded_to_seven_digits_but_times_are_not(odd: float | None) -
     assert (found.dtype == np.float32) == (odd is None)
     assert np.abs(found / values - 1).max() <= (2.0**-24 if odd is None else 0.0)
     assert np.array_equal(numbers(samples, samples.data["time"], count), time)  # type: ignore[arg-type]
-
-
-def test_the_library_is_no_argument_of_a_function() -> None:
-    """Another form is left as it is."""
-    spec = find_spec("plotly")
-    assert spec is not None
-    assert spec.origin is not None
-    whole = (Path(spec.origin).parent / "package_data" / "plotly.min.js").read_bytes()
-    found = plotly_js()
-    assert found.startswith(whole[: whole.index(b"*/") + 2] + b'\n"use strict";var Plotly=(()=>{')
-    assert found.endswith(b"window.Plotly = Plotly;\n")
-    assert 0 < len(whole) - len(found) < 500  # of its five megabytes
-    for script in (b"", b"/** other */ (() => {})();", b'"use strict";var Plotly=(()=>{'):
-        assert unwrapped(script) == script

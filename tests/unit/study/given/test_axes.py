@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.study.given.axes import short_names
 from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import read_study
 
@@ -89,11 +88,6 @@ def test_a_scatter_diagram_is_two_dimensions(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("Hs;6,5;8,0\n1,5;900;1500\n", "utf-8")
     found = grid(tmp_path, "scatter: {file: t.csv, rows: w.hs, columns: w.tp}\n")
     assert [axis.points for axis in found.axes] == [((1.5,),), ((6.5,), (8.0,))]
-
-
-def test_short_names_are_as_short_as_they_are_unique() -> None:
-    found = short_names(["hydro.waves.seed", "gauge.waves.seed", "pto.damping"])
-    assert list(found.values()) == ["hydro_waves_seed", "gauge_waves_seed", "damping"]
 
 
 def test_columns_are_not_called_as_what_is_wanted(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from support.small_study import written_study
 
-import m4e_fmi
 from m4e_fmi.runtime.engine import Engine
 from m4e_fmi.study import StudyOutcome, run_study
 from m4e_fmi.study.programs import plan
@@ -30,18 +29,6 @@ wanted:
 
 def made(path: Path, **given: object) -> StudyOutcome:
     return run_study(path, build_directory=path.parent / "build", **given)  # type: ignore[arg-type]
-
-
-def test_members_of_an_ensemble_are_single_runs_of_the_engine(tmp_path: Path) -> None:
-    outcome = made(written_study(tmp_path, STUDY))
-    assert outcome.notes == ("20 runs are members of ensembles",)
-    program = m4e_fmi.model_program(m4e_fmi.load_model(tmp_path / "cart.model.yaml"))
-    for k in (0, 19):
-        one = outcome.data.isel(sample=k)
-        start = {"k": float(one["k"]), "joint.hinge.q": float(one["q"])}
-        run = Engine(program.with_start(start)).simulate(np.arange(201) * 0.01)
-        place = [v.name for v in program.states].index("joint.hinge.q")
-        assert float(one["swing"]) == run.states[:, place].max()
 
 
 def test_a_compiled_ensemble_has_the_same_bits(
@@ -74,24 +61,6 @@ def test_keys_of_the_model_are_varied(tmp_path: Path) -> None:
     path.write_text(STUDY.replace("count: 20", "count: 2"), "utf-8")
     np.testing.assert_array_equal(found.sel(mass=2), made(path).data["swing"])
     assert not np.array_equal(found.sel(mass=1), found.sel(mass=2))
-
-
-def test_units_of_columns_and_texts_are_converted(tmp_path: Path) -> None:
-    """Names of columns say deg and N/cm; the result has numbers in the variable's units."""
-    text = STUDY[: STUDY.index("sample:")] + STUDY[STUDY.index("wanted:") :]
-    text += (
-        "vary: {joint.hinge.u: [0.1, 30 deg/s]}\n"
-        'table: {file: t.csv, columns: {joint.hinge.q: "q [deg]", k: "k [N/cm]"}}\n'
-    )
-    path = written_study(tmp_path, text)
-    (tmp_path / "t.csv").write_text("q [deg],k [N/cm]\n10,0.3\n20,0.5\n", "utf-8")
-    data = made(path).data
-    np.testing.assert_allclose(data["q"], np.radians([10.0, 20.0]), rtol=1e-15)
-    np.testing.assert_allclose(data["k"], [30.0, 50.0], rtol=1e-15)
-    np.testing.assert_allclose(data["u"], [0.1, np.pi / 6.0], rtol=1e-15)
-    (tmp_path / "t.csv").write_text("q,k\n0.17453292519943295,30\n0.3490658503988659,50\n")
-    path.write_text(text.replace(" [deg]", "").replace(" [N/cm]", "").replace("30 deg/s", "0.5236"))
-    np.testing.assert_allclose(made(path).data["swing"][0], data["swing"][0], rtol=1e-9)
 
 
 def test_angles_of_an_attitude_are_start_values_of_all_runs(tmp_path: Path) -> None:

@@ -20,7 +20,6 @@ from m4e_fmi.study.shown.figure import _bins, _shown, plot_study
 from m4e_fmi.study.shown.over_states import (
     LARGEST,
     States,
-    averaged,
     differences,
     over_states,
     states_of,
@@ -178,16 +177,6 @@ GRID = Grid(
 )
 VALUES = np.random.default_rng(1).uniform(1.0, 2.0, GRID.shape)
 VALUES[0, :, :, 1] = 100.0  # of the state that never occurs
-
-
-def test_means_over_seeds_have_students_interval() -> None:
-    axes = (axis("seed", 4, repeats=True), axis("x", 2))
-    values = np.array([[1.0, 5.0], [2.0, 5.0], [3.0, 5.0], [4.0, np.nan]])
-    found = averaged(axes, values)
-    np.testing.assert_allclose(found.mean, [2.5, 5.0])
-    width = student.ppf(0.975, 3) * np.std([1, 2, 3, 4], ddof=1) / 2
-    np.testing.assert_allclose(found.half_width, [float(width), 0.0])
-    assert found.missing.tolist() == [0, 1]
 
 
 @pytest.mark.parametrize(
