@@ -90,12 +90,36 @@ class Coefficients:
     by_direction: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 0), dtype=complex))
 
     def __post_init__(self) -> None:
-        for name in (
-            "centers", "added_mass", "radiation_damping", "added_mass_inf", "excitation",
-            "hydrostatic_stiffness", "buoyancy",
-        ):  # fmt: skip
+        if np.ndim(self.centers) != 2 or self.dimensions not in MOTIONS:
+            raise ValueError("centers have (x, z), or (x, y, z), of each body")
+        n, count = self.per_body * len(self.bodies), len(self.omega)
+        expected = {
+            "centers": (len(self.bodies), self.dimensions),
+            "added_mass": (count, n, n),
+            "radiation_damping": (count, n, n),
+            "added_mass_inf": (n, n),
+            "excitation": (count, n),
+            "hydrostatic_stiffness": (n, n),
+            "buoyancy": (n,),
+        }
+        for name, shape in expected.items():
+            got = np.shape(getattr(self, name))
+            if got != shape:
+                raise ValueError(f"{name} has shape {got}, expected {shape}")
             if not np.all(np.isfinite(getattr(self, name))):
                 raise ValueError(f"{name} has values that are not finite")
+        if self.has_harmonics and self.harmonics.shape[::2] != (count, n):
+            raise ValueError(f"harmonics has shape {self.harmonics.shape}, expected nω, 2M + 1, n")
+        if len(self.directions) and self.by_direction.shape != (count, len(self.directions), n):
+            raise ValueError(
+                f"by_direction has shape {self.by_direction.shape}, expected nω, nβ, n"
+            )
+        if np.any(np.diff(self.omega, prepend=0.0) <= 0):
+            raise ValueError("omega must be positive and increasing")
+        if len(self.resolved) not in (0, len(self.bodies)):
+            raise ValueError(f"resolved has {len(self.resolved)} values, expected one per body")
+        if len(self.heights) not in (0, len(self.bodies)):
+            raise ValueError(f"heights has {len(self.heights)} pairs, expected one per body")
 
     @property
     def dimensions(self) -> int:

@@ -60,6 +60,10 @@ def far_field_drift(
     turned = np.array([wrapped(beta) for beta in np.atleast_1d(directions).tolist()])
     shape = (len(frequencies), len(turned), len(own))
     given = np.zeros(shape, dtype=complex) if motions is None else np.asarray(motions)
+    if given.shape != shape:
+        raise ValueError(f"motions has shape {given.shape}, expected {shape}")
+    if np.any(np.diff(turned) <= 0) or np.any(np.diff(frequencies, prepend=0.0) <= 0):
+        raise ValueError("omega and directions must be increasing, omega positive")
     solver, values = FlowSolver([hull], water), np.zeros((*shape[:2], len(DRIFTS)))
     for i, w in enumerate(frequencies.tolist()):
         progress(f"mean drift: frequency {i + 1} of {len(frequencies)}")
