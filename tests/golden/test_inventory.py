@@ -16,6 +16,7 @@ import re
 from collections.abc import Iterator
 from contextlib import chdir
 from dataclasses import fields
+from enum import Enum
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -112,7 +113,9 @@ def names_of(module: ModuleType) -> Iterator[str]:
 
 
 def parameters(value: Any) -> str:
-    """The names of what a function or a class takes."""
+    """The names of what a function or a class takes; enumerations are not called."""
+    if inspect.isclass(value) and issubclass(value, Enum):
+        return ""
     if inspect.isclass(value) and issubclass(value, BaseModel):
         return f"({', '.join(value.model_fields)})"
     try:
