@@ -1,4 +1,4 @@
-"""The contract of a type of joint: each of the package, and two that are files of tests/support.
+"""The contract of a type of joint: each of the package, and those of `NEW`, files of tests/support.
 
 A new type is tested by its entry in `NEW`, or in `JOINT_TYPES` of the package. Equations of the
 package's types beside independent ones: tests/property (trees of all types, 50 digits).
