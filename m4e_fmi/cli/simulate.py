@@ -60,8 +60,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--method",
         default="dop853",
-        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps), python, or SciPy's, as "
-        "scipy.RK45",
+        help="dop853 (default), rk45, rodas (stiff), rk4 (fixed steps) or python",
     )
     command.add_argument(
         "--step-size", type=float, metavar="S", help="of rk4, at most; default the output interval"
