@@ -29,7 +29,8 @@ class Task:
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
     `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
     `kinks` [s], which ascend, rates change their slopes: no step goes across them. `explain`
-    gives the cause of a failure at a time and states. `leave` is called with the rows so far if a signal ends the integration.
+    gives the cause of a failure at a time and states. `leave` is called with the rows so far if a
+    signal ends the integration.
     """
 
     program: Program

@@ -18,7 +18,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "compare",
         help="differences of results from a reference",
     )
-    files = "results (netCDF), or a table of any tool (CSV, Parquet)"
+    files = "results (netCDF), or a table of any tool (CSV)"
     command.add_argument("file", type=Path, metavar="FILE", help=files)
     command.add_argument("reference", type=Path, metavar="REFERENCE", help=files)
     _add_pairs(command)

@@ -48,7 +48,7 @@ def add_output_file(command: argparse.ArgumentParser) -> None:
         "--output-file",
         type=Path,
         metavar="FILE",
-        help="results (.nc, .csv, .parquet); default build/NAME.nc",
+        help="results (.nc, .csv); default build/NAME.nc",
     )
 
 

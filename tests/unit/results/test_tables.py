@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -150,21 +149,3 @@ def test_a_time_in_seconds_is_preferred(tmp_path: Path) -> None:
     found = read(tmp_path, "stamp,T\n2026-03-01 12:00:00,5\n2026-03-01 12:00:01,6\n")
     assert found.time.tolist() == [0.0, 1.0]
     assert list(found.quantities) == ["T"]  # a temperature
-
-
-@pytest.mark.parametrize(("unit", "zone"), [("ms", None), ("us", "UTC"), ("ns", None)])
-def test_dates_of_parquet_are_those_of_a_table(unit: str, zone: str | None, tmp_path: Path) -> None:
-    pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    first = datetime(2026, 3, 1, 12, 0, 0, 250_000)
-    times = [first + timedelta(seconds=0.25 * k) for k in range(4)]
-    columns = {
-        "when": pyarrow.array(times, pyarrow.timestamp(unit, tz=zone)),
-        "x [ft]": pyarrow.array([1.0, 2.0, 3.0, 4.0]),
-    }
-    parquet.write_table(pyarrow.table(columns), tmp_path / "logger.parquet")
-    found = read_compared(tmp_path / "logger.parquet")
-    text = read(tmp_path, CLOCKS["ISO 8601"].format("2026-03-01"))
-    assert found.time.tolist() == [0.0, 0.25, 0.5, 0.75]
-    assert found.origin == text.origin
-    assert found.zoned == (zone is not None)
-    assert found.quantities["x"].unit == "ft"
