@@ -1,4 +1,4 @@
-"""Whether two programs are equal."""
+"""Equality of two programs."""
 
 from __future__ import annotations
 
