@@ -20,8 +20,6 @@ from m4e_fmi.shown import one_line
 
 Line = tuple[int, str]
 DAY = 86400.0
-SECONDS_TO_1970 = DAY * date(1970, 1, 1).toordinal()
-"""Seconds from the origin of `Clock.origin`."""
 PLACE = "0"
 """Entry that stands for a date or a time of day once it is read."""
 _DATE = r"(?P<date>\d{4}(?P<mark>[-/.])\d{1,2}(?P=mark)\d{1,2})"
