@@ -59,8 +59,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def _print_program(program: Program, options: argparse.Namespace) -> None:
-    """The operations of a system's program, one a line; or its functions in Python."""
-    from m4e_fmi.program import listing
+    """A system's program as functions in Python."""
     from m4e_fmi.program.python_form import python_source
 
     for flag in ("latex", "explicit", "reactions"):
@@ -70,4 +69,4 @@ def _print_program(program: Program, options: argparse.Namespace) -> None:
     if options.code == "c":
         message = "--code c is for a model"
         raise InputError.single(message, "build --single --native --sources has a system's")
-    print(python_source(program) if options.code else listing(program), end="\n")
+    print(python_source(program))

@@ -25,7 +25,6 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--json", action="store_true", help="the complete description of an FMU, as JSON"
     )
-    command.add_argument("--latex", action="store_true", help="a model's tables, in LaTeX")
     command.add_argument(
         "--output-file", type=Path, metavar="FILE", help="draw a system here (.png, .svg or .pdf)"
     )
@@ -76,9 +75,7 @@ def _run(options: argparse.Namespace) -> None:
         from m4e_fmi.report import model_tables
 
         model = load_model(options.source)
-        print(model_tables(model, latex=options.latex))
-        if not options.latex:
-            print(f"\n{model_program(model)}")
+        print(f"{model_tables(model)}\n\n{model_program(model)}")
 
 
 def _stability(options: argparse.Namespace) -> None:

@@ -17,7 +17,6 @@ _OF_SUFFIX = {
     ".fmu": FMU,
     ".ssp": _PACKAGE,
     ".nc": _RESULTS,
-    ".parquet": _RESULTS,
     ".py": _CODE,
 }
 _REMEDIES = {

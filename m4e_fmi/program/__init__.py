@@ -9,7 +9,6 @@ This package is the bottom layer: of m4e_fmi it imports `errors` only. Start rea
 `binary_form` are the forms a program is written out in.
 """
 
-from m4e_fmi.program.comparison import listing
 from m4e_fmi.program.composition import (
     LEAST_PIVOT,
     AlgebraicLoopError,
@@ -73,7 +72,6 @@ __all__ = [
     "is_singular",
     "jacobian",
     "kinks",
-    "listing",
     "load_program",
     "log",
     "maximum",

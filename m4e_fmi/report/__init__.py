@@ -21,7 +21,6 @@ from m4e_fmi.report.hydro_file import write_hydro
 from m4e_fmi.report.page.fmu_documentation import fmu_documentation, whole_documentation
 from m4e_fmi.report.progress import progress_bar, say_beside
 from m4e_fmi.report.run_report.of_run import report_of_run
-from m4e_fmi.report.text.cell_text import cell_json, cell_text
 from m4e_fmi.report.text.decay_text import decay_json, decay_text
 from m4e_fmi.report.text.difference_text import difference_json, difference_text
 from m4e_fmi.report.text.equilibrium_text import equilibrium_text, equilibrium_values
@@ -45,8 +44,6 @@ from m4e_fmi.report.wave_file import write_sea, write_waves
 __all__ = [
     "animate",
     "animate_run",
-    "cell_json",
-    "cell_text",
     "check_picture_path",
     "comparison_json",
     "comparison_text",

@@ -34,7 +34,7 @@ def write_simulation(
     They carry the `scene`, which says what an animation of them shows, and the `inputs` and
     versions that a report tells of, and how the simulation has `ended` if it did so early.
 
-    netCDF; for `.csv` and `.parquet` both that and a netCDF file beside it. RunError if a run
+    netCDF; for `.csv` both that and a netCDF file beside it. RunError if a run
     writes to these files.
     """
     path = Path(path)

@@ -1,9 +1,7 @@
 """Dates and times of day in the rows of tables, as seconds from the first row.
 
 Understood: ISO 8601 (``2026-03-01T12:00:00.25Z``), its parts with a blank or in columns of their
-own, ``01.03.2026`` (day first), ``1-Mar-2026``, and times of day alone. ``03/01/2026`` is
-understood where the date does not matter, being the same in all rows, or where a number above 12
-tells the day.
+own, and times of day alone.
 """
 
 from __future__ import annotations
@@ -22,24 +20,22 @@ from m4e_fmi.shown import one_line
 
 Line = tuple[int, str]
 DAY = 86400.0
-SECONDS_TO_1970 = DAY * date(1970, 1, 1).toordinal()
-"""Seconds from the origin of `Clock.origin`."""
 PLACE = "0"
 """Entry that stands for a date or a time of day once it is read."""
-_MONTHS = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
-_DATE = (
-    r"(?P<date>\d{4}(?P<mark>[-/.])\d{1,2}(?P=mark)\d{1,2}"
-    r"|\d{1,2}(?P<other>[-/.])\d{1,2}(?P=other)(?:\d{4}|\d{2})"
-    rf"|\d{{1,2}}[- ](?:{'|'.join(_MONTHS)})[a-z]*[- ]\d{{4}})"
-)
+_DATE = r"(?P<date>\d{4}(?P<mark>[-/.])\d{1,2}(?P=mark)\d{1,2})"
 _TIME = (
     r"(?P<time>(?P<hour>\d{1,2}):(?P<minute>\d{2}):(?P<second>\d{2}(?:\.\d+|COMMA)?)"
-    r"(?:\s*(?P<half>[ap]m)\b)?"
     r"(?P<zone>Z|\s?UTC|\s?[+-]\d{2}:\d{2}|[+-]\d{4}|[+-]\d{2}(?![\d.]))?)"
 )
 _GAP = r"(?P<gap>T|[\s\"]*[;,\t][\s\"]*|\s+)"
 _BEFORE, _BEHIND = r"(?<![\w.:/-])", r"(?![\w:])"
 _STAMP, _OF_DAY = f"{_BEFORE}{_DATE}{_GAP}{_TIME}{_BEHIND}", f"{_BEFORE}{_TIME}{_BEHIND}"
+_OTHER = re.compile(
+    r"(?<![\w.:/-])\d{1,2}([-/.]\d{1,2}[-/.]|[- ][a-z]{3,9}[- ])\d{2,4}[\s\";,]+\d{1,2}:\d{2}"
+    r"|:\d{2}\S*\s*[ap]m\b",
+    re.IGNORECASE,
+)
+"""Dates in another order, or with names of months, and times of half a day."""
 _COMMA_BEFORE_BLANK = r",\d+(?=\s+[-+.\d])"
 """Commas of seconds, in columns that are separated by blanks."""
 _NUMBERS = re.compile(r"[-+.,;\deE\s\"]*")
@@ -51,9 +47,9 @@ REMEDY = "write dates as 2026-03-01 12:00:00.250, or seconds since the first row
 class Clock:
     """`seconds` (n,) [s] of each row after the first, which is at `first`, a text of the file.
 
-    `origin` [s] is that of the first row after the year 0, None of a time of day alone or of a date
-    that may be read in two ways; `zoned` is true if it is in UTC. The texts take as many columns as
-    `columns`, the first of which begins with the character `at` of the first row, from 0.
+    `origin` [s] is that of the first row after the year 0, None of a time of day alone; `zoned` is
+    true if it is in UTC. The texts take as many columns as `columns`, the first of which begins
+    with the character `at` of the first row, from 0.
     """
 
     seconds: np.ndarray = field(repr=False)
@@ -68,9 +64,12 @@ def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock |
     """The rows with `PLACE` for dates and times of day, and these; None where the last has none.
 
     Rows before the first that has one are headings, and stay. InputError with the lines of those
-    that have none behind it, and of dates that are none or that may be read in two ways.
+    that have none behind it, and of dates that are none or not those of ISO 8601.
     """
-    last = rows[-1][1] if rows else ""
+    end, last = rows[-1] if rows else (0, "")
+    if _OTHER.search(last):
+        message = f"no date or time of day of ISO 8601: {_shown(last)}"
+        raise InputError([Problem(message, REMEDY, str(path), end, 1)])
     comma = r",\d+" if re.search(r"[;\t]", last) else _COMMA_BEFORE_BLANK
     patterns = [
         re.compile(text.replace("COMMA", comma), re.IGNORECASE) for text in (_STAMP, _OF_DAY)
@@ -110,9 +109,6 @@ def _clock(
     path: Path, lines: Sequence[Line], matches: Sequence[re.Match[str]], *, dated: bool
 ) -> Clock:
     first = matches[0]
-    texts = list(dict.fromkeys(match["date"] for match in matches)) if dated else []
-    order = _order(path, lines, matches, texts) if dated else ""
-    known = len(texts) > 1 or order not in ("", "?")
     moments, problems = [], []
     zoned = {bool(match["zone"]) for match in matches}
     if len(zoned) > 1:
@@ -120,11 +116,11 @@ def _clock(
         problems.append(Problem(message, "write it in all rows, or in none", str(path)))
     for (number, line), match in zip(lines, matches, strict=True):
         try:
-            day = _day(match["date"], order) if dated and known else 0
+            day = _day(match["date"]) if dated else 0
             moments.append((day, _second_of_day(match)))
         except ValueError as error:
             problems.append(Problem(f"{_shown(line)}: {error}", REMEDY, str(path), number, 1))
-    if not known:
+    if not dated:
         back = [k for k in range(1, len(moments)) if moments[k][1] < moments[k - 1][1] - DAY / 2]
         message = "the time of day is past midnight, and no date tells the day"
         problems += [Problem(message, REMEDY, str(path), lines[k][0], 1) for k in back]
@@ -134,58 +130,22 @@ def _clock(
     return Clock(
         seconds=DAY * (days - days[0]) + (seconds - seconds[0]),
         first=one_line(first.group().strip())[:_LONGEST_SHOWN],
-        origin=DAY * float(days[0]) + float(seconds[0]) if known else None,
+        origin=DAY * float(days[0]) + float(seconds[0]) if dated else None,
         zoned=zoned == {True},
         at=first.start(),
         columns=1 if not dated or not re.search(r"[;,\t]", first["gap"]) else 2,
     )
 
 
-def _order(
-    path: Path, lines: Sequence[Line], matches: Sequence[re.Match[str]], texts: Sequence[str]
-) -> str:
-    """Order of the parts of dates, as "ymd"; "?" if it is not clear and does not matter."""
-    parts = [_parts(text) for text in texts]
-    if all(len(one[0]) == 4 for one in parts):
-        return "ymd"
-    if all(one[1].isalpha() or ("." in text and len(one[2]) == 4)
-           for one, text in zip(parts, texts, strict=True)):  # fmt: skip
-        return "dmy"
-    if all(len(one[2]) == 4 for one in parts):
-        days = [any(int(one[k]) > 12 for one in parts) for k in (0, 1)]
-        if days != [False, False]:
-            return "dmy" if days[0] else "mdy"
-    if len(texts) == 1:
-        return "?"
-    number = next(
-        number
-        for (number, _), match in zip(lines, matches, strict=True)
-        if match["date"] != matches[0]["date"]
-    )
-    message = f"the date {texts[1]!r} follows {texts[0]!r}: the order of day and month is not clear"
-    raise InputError([Problem(message, REMEDY, str(path), number, 1)])
-
-
-def _parts(text: str) -> list[str]:
-    return re.split(r"[-/. ]", text)
-
-
-def _day(text: str, order: str) -> int:
+def _day(text: str) -> int:
     """Days from the year 0 to a date; ValueError if there is none."""
-    named = dict(zip(order, _parts(text), strict=True))
-    month = named["m"].lower()[:3]
-    number = _MONTHS.index(month) + 1 if month in _MONTHS else int(month)
-    return date(int(named["y"]), number, int(named["d"])).toordinal()
+    return date(*map(int, re.split(r"[-/.]", text))).toordinal()
 
 
 def _second_of_day(match: re.Match[str]) -> float:
     """Seconds after midnight, in UTC if the zone is there; ValueError if there is no such time."""
     hour, minute = int(match["hour"]), int(match["minute"])
     second = float(re.sub(r"[,:]", ".", match["second"]))
-    if match["half"]:
-        if not 1 <= hour <= 12:
-            raise ValueError(f"hour {hour} {match['half']}")
-        hour = hour % 12 + 12 * (match["half"].lower() == "pm")
     if hour > 24 or minute > 59 or second >= 61.0:
         raise ValueError(f"{match['time']!r} is no time of day")
     zone, offset = (match["zone"] or "Z").strip().upper(), 0

@@ -1,26 +1,20 @@
-"""Variables over time of a file to be compared: ours (netCDF), or CSV or Parquet of any tool."""
+"""Variables over time of a file to be compared: ours (netCDF), or or CSV of any tool."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
+from m4e_fmi.files.csv_columns import SUFFIXES, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.clock_times import SECONDS_TO_1970, Clock
 from m4e_fmi.results.foreign_table import ForeignColumn, ForeignTable, read_foreign_table
-from m4e_fmi.results.results_file import NETCDF, PARQUET, Results, load
+from m4e_fmi.results.results_file import NETCDF, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import parse_unit
-
-if TYPE_CHECKING:
-    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
@@ -72,11 +66,9 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     if suffix in SUFFIXES:
         table = read_foreign_table(path)
         return _of_table(path, table)
-    if suffix == PARQUET:
-        return _of_parquet(path)
     if suffix == NETCDF or not path.is_file():
         return _of_results(load(path))
-    kinds = ", ".join((NETCDF, PARQUET, *SUFFIXES))
+    kinds = ", ".join((NETCDF, *SUFFIXES))
     message, remedy = "is no file of results by its name", f"names of such files end in {kinds}"
     raise InputError.single(message, remedy, str(path))
 
@@ -118,53 +110,6 @@ def _of_results(results: Results) -> ComparedFile:
     left = [name for name, one in results.series.items() if one.recorded.is_text]
     notes = (f"texts are not compared: {', '.join(left[:5])}",) if left else ()
     return ComparedFile(results.path, np.asarray(results.time, float), found, notes)
-
-
-def _of_parquet(path: Path) -> ComparedFile:
-    if find_spec("pyarrow") is None:
-        remedy = "install it with: pip install 'm4e_fmi[parquet]'; or give .nc or .csv"
-        raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))
-    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
-    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
-
-    if not path.is_file():
-        raise InputError.single("no such file", "", str(path))
-    try:
-        table = pyarrow.parquet.read_table(path)
-    except (pyarrow.ArrowException, OSError, ValueError) as error:
-        raise InputError.single(f"cannot be read as Parquet: {error}", "", str(path)) from None
-    columns, left, clock = [], [], None
-    for member, data in zip(table.schema, table.columns, strict=True):
-        if pyarrow.types.is_timestamp(member.type) and clock is None and not data.null_count:
-            clock = _moments(member.name, data.cast(pyarrow.timestamp("ns", member.type.tz)))
-            continue
-        if not any(t(member.type) for t in _number_types()):
-            left.append(member.name)
-            continue
-        values = data.cast(pyarrow.float64(), safe=False).to_numpy()
-        told = {key.decode(): text.decode() for key, text in (member.metadata or {}).items()}
-        name, unit = heading(member.name)
-        columns.append(ForeignColumn(name, told.get("unit", unit), np.asarray(values, float)))
-    notes = (f"no numbers, not compared: {', '.join(left[:5])}",) if left else ()
-    if clock is None:
-        return _of_columns(path, columns, notes, None)
-    return _of_table(path, ForeignTable(path, (clock[0], *columns), (), notes, clock[1], clock[0]))
-
-
-def _moments(name: str, data: pyarrow.ChunkedArray) -> tuple[ForeignColumn, Clock]:
-    """A column of dates (pyarrow's) as seconds from its first row."""
-    moments = data.cast("int64").to_numpy()
-    seconds = (moments - moments[:1]) / 1e9
-    first = str(data[0]) if len(moments) else ""
-    origin = float(moments[0]) / 1e9 + SECONDS_TO_1970 if len(moments) else None
-    clock = Clock(seconds, first, origin, zoned=data.type.tz is not None, at=0, columns=1)
-    return ForeignColumn(name, "s", seconds), clock
-
-
-def _number_types() -> tuple:
-    from pyarrow import types  # pyright: ignore[reportMissingImports]
-
-    return types.is_floating, types.is_integer, types.is_boolean
 
 
 def _of_columns(

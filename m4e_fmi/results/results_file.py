@@ -1,20 +1,18 @@
-"""Results files: reading netCDF, and writing a result as netCDF, CSV or Parquet.
+"""Results files: reading netCDF, and writing a result as netCDF or CSV.
 
 Whole files are netCDF-4: the dimension and the variable `time` are at the root; each group holds
 the variables of one component, or of the one model that was simulated. A run that goes on, or was
-killed, has rows in netCDF's classic form: see `row_file`. CSV and Parquet have one column for each
-variable, ``component.variable``; in CSV its unit follows in brackets.
+killed, has rows in netCDF's classic form: see `row_file`. CSV has one column for each variable,
+``component.variable``, whose unit follows in brackets.
 """
 
 from __future__ import annotations
 
 import codecs
 import csv
-import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-NETCDF, CSV, PARQUET = ".nc", ".csv", ".parquet"
+NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
 """The attribute that has the number of a file's form."""
 FORMAT_NUMBER = 1
@@ -176,7 +174,7 @@ def _instead(path: Path) -> str:
     beside = path.with_suffix(NETCDF)
     if beside.name != path.name and beside.is_file():
         return f"load {beside.name}, which is beside it"
-    if path.suffix.lower() in (CSV, PARQUET):
+    if path.suffix.lower() in (CSV, ".parquet"):
         return f"load the {NETCDF} file that was written with it; pandas reads this one"
     if path.suffix.lower() in (".yaml", ".yml"):
         return "load_model, load_system or load_study reads it"
@@ -300,7 +298,7 @@ def write_netcdf(
 def stream_of(path: str | Path) -> Path:
     """The netCDF file that is written first if results are to be in `path`."""
     path = Path(path)
-    return path.with_suffix(NETCDF) if path.suffix.lower() in (CSV, PARQUET) else path
+    return path.with_suffix(NETCDF) if path.suffix.lower() == CSV else path
 
 
 def as_given(given: Path, file: Path) -> Path:
@@ -313,21 +311,15 @@ def as_given(given: Path, file: Path) -> Path:
 
 def check_export(path: str | Path) -> None:
     """InputError unless the suffix of `path` names a form in which results can be written."""
-    check_suffix(path, (NETCDF, CSV, PARQUET), "results")
+    check_suffix(path, (NETCDF, CSV), "results")
     if is_other(Path(path)):  # a device would be replaced by a file
         raise InputError.single("results replace no device or pipe", "name a file", str(path))
-    if Path(path).suffix.lower() == PARQUET and find_spec("pyarrow") is None:
-        remedy = "install it with: pip install 'm4e_fmi[parquet]'; or write .nc or .csv"
-        raise InputError.single("Parquet needs the package pyarrow", remedy, str(path))
 
 
 def export(results: Path, path: Path) -> None:
-    """Write the results in the netCDF file `results` to `path`, CSV or Parquet by its suffix."""
-    suffix = path.suffix.lower()
-    if suffix == CSV:
+    """Write the results in the netCDF file `results` to `path` if that is CSV."""
+    if path.suffix.lower() == CSV:
         _write_csv(load(results), path)
-    elif suffix == PARQUET:
-        _write_parquet(load(results), path)
 
 
 def _write_csv(results: Results, path: Path) -> None:
@@ -344,30 +336,3 @@ def _plain(series: Series) -> list:
     """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
     values = series.values
     return (values.astype(np.int8) if values.dtype == bool else values).tolist()
-
-
-def _write_parquet(results: Results, path: Path) -> None:
-    import pyarrow  # pyright: ignore[reportMissingImports]  an extra
-    import pyarrow.parquet  # pyright: ignore[reportMissingImports]
-
-    columns = {"time": Series("time", "s", "simulated time", results.time), **results.series}
-    arrays = [
-        pyarrow.array(one.values, pyarrow.string() if one.recorded.is_text else None)
-        for one in columns.values()
-    ]
-    fields = [
-        pyarrow.field(name, array.type, metadata=_parquet_metadata(one))
-        for (name, one), array in zip(columns.items(), arrays, strict=True)
-    ]
-    schema = pyarrow.schema(fields, metadata=results.attributes)
-    with written(path) as part:
-        pyarrow.parquet.write_table(pyarrow.table(arrays, schema=schema), part)
-
-
-def _parquet_metadata(series: Series) -> dict[str, str]:
-    items = dict(series.recorded.items)
-    return {
-        "unit": series.unit,
-        "long_name": series.long_name,
-        **({"items": json.dumps(items)} if items else {}),
-    }

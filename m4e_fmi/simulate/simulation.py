@@ -30,7 +30,6 @@ from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.shown import Displayed, listing, short, span, views
 from m4e_fmi.simulate.audit import EnergyAudit, energy_audit, with_works
 from m4e_fmi.simulate.loops import check_start, explained, singular_row, with_shares
-from m4e_fmi.simulate.scipy_solver import SCIPY_METHODS, solve_scipy
 from m4e_fmi.simulate.solvers import solve_compiled, solve_python
 from m4e_fmi.simulate.start import started
 from m4e_fmi.simulate.task import Solved, StoppedError, Task
@@ -41,10 +40,9 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], None]
 PYTHON = "python"
-SCIPY = "scipy."
 FIXED = "rk4"
 RUNTIME_METHODS = ("dop853", "rk45", "rodas", FIXED)
-METHODS = (*RUNTIME_METHODS, PYTHON, *(f"{SCIPY}{name}" for name in SCIPY_METHODS))
+METHODS = (*RUNTIME_METHODS, PYTHON)
 
 
 @short
@@ -141,9 +139,9 @@ def simulate(
     `start_values` sets parameters, inputs and states by name: numbers in SI, or texts with a unit,
     as ``"5 mm"``; inputs of a model that are not set are zero, and left out of its program.
     `tolerance` is relative and absolute, per step. `method` is one of the runtime's, dop853, rk45,
-    rodas (stiff) or rk4 (fixed steps), `python` (no compiled library, and what others are replaced
-    by where there is none), or SciPy's by name, such as `scipy.RK45`. Output times are met exactly,
-    and steps end at kinks and jumps that depend on time alone, such as those of tables.
+    rodas (stiff) or rk4 (fixed steps), or `python` (no compiled library, and what others are
+    replaced by where there is none). Output times are met exactly, and steps end at kinks and jumps
+    that depend on time alone, such as those of tables.
 
     rk4 has no error control and no tolerance: from one output time to the next it takes the fewest
     equal steps that are not longer than `step_size` [s]; one step by default.
@@ -151,7 +149,7 @@ def simulate(
     `events` are outputs or states whose changes of sign are found, such as `load.<stop>.gap`, by
     name for both directions; a terminal `Watch` ends the simulation, with a last row at its time.
     `interrupted` is called with the rows so far, at least one, before KeyboardInterrupt and
-    Terminated pass; SciPy's methods leave none. `needed` names variables that the caller will look
+    Terminated pass. `needed` names variables that the caller will look
     at. Raises InputError, before the simulation, for unknown names and bad times, RunError if the
     integration fails, naming time and cause: a SimulationError, which has the rows up to there, if
     there are any.
@@ -243,7 +241,7 @@ class _Problem:
         return Task(
             program=self.integrated,
             times=times,
-            method=self.method.removeprefix(SCIPY),
+            method=self.method,
             tolerance=self.tolerance,
             step_size=step_size,
             quadratures=self.works,
@@ -305,9 +303,7 @@ def _solver(method: str, step_size: float | None) -> tuple[str, Callable[[Task],
     if method == FIXED:
         message = f"the method {FIXED} needs the runtime's library: {library_detail()}"
         raise RunError(message, f"take the method {PYTHON}, which controls its error")
-    if method in (*RUNTIME_METHODS, PYTHON):
-        return PYTHON, solve_python
-    return method, solve_scipy
+    return PYTHON, solve_python
 
 
 def _check_step_size(step_size: float, method: str) -> None:

@@ -1,4 +1,4 @@
-"""Ways to integrate a program: the C library and plain Python; see also `scipy_solver`.
+"""Ways to integrate a program: the C library and plain Python.
 
 Each takes a `Task` and returns what is `Solved`. StoppedError names the time and cause of a
 failure, and has the rows up to there.
@@ -88,7 +88,7 @@ def solve_python(task: Task) -> Solved:
     It has no dense output, hence no events.
     """
     if task.watches:
-        remedy = "take another, such as scipy.RK45; the runtime's methods need a C compiler once"
+        remedy = "take another; they need the runtime's library"
         raise InputError.single("the method python finds no events", remedy)
     rates, outputs = functions(task.program)
     integrator = DormandPrince(rates, tolerance=task.tolerance, quadratures=task.quadratures)

@@ -28,9 +28,9 @@ class Task:
 
     `times` [s] ascend from the start. Steps of rk4 are at most `step_size` [s]. The last
     `quadratures` states have an error norm of their own. `watches` name outputs of the program. At
-    `kinks` [s], which ascend, rates change their slopes: methods other than SciPy's make no step
-    across them. `explain` gives the cause of a failure at a time and states. `leave` is
-    called with the rows so far if a signal ends the integration, but by SciPy's methods.
+    `kinks` [s], which ascend, rates change their slopes: no step goes across them. `explain`
+    gives the cause of a failure at a time and states. `leave` is called with the rows so far if a
+    signal ends the integration.
     """
 
     program: Program
@@ -108,14 +108,10 @@ def solved_rows(
     times: Sequence[float] | np.ndarray,
     rows: list[list[float]],
     evaluations: int,
-    events: Sequence[tuple[float, int, np.ndarray]] = (),
 ) -> Solved:
-    """The result of an integration whose `rows` at `times` (n,) [s] are states and outputs.
-
-    `events` (m,) are those of `Solved`: times in [s], and states in their units.
-    """
+    """The result of an integration whose `rows` at `times` (n,) [s] are states and outputs."""
     width = len(task.program.states) + len(task.program.outputs)
-    return Solved(np.array(times), np.array(rows).reshape(-1, width), evaluations, list(events))
+    return Solved(np.array(times), np.array(rows).reshape(-1, width), evaluations, [])
 
 
 def functions(program: Program) -> tuple[Function, Function]:

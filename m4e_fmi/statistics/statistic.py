@@ -29,11 +29,10 @@ Kernel = Callable[..., float]
 @short
 @dataclass(frozen=True)
 class Limits:
-    """Range of a parameter's values: more than `above`, at most `most`; `whole` numbers alone."""
+    """Range of a parameter's values: more than `above`, at most `most`."""
 
     above: float = -math.inf
     most: float = math.inf
-    whole: bool = False
 
     def complaint(self, value: object) -> str:
         """The fault of a value in words; empty if it has none."""
@@ -45,8 +44,6 @@ class Limits:
             texts = [f"more than {self.above:g}"] if math.isfinite(self.above) else []
             texts += [f"at most {self.most:g}"] if math.isfinite(self.most) else []
             return f"is {value:g}, expected {' and '.join(texts)}"
-        if self.whole and not float(value).is_integer():
-            return f"is {value:g}, expected a whole number"
         return ""
 
 
@@ -216,20 +213,6 @@ STATISTICS: Mapping[str, Statistic] = _registry(
         "`probability`",
         unit_texts.same, extremes.maximum_quantile, {"duration": None, "probability": None},
         {"duration": POSITIVE, "probability": Limits(above=0.0, most=math.nextafter(1.0, 0.0))},
-    ),
-    Statistic(
-        "weibull_maximum",
-        "mode of the maximum over `duration` [s] by a Weibull distribution of the highest half of "
-        "the crests",
-        unit_texts.same, extremes.weibull_maximum, {"duration": None}, {"duration": POSITIVE},
-    ),
-    Statistic(
-        "gumbel_maximum",
-        "mode of the maximum over `duration` [s] by a Gumbel distribution of the maxima of "
-        "`blocks` parts of the record",
-        unit_texts.same, extremes.gumbel_maximum, {"duration": None, "blocks": 10},
-        {"duration": POSITIVE,
-         "blocks": Limits(above=extremes.LEAST_BLOCKS - 1, most=1e6, whole=True)},
     ),
     Statistic(
         "damage_equivalent_load",

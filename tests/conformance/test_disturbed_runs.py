@@ -68,7 +68,7 @@ def test_a_second_run_of_the_same_file(
     system = write_system(c_fmu, tmp_path, times=SLOW)
     model = Path(__file__).parents[2] / "examples/double_pendulum/double_pendulum.model.yaml"
     with running(system, "r.csv") as first:
-        for name in ("r.nc", "r.csv", "r.parquet"):
+        for name in ("r.nc", "r.csv"):
             assert main(["run", "system.yaml", "--output-file", name]) == 1
             error = capsys.readouterr().err
             assert f"r.nc: another run writes it (process {first.pid} on " in error

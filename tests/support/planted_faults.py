@@ -115,12 +115,6 @@ FAULTS = {
         "unit/runtime/test_dormand_prince.py unit/simulate",
     ),
     # ---- simulation and analysis ----
-    "SciPy's tolerance is not made smaller for works": Fault(
-        "m4e_fmi/simulate",
-        "math.sqrt(governing / len(program.states))",
-        "1.0",
-        "unit/simulate",
-    ),
     "a step goes across a kink": Fault(
         "m4e_fmi/simulate", "sorted({*wanted, *task.kinks})", "sorted(wanted)", "unit/simulate"
     ),

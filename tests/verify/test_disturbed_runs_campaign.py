@@ -119,7 +119,7 @@ def test_full_disk(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> 
 def test_second_run(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> None:
     """Others that want the same files end at once; the first comes to its end undisturbed."""
     chance = generator(number)
-    names = [f"r.{chance.choice(['nc', 'csv', 'parquet'])}" for _ in range(3)]
+    names = [f"r.{chance.choice(['nc', 'csv'])}" for _ in range(3)]
     system = write_system(c_fmu, tmp_path)
     command = commanded(system, names[0])
     refused = 0
@@ -149,7 +149,7 @@ def test_second_run(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) ->
 def test_changed_folder(number: int, c_fmu: Fmus, tmp_path: Path, whole: Results) -> None:
     """An FMU goes to another folder at some time; once the folder that was left is removed."""
     chance = generator(number)
-    name = chance.choice(["r.nc", "r.csv", "r.parquet"])
+    name = chance.choice(["r.nc", "r.csv"])
     system = write_system(c_fmu, tmp_path, {"what": 1, "when": chance.uniform(0, FAST[0])})
     unpacked = tmp_path / "unpacked"
     unpacked.mkdir()

@@ -49,7 +49,7 @@ def compare(
 ) -> Comparison:
     """Differences of the variables of `one` file from those of a `reference`, at common times.
 
-    Files are netCDF (ours), CSV or Parquet of any tool, results in memory are accepted. `mapping`
+    Files are netCDF (ours), CSV of any tool, results in memory are accepted. `mapping`
     leads from names in the reference to names of `one`; others belong together by their names. A
     name in the reference may be followed by a factor and an offset, ``heave * -1 + 0.5``, of the
     value in our unit, and by ``, units ignored``. `time_shift` [s] is added to the times of the

@@ -18,7 +18,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "compare",
         help="differences of results from a reference",
     )
-    files = "results (netCDF), also over other dimensions; or a table of any tool (CSV, Parquet)"
+    files = "results (netCDF), or a table of any tool (CSV)"
     command.add_argument("file", type=Path, metavar="FILE", help=files)
     command.add_argument("reference", type=Path, metavar="REFERENCE", help=files)
     _add_pairs(command)
@@ -91,47 +91,6 @@ def _add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from m4e_fmi.results.gridded_file import is_gridded
-
-    gridded = is_gridded(options.file)
-    return _compare_cells(options) if gridded else _compare_records(options)
-
-
-def _compare_cells(options: argparse.Namespace) -> int:
-    """Compare files with numbers over dimensions other than time alone, without a picture."""
-    import json
-
-    from m4e_fmi.analysis.comparison import compare_cells
-    from m4e_fmi.report import cell_json, cell_text
-
-    of_records = {
-        "--map": options.map != [],
-        "--map-file": options.map_file is not None,
-        "--time-shift": options.time_shift != 0.0,
-        "--start-time": options.start_time is not None,
-        "--stop-time": options.stop_time is not None,
-        "--floor": options.floor != 0.0,
-        "--output-file": options.output_file is not None,
-    }
-    wrong = [
-        Problem(f"{flag} is for records over time", "leave it out")
-        for flag, given in of_records.items()
-        if given
-    ]
-    if wrong:
-        raise InputError(wrong)
-    found = compare_cells(
-        options.file,
-        options.reference,
-        variables=options.variables,
-        tolerance=options.tolerance,
-        relative_to=options.relative_to,
-    )
-    print(json.dumps(cell_json(found), indent=2) if options.json else cell_text(found))
-    return 0 if found.is_within else EXIT_FAILED
-
-
-def _compare_records(options: argparse.Namespace) -> int:
     import json
 
     from m4e_fmi.analysis.comparison import compare

@@ -1,10 +1,9 @@
-"""Lines of a command: on the terminal, in a log file, and as events for programs.
+"""Lines of a command: on the terminal, and as events for programs.
 
 All go through one logger; options choose where it leads:
 
 - people read standard output (progress, results) and standard error (notes, warnings, errors);
   `--quiet` leaves warnings and errors;
-- `--log-file` has all lines with their wall time;
 - `--events` has one JSON object on a line of standard output, in place of the lines for people.
 """
 

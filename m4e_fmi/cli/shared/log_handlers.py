@@ -1,25 +1,21 @@
-"""Where the lines of a command lead: to the terminal, to a log file, to programs as events."""
+"""Where the lines of a command lead: to the terminal, or to programs as events."""
 
 from __future__ import annotations
 
 import argparse
-import errno
 import logging
 import os
 import sys
 import time
 from collections.abc import Generator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
-from pathlib import Path
 
 from m4e_fmi.cli.shared.events import SCHEMA, End, Event, Line, Start, Warned, as_json
-from m4e_fmi.cli.shared.log import LOG, tell_event, warn
+from m4e_fmi.cli.shared.log import LOG, tell_event
 from m4e_fmi.cli.shared.output import alone
-from m4e_fmi.errors import is_other
 from m4e_fmi.shown import cleaned
 
-SUFFIXES = (".log", ".txt")
 _BAR = "tqdm"
 """The module of progress bars; before it is imported, there are none."""
 _FEW = 10
@@ -27,12 +23,9 @@ _FEW = 10
 
 
 def add_log(command: argparse.ArgumentParser, *, events: bool = False) -> None:
-    """Add --quiet, --log-file and, if the command tells `events`, --events."""
+    """Add --quiet and, if the command tells `events`, --events."""
     group = command.add_argument_group("what is told")
     group.add_argument("--quiet", action="store_true", help="warnings and errors only")
-    group.add_argument(
-        "--log-file", type=Path, metavar="FILE", help="all lines with their time (.log, .txt)"
-    )
     if events:
         group.add_argument(
             "--events",
@@ -58,37 +51,25 @@ class Log:
         self._began = time.perf_counter()
         self._people = ForPeople()
         LOG.addHandler(self._people)
-        self._others: list[logging.Handler] = []
+        self._programs: ForPrograms | None = None
 
     def open(self, options: argparse.Namespace, command: Sequence[str]) -> None:
-        """Lead the lines where `options` say; InputError or RunError for a file that cannot be."""
+        """Lead the lines where `options` say."""
         if getattr(options, "quiet", False):
             self._people.setLevel(logging.WARNING)
-        events, path = getattr(options, "events", False), getattr(options, "log_file", None)
-        if not (events or path):
-            return
-        start = _start(command)
-        if events:
+        if getattr(options, "events", False):
             self._people.only_beside = True
-            self._add(ForPrograms(self._began))
-        tell_event(start)
-        if path:
-            self._add(InFile(path, start))
-
-    def _add(self, handler: logging.Handler) -> None:
-        self._others.append(handler)
-        LOG.addHandler(handler)
+            self._programs = ForPrograms(self._began)
+            LOG.addHandler(self._programs)
+            tell_event(_start(command))
 
     def end(self, exit_code: int) -> None:
         """Tell the exit code."""
         tell_event(End(exit_code))
-        for one in self._others:
-            if isinstance(one, InFile):
-                one.line("INFO", f"exit code {exit_code}")
 
     def close(self) -> None:
         """Take the handlers back."""
-        for handler in (self._people, *self._others):
+        for handler in filter(None, (self._people, self._programs)):
             LOG.removeHandler(handler)
             handler.close()
 
@@ -165,50 +146,4 @@ class ForPrograms(logging.Handler):
     def close(self) -> None:
         """Give the standard output back."""
         self._taken.close()
-        super().close()
-
-
-class InFile(logging.Handler):
-    """Lines in a file, with their wall time; one that takes no more is told of, and left."""
-
-    def __init__(self, path: Path, start: Start) -> None:
-        from m4e_fmi.files.writing import cannot_write, check_suffix
-
-        super().__init__()
-        check_suffix(path, SUFFIXES, "a log")
-        self._path = path
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if is_other(path):  # opening a pipe would wait for its reader
-                raise FileExistsError(errno.EEXIST, "it is not a regular file")
-            self._file = path.open("w", encoding="utf-8", errors="replace")
-        except OSError as error:
-            raise cannot_write(path, error) from error
-        self.line("INFO", f"command: {' '.join(start.command)}")
-        self.line("INFO", f"folder: {start.folder}")
-        self.line("INFO", ", ".join(f"{name} {one}" for name, one in start.versions.items()))
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write the lines of a record."""
-        text = record.getMessage()
-        if text and _is_kept(record):
-            self.line(record.levelname, text.removeprefix(f"{record.levelname.lower()}: "))
-
-    def line(self, level: str, text: str) -> None:
-        """Write `text`; its further lines are indented."""
-        if self._file.closed:
-            return
-        when = datetime.now().astimezone().isoformat(timespec="milliseconds")
-        further = "\n" + " " * (len(when) + 10)
-        try:
-            self._file.write(f"{when} {level:<8} {cleaned(text).replace(chr(10), further)}\n")
-            self._file.flush()
-        except OSError as error:
-            self.close()
-            warn(f"warning: the log ends here: {self._path}: {error.strerror or error}")
-
-    def close(self) -> None:
-        """Close the file."""
-        with suppress(OSError):
-            self._file.close()
         super().close()

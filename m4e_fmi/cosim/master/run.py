@@ -48,8 +48,8 @@ def run(
     """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
 
     Other times, steps and start values are those of ``system.changed(stop_time=…, start={…})``.
-    `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv` or
-    `.parquet`, written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
+    `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv`,
+    written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
     scalar Real outputs if empty. `animated` adds those that an animation follows, as the nodes of
     mooring lines. Each of `observers` is called as ``observer(time, network)`` at the start and
     after every step, `progress` as ``progress(time)`` about ten times a second, `warn` with a line
@@ -64,8 +64,8 @@ def run(
     that would be huge with a row per step have fewer, which `tell` receives and the notes tell.
     RunError before the first step if another run writes to the same file. The files `beside`, as
     earlier pictures, are removed when its results are replaced, as are those in the form that
-    `results` is to have. ExportError, which has the outcome, if all is done but the `.csv` or
-    `.parquet` cannot be written.
+    `results` is to have. ExportError, which has the outcome, if all is done but the `.csv`
+    cannot be written.
 
     A simulation with `checkpoint_interval` or `checkpoint_wall_interval` takes checkpoints beside
     the results, in a file with `.checkpoint` behind its name, also at its end and where a signal

@@ -1,4 +1,4 @@
-"""A model as tables of bodies, joints, points, loads and parameters: plain text or LaTeX.
+"""A model as tables of bodies, joints, points, loads and parameters.
 
 The table of joints is that of S. Sabet and A. Diaz-Flores Caminero, "Multibody for Everybody",
 figure 2 and table 13; the ground has the number 0.
@@ -6,26 +6,14 @@ figure 2 and table 13; the ground has the number 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from numbers import Real
-from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.model import Model
-from m4e_fmi.model.expression import Expression, ExpressionError, Values
-from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.shown import one_line
 from m4e_fmi.space import AXES
-
-if TYPE_CHECKING:
-    import sympy
-
-Show = Callable[[object], str]
-LATEX = str.maketrans(
-    {c: rf"\{c}" for c in "&%$#_{}"} | {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}",
-     "^": r"\textasciicircum{}"}
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -44,65 +32,47 @@ class Listing:
         made.insert(1, "  ".join("-" * width for width in widths))
         return "\n".join([self.title, *(f"  {line}".rstrip() for line in made)])
 
-    def latex(self) -> str:
-        """A table environment in the style of the package booktabs; cells are LaTeX already."""
-        rows = [" & ".join(row) + r" \\" for row in self.rows]
-        head = " & ".join(h.translate(LATEX) for h in self.head) + r" \\"
-        return "\n".join([
-            r"\begin{table}", rf"\caption{{{self.title.translate(LATEX)}}}",
-            rf"\begin{{tabular}}{{{'l' * len(self.head)}}}", r"\toprule", head, r"\midrule",
-            *rows, r"\bottomrule", r"\end{tabular}", r"\end{table}",
-        ])  # fmt: skip
+
+def model_tables(model: Model) -> str:
+    """All tables of a model that have rows."""
+    return "\n\n".join(table.text() for table in model_listings(model) if table.rows)
 
 
-def model_tables(model: Model, *, latex: bool = False) -> str:
-    """All tables of a model that have rows, as text or as LaTeX (needs the package booktabs)."""
-    listings = [table for table in model_listings(model, latex=latex) if table.rows]
-    if latex:
-        return "\n\n".join(table.latex() for table in listings)
-    return "\n\n".join(table.text() for table in listings)
-
-
-def model_listings(model: Model, *, latex: bool = False) -> list[Listing]:
-    """Tables of bodies, joints, points, loads and parameters, cells as text or as LaTeX."""
-    show: Show = _latex_quantity if latex else _quantity
-
-    def word(text: object) -> str:
-        return one_line(str(text)).translate(LATEX if latex else {})
-
+def model_listings(model: Model) -> list[Listing]:
+    """Tables of bodies, joints, points, loads and parameters."""
     tree = topology(model)
     return [
-        _bodies(model, tree, show, word),
-        _joints(tree, show, word),
-        _points(model, tree, show, word),
-        _loads(model, tree, show, word),
-        _parameters(model, word),
+        _bodies(model, tree),
+        _joints(tree),
+        _points(model, tree),
+        _loads(model, tree),
+        _parameters(model),
     ]
 
 
-def _bodies(model: Model, tree: Topology, show: Show, word: Show) -> Listing:
+def _bodies(model: Model, tree: Topology) -> Listing:
     rows = []
     for link in tree.links:
         body = model.bodies[link.body]
         held = ", ".join(tree.coordinate_names[k] for k in link.coordinates)
-        row = (str(link.number), word(link.body), show(body.mass), _numbers(body.inertia, show))
-        rows.append((*row, word(held or "none"), word(body.description)))
+        row = (str(link.number), _word(link.body), _quantity(body.mass), _numbers(body.inertia))
+        rows.append((*row, _word(held or "none"), _word(body.description)))
     head = ("No.", "Body", "Mass [kg]", "Inertia [kg.m2]", "Coordinates", "Description")
     return Listing("Bodies", head, tuple(rows))
 
 
-def _joints(tree: Topology, show: Show, word: Show) -> Listing:
+def _joints(tree: Topology) -> Listing:
     rows = []
     for k, link in enumerate(tree.links, start=1):
         joint = link.joint
         free = link.joint_type.is_free
         given = [getattr(joint, f) for f in link.joint_type.vectors]
-        direction = ", ".join(_pair(axis, show) for axis in given) or "-"
-        start = ", ".join(f"{key} = {show(value)}" for key, value in joint.initial.items())
+        direction = ", ".join(_pair(axis) for axis in given) or "-"
+        start = ", ".join(f"{key} = {_quantity(value)}" for key, value in joint.initial.items())
         rows.append((
-            str(k), word(link.joint_name), f"{link.parent + 1} {link.number}", word(joint.type),
-            "-" if free else _offset(joint.parent_to_joint, tree, show),
-            "-" if free else _offset(joint.joint_to_child, tree, show),
+            str(k), _word(link.joint_name), f"{link.parent + 1} {link.number}", _word(joint.type),
+            "-" if free else _offset(joint.parent_to_joint, tree),
+            "-" if free else _offset(joint.joint_to_child, tree),
             direction, start or "-",
         ))  # fmt: skip
     head = ("No.", "Joint", "Bodies", "Type", "Parent CG to joint", "Joint to child CG",
@@ -110,16 +80,16 @@ def _joints(tree: Topology, show: Show, word: Show) -> Listing:
     return Listing("Joints", head, tuple(rows))
 
 
-def _points(model: Model, tree: Topology, show: Show, word: Show) -> Listing:
+def _points(model: Model, tree: Topology) -> Listing:
     rows = [
-        (word(name), _numbered(tree, point.body, word), _pair(point.at, show),
-         word(point.description))
+        (_word(name), _numbered(tree, point.body), _pair(point.at),
+         _word(point.description))
         for name, point in model.points.items()
     ]  # fmt: skip
     return Listing("Points", ("Point", "Body", "From its CG [m]", "Description"), tuple(rows))
 
 
-def _loads(model: Model, tree: Topology, show: Show, word: Show) -> Listing:
+def _loads(model: Model, tree: Topology) -> Listing:
     rows = []
     for name, load in model.loads.items():
         ends, quantities = [], []
@@ -129,44 +99,44 @@ def _loads(model: Model, tree: Topology, show: Show, word: Show) -> Listing:
                 continue
             if field.name in ("body", "bodies"):
                 bodies = (value,) if field.name == "body" else value
-                ends += [_numbered(tree, body, word) for body in bodies]
+                ends += [_numbered(tree, body) for body in bodies]
             elif field.name in ("point", "points", "joint"):
-                ends += [word(end) for end in ((value,) if isinstance(value, str) else value)]
+                ends += [_word(end) for end in ((value,) if isinstance(value, str) else value)]
             elif field.name in getattr(load, "vectors", ()):
-                quantities.append(f"{word(field.name)} = {_pair(value, show)}")
+                quantities.append(f"{_word(field.name)} = {_pair(value)}")
             elif field.name in getattr(load, "scalars", {}):
-                quantities.append(f"{word(field.name)} = {show(value)}")
+                quantities.append(f"{_word(field.name)} = {_quantity(value)}")
             elif value != field.default:
-                quantities.append(f"{word(field.name)}: {word(value)}")
+                quantities.append(f"{_word(field.name)}: {_word(value)}")
         row = (name, load.type.replace("_", " "), ", ".join(ends), ", ".join(quantities))
-        rows.append((*map(word, row[:2]), *row[2:]))
+        rows.append((*map(_word, row[:2]), *row[2:]))
     return Listing("Loads", ("Load", "Type", "Acts on", "Quantities"), tuple(rows))
 
 
-def _parameters(model: Model, word: Show) -> Listing:
+def _parameters(model: Model) -> Listing:
     rows = [
-        (word(name), f"{p.value:.6g}", word(p.unit), word(p.description))
+        (_word(name), f"{p.value:.6g}", _word(p.unit), _word(p.description))
         for name, p in model.parameters.items()
     ]
     return Listing("Parameters", ("Parameter", "Value", "Unit", "Description"), tuple(rows))
 
 
-def _numbered(tree: Topology, body: str, word: Show) -> str:
-    return f"{tree.index(body) + 1} {word(body)}"
+def _numbered(tree: Topology, body: str) -> str:
+    return f"{tree.index(body) + 1} {_word(body)}"
 
 
-def _pair(vector: Sequence[object], show: Show) -> str:
-    return f"[{', '.join(map(show, vector))}]"
+def _pair(vector: Sequence[object]) -> str:
+    return f"[{', '.join(map(_quantity, vector))}]"
 
 
-def _offset(vector: Sequence[object], tree: Topology, show: Show) -> str:
+def _offset(vector: Sequence[object], tree: Topology) -> str:
     """A vector of a joint; who gives none has (0, 0) in space, too."""
-    return _pair(vector if tree.is_planar or len(vector) == len(AXES) else (0.0, 0.0, 0.0), show)
+    return _pair(vector if tree.is_planar or len(vector) == len(AXES) else (0.0, 0.0, 0.0))
 
 
-def _numbers(value: object, show: Show) -> str:
+def _numbers(value: object) -> str:
     """A number, or the numbers of a tensor."""
-    return _pair(value, show) if isinstance(value, tuple | list) else show(value)
+    return _pair(value) if isinstance(value, tuple | list) else _quantity(value)
 
 
 def _quantity(value: object) -> str:
@@ -174,24 +144,5 @@ def _quantity(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, Real) else str(value)
 
 
-def _latex_quantity(value: Any) -> str:
-    import sympy
-
-    if isinstance(value, Real):
-        return f"${sympy.latex(sympy.Float(float(value)).n(6) if value % 1 else int(value))}$"  # type: ignore[operator]
-    try:
-        expression = as_expression(value)
-        return f"${sympy.latex(_symbolic(expression))}$"
-    except ExpressionError:
-        return str(value).translate(LATEX)
-
-
-def _symbolic(expression: Expression) -> sympy.Expr:
-    """An expression over SymPy's symbols, numbers as they are read: 0.1 is 1/10 no longer."""
-    import sympy
-
-    def number(value: float) -> sympy.Expr:
-        return sympy.Integer(int(value)) if value == int(value) else sympy.Float(value, 6)
-
-    symbols = {name: sympy.Symbol(name) for name in expression.names()}
-    return expression.evaluate(Values({**symbols, "pi": sympy.pi}, number=number))
+def _word(text: object) -> str:
+    return one_line(str(text))

@@ -22,8 +22,6 @@ LARGEST = {
     "most_probable_maximum",
     "expected_maximum",
     "maximum_quantile",
-    "weibull_maximum",
-    "gumbel_maximum",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
 MOST_COMPARED = 6

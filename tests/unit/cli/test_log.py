@@ -1,4 +1,4 @@
-"""Where lines of a command go: --quiet, --log-file, --events, and the progress bar."""
+"""Where lines of a command go: --quiet, --events, and the progress bar."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def system(here: Path) -> Path:
     return copied(here, FLEXIBLE / "system.yaml")
 
 
-def test_a_run_tells_its_events_and_its_log_has_the_lines(system, capsys):
-    options = ["--stop-time", "0.2", "--no-plot", "--log-file", "logs/run.log"]
+def test_a_run_tells_its_events(system, capsys):
+    options = ["--stop-time", "0.2", "--no-plot"]
     assert called("run", system, "--events", *options) == 0
     found = events(capsys)
     kinds = [event["event"] for event in found]
@@ -62,22 +62,11 @@ def test_a_run_tells_its_events_and_its_log_has_the_lines(system, capsys):
     assert height["unit"] == "m"
     assert height["min"] < height["mean"] < height["max"]
     assert one(found, "file")["path"] == str(Path("build", "flexible_pendulum.nc"))
-    lines = Path("logs/run.log").read_text("utf-8").splitlines()
-    stamp = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}[+-]\d\d:\d\d (INFO|WARNING|ERROR) +"
-    assert all(re.match(stamp, line) or line.startswith(" " * 30) for line in lines)
-    assert "command: m4e-fmi run" in lines[0]
-    assert "m4e_fmi" in lines[2]
-    for event in found:
-        if event["event"] == "line":
-            assert any(line.endswith(event["text"]) for line in lines)
-    assert lines[-1].endswith("exit code 0")
-    assert any("coupling error" in line for line in lines)
 
 
 def test_an_error_is_told_with_its_place(here, capsys):
     copied(here, PENDULUM, ("mass: m, inertia: J}", "mas: m, inertia: J}"))
-    words = ["simulate", PENDULUM.name, "--events", "--log-file", "a.log"]
-    assert called(*words) == 2
+    assert called("simulate", PENDULUM.name, "--events") == 2
     captured = capsys.readouterr()
     found = [json.loads(line) for line in captured.out.splitlines()]
     error = one(found, "error")
@@ -87,9 +76,6 @@ def test_an_error_is_told_with_its_place(here, capsys):
     assert "mas: m" in lines[error["problems"][0]["line"] - 1]
     assert error["text"] in captured.err
     assert one(found, "end")["exit_code"] == 2
-    told = Path("a.log").read_text("utf-8")
-    assert f" ERROR    {PENDULUM.name}:" in told
-    assert told.endswith("exit code 2\n")
 
 
 def test_quiet_leaves_warnings_and_errors(system, capsys):
@@ -107,36 +93,19 @@ def _options(**given: object) -> Namespace:
 
 
 @pytest.mark.usefixtures("here")
-def test_texts_that_act_on_a_terminal_do_not_reach_the_log(capsys):
+def test_texts_that_act_on_a_terminal_reach_no_program(capsys):
     with log_handlers.logged() as one_log:
-        one_log.open(_options(log_file=Path("a.log"), events=True), ["run", "\x1b[2J"])
+        one_log.open(_options(events=True), ["run", "\x1b[2J"])
         log.say("evil \x1b]0;title\x07 \u202e line\nnext")
         log.show("two\nlines \x1b[1m")
-    text = Path("a.log").read_text("utf-8")
-    assert not re.search("[\x00-\x09\x0b-\x1f\u202e]", text)
-    assert "\n" + " " * 39 + "lines" in text
     told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert all("\x1b" not in e.get("text", "") for e in told)
 
 
 @pytest.mark.usefixtures("here")
-def test_progress_and_a_wrong_log_file_are_events(capsys):
+def test_progress_is_told_in_events(capsys):
     assert called(*SIMULATE, "--events") == 0
     assert [e for e in events(capsys) if e["event"] == "progress"][-1]["fraction"] == 1.0
-    assert called(*SIMULATE, "--events", "--log-file", "a.csv") == 2
-    assert [event["event"] for event in events(capsys)] == ["start", "error", "end"]
-
-
-@pytest.mark.usefixtures("here")
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device")
-def test_a_log_that_is_full_ends_with_a_warning(capsys):
-    with log_handlers.logged() as one_log:
-        one_log.open(_options(log_file=Path("a.log")), [])
-        (handler,) = one_log._others
-        handler._file = Path("/dev/full").open("w")  # type: ignore[attr-defined]  # noqa: SIM115
-        log.say("one")
-        log.say("two")
-    assert capsys.readouterr().err.count("the log ends here: a.log") == 1
 
 
 def test_the_page_names_every_field():

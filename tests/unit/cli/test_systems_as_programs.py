@@ -85,8 +85,7 @@ def test_linearize_equilibrium_and_equations(system: str, said: Said) -> None:
     wanted = ["--such-that", "m0.joint.rail.q", "3 cm", "--vary", "pto.anchor.x", "--json"]
     found = json.loads(said("equilibrium", system, *wanted))
     assert found["m0.joint.rail.q"] == pytest.approx(0.03, abs=1e-9)
-    assert "der(m0.joint.rail.q) = m0.joint.rail.u" in said("equations", system)
-    assert "def rates(" in said("equations", system, "--code", "python")
+    assert "def rates(" in said("equations", system)
 
 
 def test_one_fmu_of_the_whole(system: str, here: Path, said: Said) -> None:

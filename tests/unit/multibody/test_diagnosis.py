@@ -36,7 +36,7 @@ def arm() -> Model:
     )
 
 
-@pytest.mark.parametrize("method", ["dop853", "python", "scipy.RK45"])
+@pytest.mark.parametrize("method", ["dop853", "python"])
 def test_a_singular_mass_matrix_names_body_joint_and_time(method: str) -> None:
     """An added mass, given from outside, takes away all inertia of the second link."""
     model = replace(arm(), bodies={**arm().bodies, "fore": Body("m", "J", added_mass=True)})
@@ -46,7 +46,7 @@ def test_a_singular_mass_matrix_names_body_joint_and_time(method: str) -> None:
     assert "the mass matrix is singular: nothing resists a motion of body fore in joint elbow" in (
         str(caught.value)
     )
-    assert method == "scipy.RK45" or "t = 0 s" in str(caught.value)
+    assert "t = 0 s" in str(caught.value)
 
 
 def test_a_pole_names_load_and_time() -> None:

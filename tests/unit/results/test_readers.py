@@ -1,4 +1,4 @@
-"""Each reader of records over time is asked the same: netCDF, rows of a killed run, CSV, Parquet.
+"""Each reader of records over time is asked the same: netCDF, rows of a killed run, CSV.
 
 A new form is tested by its entry in `FORMS`.
 """
@@ -43,17 +43,10 @@ def table(path: Path, time: Sequence[float], place: np.ndarray) -> None:
     path.write_text("\n".join(["time [s],buoy.z [m]", *rows]), encoding="utf-8")
 
 
-def parquet(path: Path, time: Sequence[float], place: np.ndarray) -> None:
-    pyarrow = pytest.importorskip("pyarrow")
-    columns = {"time [s]": list(time), "buoy.z [m]": place, "who": ["a"] * len(time)}
-    pytest.importorskip("pyarrow.parquet").write_table(pyarrow.table(columns), path)
-
-
 FORMS: dict[str, Callable[[Path, Sequence[float], np.ndarray], None]] = {
     "killed.nc": killed_run,
     "whole.nc": netcdf,
     "table.csv": table,
-    "table.parquet": parquet,
 }
 
 
@@ -65,7 +58,6 @@ def test_records_are_read_to_the_bit(form: str, tmp_path: Path) -> None:
     assert [*found.quantities] == ["buoy.z"]
     assert found.quantities["buoy.z"].unit == "m"
     np.testing.assert_array_equal(found.quantities["buoy.z"].values, PLACE)
-    assert ("no numbers, not compared: who" in found.notes) == (form == "table.parquet")
 
 
 @pytest.mark.parametrize("form", FORMS)

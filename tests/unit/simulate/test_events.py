@@ -32,7 +32,7 @@ CONTACT = (2 * np.pi - 2 * np.arctan(FREQUENCY * SPEED / G)) / FREQUENCY
 PERIOD = 2 * FALL + CONTACT
 
 
-@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "scipy.DOP853"])
+@pytest.mark.parametrize("method", ["dop853", "rk45", "rodas"])
 def test_contacts_of_a_bouncing_ball(method: str) -> None:
     result = simulate(ball(), stop_time=4.0, method=method, tolerance=1e-10, events=[Watch(GAP)])
     exact = [FALL + k * PERIOD + part for k in range(4) for part in (0.0, CONTACT)]
@@ -43,10 +43,9 @@ def test_contacts_of_a_bouncing_ball(method: str) -> None:
     assert result.time[-1] == 4.0
 
 
-@pytest.mark.parametrize("method", ["dop853", "scipy.RK45"])
-def test_a_terminal_event_ends_the_simulation(method: str) -> None:
+def test_a_terminal_event_ends_the_simulation() -> None:
     events = [Watch("joint.fall.u", 1, terminal=True), Watch(GAP, -1)]
-    result = simulate(ball(), stop_time=4.0, method=method, tolerance=1e-10, events=events)
+    result = simulate(ball(), stop_time=4.0, tolerance=1e-10, events=events)
     lowest = FALL + CONTACT / 2
     assert [(e.name, e.terminal) for e in result.events] == [(GAP, False), ("joint.fall.u", True)]
     assert result.events[-1].time == pytest.approx(lowest, abs=1e-7)
@@ -93,11 +92,6 @@ def driven_exactly(times: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("method", ["dop853", "rk45", "rodas", "python"])
 def test_steps_end_at_the_rows_of_tables(method: str) -> None:
-    ended = simulate(driven(), stop_time=10.0, output_interval=0.7, method=method)
-    crossed = simulate(driven(), stop_time=10.0, output_interval=0.7, method="scipy.RK45")
-    errors = [
-        np.abs(result["joint.rail.q"] - driven_exactly(result.time)).max()
-        for result in (ended, crossed)
-    ]
-    # each of 40 smooth pieces is off by some 1e-8; across a kink the order is lost
-    assert errors[0] < min(1e-7, errors[1])
+    result = simulate(driven(), stop_time=10.0, output_interval=0.7, method=method)
+    # each of 40 smooth pieces is off by some 1e-8; across a kink the order would be lost
+    assert np.abs(result["joint.rail.q"] - driven_exactly(result.time)).max() < 1e-7

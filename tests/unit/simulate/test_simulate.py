@@ -27,7 +27,7 @@ def oscillator() -> Program:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_solves_the_oscillator(method: str):
-    tolerance = 1e-6 if method in ("scipy.RK23", "scipy.BDF") else 1e-8
+    tolerance = 1e-8
     result = simulate(oscillator(), stop_time=5.0, tolerance=tolerance, method=method)
     # a local error of `tolerance` per step, some hundred steps, five periods of growth
     bound = 3000 * tolerance

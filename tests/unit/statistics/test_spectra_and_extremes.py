@@ -76,31 +76,6 @@ def test_periods_of_a_narrow_spectrum() -> None:
     assert heights == pytest.approx([4.0], rel=0.004)  # (ω h)²/8, of a crest between two rows
 
 
-def test_fits_of_tail_and_parts_agree_with_the_gaussian(sea: np.ndarray) -> None:
-    gaussian = float(np.mean(most_probable("most_probable_maximum", sea[:100])))
-    for name in ("weibull_maximum", "gumbel_maximum"):
-        values = most_probable(name, sea[:100])
-        assert np.mean(values) == pytest.approx(
-            gaussian, abs=BOUND * error(values) + 0.015 * gaussian
-        )
-
-
-def most_probable(name: str, values: np.ndarray, duration: float = HOUR) -> np.ndarray:
-    return STATISTICS[name].compute(TIME, values, duration=duration)
-
-
-def test_a_tail_that_is_not_gaussian_is_seen() -> None:
-    """Crests of a cubed sea: of the sea's Rayleigh, a Weibull with the shape 2/3.
-
-    The scatter of its most probable maximum is some 15 % (of 20 seeds).
-    """
-    run = seas(1, ROWS, STEP, height=HEIGHT, peak_period=PEAK, first=7)[0]
-    (largest,) = most_probable("most_probable_maximum", run, 3.0 * HOUR)
-    (found,) = most_probable("weibull_maximum", run**3, 3.0 * HOUR)
-    assert found == pytest.approx(largest**3, rel=3.0 * 0.15)
-    assert most_probable("most_probable_maximum", run**3, 3.0 * HOUR)[0] < 0.5 * largest**3
-
-
 FEW, SINE = TIME[:10], np.sin(TIME)
 UNEVEN = np.cumsum(np.random.default_rng(0).uniform(0.1, 1.0, 500))
 REFUSED: list[tuple[Callable[[], Any], str]] = [
@@ -115,11 +90,3 @@ REFUSED: list[tuple[Callable[[], Any], str]] = [
 def test_records_without_a_spectrum_or_extremes(call: Callable[[], Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         call()
-
-
-def test_equal_crests_have_no_weibull_distribution() -> None:
-    """Of a sine, or of a response that stops cut off."""
-    time = np.linspace(0.0, 600.0, 6001)
-    for record in (np.sin(2.0 * np.pi * time / 10.0), np.sign(np.sin(time))):
-        (reason,) = STATISTICS["weibull_maximum"].explained(time, record, duration=1e4).reasons
-        assert "highest half of the crests are all" in reason

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import pandas
 import pytest
 from support.small_systems import Fmus, oscillator, system
 
@@ -100,39 +98,13 @@ def test_chosen_variables_are_recorded(c_fmu: Fmus, tmp_path: Path) -> None:
         run(whole, results=path, variables=["bdy.*"])
 
 
-def test_results_as_parquet(c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also those of a run that failed."""
-    parquet = pytest.importorskip("pyarrow.parquet")
-    path, pump = tmp_path / "r.parquet", {"pump": {"what": 9.0, "when": 0.5}}
-    given = system(c_fmu, {"pump": "rogue", "body": "mass"}, start=pump)
-    with pytest.raises(RunError, match=r"pump\.y at t = 0\.5 s is nan"):
-        run(given, results=path)
-    results, frame = load(path.with_suffix(".nc")), pandas.read_parquet(path)
-    assert list(frame) == ["time", *results.series]
-    np.testing.assert_array_equal(frame["time"], results.time)
-    assert results.time[-1] == pytest.approx(0.4)
-    schema = parquet.read_schema(path)
-    for name, one in results.series.items():
-        np.testing.assert_array_equal(frame[name], one.values)
-        metadata = schema.field(name).metadata
-        assert metadata[b"unit"].decode() == one.unit
-        assert metadata[b"long_name"].decode() == one.long_name
-    assert schema.field("time").metadata[b"unit"] == b"s"
-    told = {key.decode(): value.decode() for key, value in schema.metadata.items()}
-    assert results.attributes.items() <= told.items()
-    assert told["ended"].startswith("failed: pump.y at t = 0.5 s is nan")
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(InputError, match="needs the package pyarrow"):
-        run(given, results=path)
-
-
 def test_what_was_made_of_old_results_goes_with_them(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With the first step, and not before; other files of the same name stay."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("m4e_fmi.cosim.results.writer.FLUSH", 0.0)
-    names = ("r.nc", "r.csv", "r.png", "r.parquet")
+    names = ("r.nc", "r.csv", "r.png", "r.txt")
     seen: list[set[str]] = []
 
     def look(time: float, _: Network) -> None:
@@ -145,7 +117,7 @@ def test_what_was_made_of_old_results_goes_with_them(
     with pytest.raises(Terminated):
         run(oscillator(c_fmu, SHORT), results="r.csv", beside=[Path("r.png")], observers=[look])
     assert seen[0] == {*names}
-    assert seen[-1] == {"r.nc", "r.parquet"}
+    assert seen[-1] == {"r.nc", "r.txt"}
     assert load("r.nc").time[-1] == pytest.approx(0.8)
     assert Path("r.csv").read_text().startswith("time [s],")
     assert not Path("r.png").exists()

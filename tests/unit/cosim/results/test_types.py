@@ -80,19 +80,13 @@ def test_a_run_that_goes_on_can_be_read(
         assert found["a.y_enum"].recorded.items == ITEMS
 
 
-def test_csv_and_parquet(system: System, tmp_path: Path) -> None:
+def test_csv(system: System, tmp_path: Path) -> None:
     run(system, results=tmp_path / "r.csv")
     with (tmp_path / "r.csv").open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert [row["a.y_int"] for row in rows] == [str(n) for n in N]
     assert [row["a.y_bool"] for row in rows] == [str(n % 2) for n in N]
     assert rows[-1]["b.y_text"] == "33"
-    parquet = pytest.importorskip("pyarrow.parquet")
-    run(system, results=tmp_path / "r.parquet")
-    table = parquet.read_table(tmp_path / "r.parquet")
-    assert table["a.y_bool"].to_pylist() == [bool(n % 2) for n in N]
-    assert table["a.y_text"].to_pylist()[-1] == "3"
-    assert str(table["b.y_int8"].type) == "int8"
 
 
 def test_arrays_that_are_connected_are_recorded(
