@@ -177,7 +177,7 @@ def _system(options: argparse.Namespace) -> System:
 
     with Gathered() as gathered:
         gathered.of(output_file, options, "system")
-        gathered.of(animation_file, options, "system")
+        gathered.of(animation_file, options, "system", (".html",))
         gathered.of(report_file, options, "system")
         system = gathered.of(load_system, options.system)
         given: list[tuple[Start, str]] = [(start_values(options), "command line")]
@@ -232,7 +232,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.report import run_numbers, run_summary
 
     file = output.absolute()  # an FMU may change the working folder
-    animation = animation_file(options, system.name)
+    animation = animation_file(options, system.name, (".html",))
     report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
     begun_at(output, options.resume, check=options.check, watched=False, warn=None)

@@ -72,7 +72,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         command.add_argument(flag, action="append", default=[], metavar="NAME", help=text)
     add_start_values(command, "NAME")
     add_output_file(command)
-    add_animate(command, "write an animation (.html)")
+    add_animate(command, "write an animation (.html, of a model also .gif)")
     add_report(command)
     add_no_plot(command)
     command.add_argument(
@@ -89,11 +89,13 @@ def add(commands: argparse._SubParsersAction) -> None:
 
 def _run(options: argparse.Namespace) -> None:
     from m4e_fmi.files.locks import claimed
+    from m4e_fmi.program import Program
     from m4e_fmi.results.results_file import stream_of
 
     source = _source(options)
     output = output_file(options, source.name)
-    animation = animation_file(options, source.name)
+    forms = (".html",) if isinstance(source.equations, Program) else (".html", ".gif")
+    animation = animation_file(options, source.name, forms)
     if animation and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
     report_file(options, source.name)
@@ -198,7 +200,7 @@ def _simulate_to(
         show(f"  note: joint {name!r} starts where the parameters in the file put it")
     print_files(files)
     sys.stdout.flush()  # pictures take a second, within which a signal may end it
-    _picture(result, files[0], output, animation, options)
+    _picture(result, files[0], output, animation, source, options)
     if report := report_file(options, source.name):
         print_files([report_of_run(files[0], report, printed=summary, command=options.given)])
 
@@ -240,16 +242,21 @@ def _picture(
     file: Path,
     output: Path,
     animation: Path | None,
+    source: _Source,
     options: argparse.Namespace,
 ) -> None:
     """Draw and animate the results in `file`, as far as asked for."""
-    from m4e_fmi.report import animate_run, plot_simulation
+    from m4e_fmi.program import Program
+    from m4e_fmi.report import animate, animate_run, plot_simulation
 
     if not options.no_plot:
         picture = output.with_suffix(".png")
         print_files([plot_simulation(result, picture, variables=options.variables)])
     if animation:
-        print_files([animate_run(file, animation)])
+        model = source.equations
+        whole = isinstance(model, Program)
+        made = animate_run(file, animation) if whole else animate(model, result, animation)
+        print_files([made])
 
 
 def _kept(

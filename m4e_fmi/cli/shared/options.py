@@ -64,7 +64,7 @@ def add_animate(command: argparse.ArgumentParser, text: str) -> None:
     )
 
 
-def animation_file(options: argparse.Namespace, name: str) -> Path | None:
+def animation_file(options: argparse.Namespace, name: str, suffixes: Sequence[str]) -> Path | None:
     """Path of the animation; None if none is wanted. InputError for another suffix."""
     from m4e_fmi.files.writing import check_suffix
 
@@ -72,7 +72,7 @@ def animation_file(options: argparse.Namespace, name: str) -> Path | None:
         return None
     default = output_file(options, name).with_suffix(".html")
     path = options.animate if options.animate.name else default
-    check_suffix(path, (".html",), "an animation")
+    check_suffix(path, suffixes, "an animation")
     return path
 
 

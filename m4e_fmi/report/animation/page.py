@@ -47,14 +47,14 @@ class Part:
     data: str
 
 
-def _part(data: dict[str, object]) -> Part:
-    """The part for `data`."""
+def part(data: dict[str, object], painter: str) -> Part:
+    """The part for `data`, drawn by the file `painter`."""
     style, markup, player = map(_file, ("part.css", "part.html", "player.js"))
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return Part(
         style=style.rstrip(),
         markup=markup.rstrip(),
-        script=player.replace('"@painter@"', _file("space.js")).rstrip(),
+        script=player.replace('"@painter@"', _file(painter)).rstrip(),
         data=text.replace("<", "\\u003c"),  # no text ends or begins a script
     )
 
@@ -76,17 +76,20 @@ def _file(name: str) -> str:
     return files("m4e_fmi.report.animation").joinpath(name).read_text(encoding="utf-8")
 
 
+def times_of(times: Floats) -> dict[str, object]:
+    """First and last time [s] of frames at `times` (T,) [s], and how fast they are shown."""
+    start, stop = float(times[0]), float(times[-1])
+    return {"start": start, "stop": stop, "speed": max(1.0, round((stop - start) / LONGEST))}
+
+
 def scene_part(scene: Scene, shown: Frames) -> Part:
     """The part of a scene, whose frames are `shown`."""
     near = _near(scene, shown)
     far = _far(scene, shown, near)
     columns = shown.columns()
     is_far = np.ptp(far, axis=0).max() > FARTHER * np.ptp(near, axis=0).max()
-    start, stop = float(shown.times[0]), float(shown.times[-1])
     data: dict[str, object] = {
-        "start": start,
-        "stop": stop,
-        "speed": max(1.0, round((stop - start) / LONGEST)),
+        **times_of(shown.times),
         **packed(columns),
         "numbers": PER_BODY,
         "turn": SIDE_TURN if scene.planar else float(TURN),
@@ -101,7 +104,7 @@ def scene_part(scene: Scene, shown: Frames) -> Part:
         "cables": _cables(scene, shown),
         "water": scene.water and _water(scene.water, near, far, scene.planar),
     }  # fmt: skip
-    return _part(data)
+    return part(data, "space.js")
 
 
 def _bodies(scene: Scene) -> list[dict[str, object]]:

@@ -114,3 +114,17 @@ def direction_of(joint: JointMark, poses: np.ndarray) -> np.ndarray:
     """
     turn = poses[joint.parent.body, 2] if joint.parent.body >= 0 else 0.0
     return turned(joint.direction or (1.0, 0.0), turn)
+
+
+def joint_outlines(scene: Scene, poses: np.ndarray, size: float) -> list[np.ndarray]:
+    """Circles and sleeves of the joints, (n, 2) each [m], at `poses` (N, 3) [m, m, rad]."""
+    radius = 0.0085 * size
+    marks = []
+    for joint in scene.joints:
+        at = scene.place(joint.child, poses)
+        if joint.type.symbol == "circle":
+            marks.append(symbols.circle(at, radius, corners=20))
+        elif joint.type.symbol == "sleeve":
+            along = direction_of(joint, poses)
+            marks.append(symbols.box(at, 4.2 * radius, 2 * radius, along))
+    return marks

@@ -97,7 +97,9 @@ def test_draw_and_animate(here, capsys):
     assert main(["draw", str(PENDULUM), "--output-file", "drawing.svg"]) == 0
     short = ["simulate", str(PENDULUM), "--stop-time", "0.5", "--no-plot", "--animate"]
     assert main(short) == 0
-    files = ("build/double_pendulum_model.png", "drawing.svg", "build/double_pendulum.html")
+    assert main([*short, "moves.gif"]) == 0
+    files = ("build/double_pendulum_model.png", "drawing.svg", "build/double_pendulum.html",
+             "moves.gif")  # fmt: skip
     told = capsys.readouterr().out
     for name in files:
         assert (here / name).stat().st_size > 5000

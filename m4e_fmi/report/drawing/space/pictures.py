@@ -1,10 +1,11 @@
-"""A model in space as a schematic, seen from ahead, above, the right.
+"""A model in space as a schematic, and as the frames of a film, seen from ahead, above, the right.
 
 Parallel projection; what is nearer covers what is farther away.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -99,6 +100,30 @@ def space_figure(shown: Solids, poses: Poses, *, inches: float, named: bool) -> 
             labels.avoid(view.flat(poses.all_of(body, shown.hulls[body].vertices)))
         labels.place()
     return figure
+
+
+def space_frames(shown: Solids, times: Floats, poses: Poses, pixels: int) -> Iterator[np.ndarray]:
+    """Every frame, at `times` (T,) [s], as an array of bytes (height, width, 3) [1]."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    view = View.of()
+    low, high = _limits(shown, poses, view)
+    inches = np.maximum((high - low) / max(high - low), 0.4) * pixels / 100 + (0.0, 0.35)
+    figure = Figure(figsize=(inches[0], inches[1]), dpi=100, facecolor=PAPER)
+    canvas = FigureCanvasAgg(figure)
+    axis = figure.add_axes((0, 0, 1, 1 - 0.35 / inches[1]))
+    top = 1 - 0.2 / inches[1]
+    figure.text(0.02, top, shortened(shown.title), fontsize=11, va="center", color=INK)
+    clock = figure.text(0.98, top, "", fontsize=10, ha="right", va="center", color=GREY)
+    for frame, time in enumerate(times):
+        axis.clear()
+        prepare(axis, low, high)
+        paint(axis, shown, poses, frame, view)
+        _axes(axis, view, low, high)
+        clock.set_text(f"{time:.2f} s")
+        canvas.draw()
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def _limits(shown: Solids, poses: Poses, view: View) -> tuple[Floats, Floats]:

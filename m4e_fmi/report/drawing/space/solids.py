@@ -183,12 +183,26 @@ def rotations(phi: Floats, theta: Floats, psi: Floats) -> Floats:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def check_simulated(model: Model, simulation: Simulation) -> None:
-    """InputError if the simulation is not of this model: it lacks a body."""
-    missing = [b for b in model.bodies if f"body.{b}.z" not in simulation.values]
+def check_simulated(model: Model, simulation: Simulation, coordinate: str) -> None:
+    """InputError if the simulation is not of this model: it lacks a coordinate of a body."""
+    missing = [b for b in model.bodies if f"body.{b}.{coordinate}" not in simulation.values]
     if missing:
         message = f"the simulation of {simulation.program.name!r} has no body {missing[0]!r}"
         raise InputError.single(message, "give the model that was simulated")
+
+
+def film_poses(model: Model, simulation: Simulation, frames: int) -> tuple[Floats, Poses]:
+    """At most `frames` times (T,) [s], evenly spaced, and the poses at the nearest outputs.
+
+    InputError if the simulation is of another model.
+    """
+    check_simulated(model, simulation, "y")
+    count = min(frames, max(2, len(simulation.time)))
+    times = np.linspace(simulation.time[0], simulation.time[-1], count)
+    rows = np.interp(times, simulation.time, np.arange(len(simulation.time)))
+    nearest = np.rint(rows).astype(int)
+    values = {name: np.asarray(series)[nearest] for name, series in simulation.values.items()}
+    return times, poses_of(topology(model), values)
 
 
 def quaternions(attitudes: Floats) -> Floats:
