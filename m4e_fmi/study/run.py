@@ -92,8 +92,8 @@ def run_study(
     with ExitStack() as stack:
         if output is not None:
             stack.enter_context(claimed(output))
-        blobs = stack.enter_context(TemporaryFolder())
         store = stack.enter_context(Store(folder / STORE))
+        blobs = stack.enter_context(TemporaryFolder(folder))  # where workers see it
         tell = told_once(tell or _silent)
         made = work_of(study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell)
         work = stack.enter_context(made)
