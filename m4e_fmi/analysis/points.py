@@ -27,7 +27,7 @@ from m4e_fmi.program import (
 )
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.runtime.library import library
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 from m4e_fmi.simulate import started
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ def program_and_model(system: System) -> tuple[Program, Model | None]:
 
 
 @dataclass(frozen=True)
-class OperatingPoint(Displayed):
+class OperatingPoint:
     """A state of a program: vectors in the order of its variables, SI; `time` [s]."""
 
     program: Program = field(repr=False)

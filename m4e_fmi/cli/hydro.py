@@ -52,7 +52,7 @@ def add(commands: argparse._SubParsersAction) -> None:
         "--output-file",
         type=Path,
         metavar="FILE",
-        help="netCDF, build/NAME_hydro.nc; a picture with --refine",
+        help="netCDF, build/NAME_hydro.nc",
     )
     command.add_argument(
         "--refine",
@@ -119,34 +119,25 @@ def _kinds() -> list[ModuleType]:
 
 
 def _refine(options: argparse.Namespace) -> None:
-    """Print a convergence study of a component in water, and draw it."""
+    """Print a convergence study of a component in water."""
     import json
-
-    from m4e_fmi.files.file_names import file_stem
-    from m4e_fmi.report import check_picture_path
 
     if options.source.suffix.lower() not in SYSTEMS:
         message = f"{options.source}: --refine is of a system, not of a file of coefficients"
         raise InputError.single(message, "give a system file with shapes or meshes of bodies")
-    system, chosen, title = _chosen(options)
+    system, chosen, _ = _chosen(options)
     module, config = _in_water(system)[chosen]
     if not hasattr(module, REFINE):
         message = f"the kind of component {chosen!r} has no panels to refine"
         raise InputError.single(message, "choose another one with --component")
-    picture = None
-    if not options.no_plot:
-        picture = options.output_file or Path(BUILD_FOLDER) / f"{file_stem(title)}_refine.png"
-        check_picture_path(picture)
     try:
-        text, numbers = module.refine(config, folder=system.folder, picture=picture, progress=count)
+        text, numbers = module.refine(config, folder=system.folder, progress=count)
     except InputError as error:
         raise InputError([system.located(chosen, p) for p in error.problems]) from None
     if options.json:
         print(json.dumps(numbers, indent=2))
     else:
         show(text)
-    if picture is not None and not options.json:
-        print_files([picture])
 
 
 def _of_system(options: argparse.Namespace) -> HydrodynamicData:

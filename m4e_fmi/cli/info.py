@@ -94,11 +94,9 @@ def _stability(options: argparse.Namespace) -> None:
         raise InputError.single(
             message, "--stability is for kind: hydrodynamics, and kind: morison"
         )
-    if options.output_file and len(tells) > 1:
-        message = f"{system.name}: {len(tells)} components float, a picture shows those of one"
-        raise InputError.single(message, "leave out --output-file")
+    if options.output_file:
+        message = "--output-file is for the picture of a system"
+        raise InputError.single(message, "leave it out beside --stability")
     for name, tell in tells.items():
         print(f"component {name}")
-        print(tell(found[name].config, folder=system.folder, picture=options.output_file))
-    if options.output_file:
-        print_files([options.output_file])
+        print(tell(found[name].config, folder=system.folder))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Collection, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -115,15 +114,6 @@ def _add_modes(command: argparse.ArgumentParser) -> None:
         help="a parameter set: start values in a file (YAML, or SSP's .ssv)",
     )
     command.add_argument(
-        "--real-time",
-        type=_factor,
-        nargs="?",
-        const=1.0,
-        metavar="FACTOR",
-        help="pass no point before its wall time; FACTOR: simulated over wall time, default 1; "
-        "no coupling error is estimated",
-    )
-    command.add_argument(
         "--no-certify",
         dest="certify",
         action="store_false",
@@ -139,18 +129,6 @@ def _time(text: str) -> float:
         return float(time_of(text))
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a valid duration: {TIMES}") from None
-
-
-def _factor(text: str) -> float:
-    """A positive number, of a text."""
-    try:
-        factor = float(text)
-    except ValueError:
-        factor = math.nan
-    if not (math.isfinite(factor) and factor > 0.0):
-        remedy = "write a number above 0, or the system's file before --real-time"
-        raise argparse.ArgumentTypeError(f"{text!r} is not a factor: {remedy}")
-    return factor
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -265,7 +243,6 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
             warn=heed,
             beside=[file.with_suffix(".png")],
             resume=options.resume,
-            real_time=options.real_time,
             certify=options.certify,
             animated=animated,
         )

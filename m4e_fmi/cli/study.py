@@ -25,7 +25,7 @@ def add(commands: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--dry-run",
         action="store_true",
-        help="tell what would be done: runs, FMUs to be built, time and disk",
+        help="tell what would be done: runs, kept ones, FMUs to be built",
     )
     command.add_argument(
         "--jobs",
@@ -74,7 +74,7 @@ def _run(options: argparse.Namespace) -> int:
         check_suffix(options.output_file, SUFFIXES, "the result of a study")
     study = load_study(options.study)
     if options.dry_run:
-        show(str(estimate(study, build_directory=options.build_folder, jobs=options.jobs)))
+        show(estimate(study, build_directory=options.build_folder))
         return 0
     output = options.output_file or options.build_folder / f"{file_stem(study.name)}.nc"
     report = _report_file(options, output)

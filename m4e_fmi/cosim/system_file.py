@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -112,7 +113,6 @@ def read_system(document: Document) -> System:
     if simulation is not None:
         found = step_problems(components, simulation)
         problems += [document.problem(p.keys, p.message, p.remedy) for p in found]
-    scenario = _read_scenario(document, section.scenario if section else {}, problems)
     if problems or section is None or simulation is None:
         problems += _further_problems(document, components, wrong)
         raise InputError(dict.fromkeys(problems))
@@ -125,46 +125,20 @@ def read_system(document: Document) -> System:
         inputs=section.inputs,
         outputs=section.outputs,
         buses=section.buses,
-        scenario=scenario,
+        scenario=section.scenario,
         folder=document.path.parent,
         processes=Processes(Limits.of(section.limits), section.environment.keep),
         document=document,
     )
 
 
-def _read_scenario(
-    document: Document, actions: Mapping[str, Action], problems: list[Problem]
-) -> dict[str, Action]:
-    """The actions, with the values of parameter sets in place of their files' names."""
-    found = dict(actions)
-    for name, action in actions.items():
-        if action.parameters is None:
-            continue
-        path = document.path.parent / action.parameters
-        if not is_file(path):
-            missing = missing_file(path)
-            problems.append(document.problem(("scenario", name, "parameters"), *missing))
-            continue
-        try:
-            values = read_parameters(path)
-        except InputError as error:
-            problems += error.problems
-            continue
-        found[name] = action.model_copy(update={"set": dict(values), "parameters": None})
-    return found
-
-
 def _right_actions(document: Document) -> dict[str, Action]:
-    """The actions without problems of their own; no values of parameter sets."""
+    """The actions without problems of their own."""
     found: dict[str, Action] = {}
     for name, keys in _mapping(document, "scenario").items():
         if isinstance(keys, dict):
-            try:
-                action = document.validate(Action, at=("scenario", name))
-            except InputError:
-                continue
-            if action.parameters is None:
-                found[str(name)] = action
+            with suppress(InputError):
+                found[str(name)] = document.validate(Action, at=("scenario", name))
     return found
 
 

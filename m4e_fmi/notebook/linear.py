@@ -1,26 +1,15 @@
-"""Sheets of operating points, linear equations and modes."""
+"""Sheets of linear equations and modes."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.analysis import Linearization, Modes, OperatingPoint
+from m4e_fmi.analysis import Linearization, Modes
 from m4e_fmi.notebook.sheet import Sheet
 from m4e_fmi.program import Variable
 
 MOST_STATES = 12
 """Of a matrix that is shown."""
-
-
-def point_sheet(point: OperatingPoint) -> Sheet:
-    """States, inputs and parameters at the point."""
-    program, values = point.program, point.values
-    sheet = Sheet(f"Operating point of {program.name}", f"t = {point.time:g} s")
-    for title in ("states", "inputs", "parameters"):
-        variables: tuple[Variable, ...] = getattr(program, title)
-        rows = [(v.name, float(values[v.name]), v.unit, v.description) for v in variables]
-        sheet.table((title, "value", "unit", "description"), rows)
-    return sheet
 
 
 def linearization_sheet(linear: Linearization) -> Sheet:

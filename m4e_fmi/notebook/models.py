@@ -1,4 +1,4 @@
-"""Sheets of models, their equations and programs."""
+"""Sheets of models and their equations."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import state_names
 from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.notebook.sheet import Sheet, text
-from m4e_fmi.program import Program, Variable
 from m4e_fmi.report.page.fmu_page import EQUATIONS
 from m4e_fmi.report.page.mathml import equations_markup
 from m4e_fmi.report.text.tables import model_listings
@@ -68,16 +67,3 @@ def _state_names(equations: Equations) -> Iterable[str]:
     for link in equations.topology.links:
         for names in state_names(link):
             yield from names
-
-
-def program_sheet(program: Program) -> Sheet:
-    """Tables of inputs, outputs, states and parameters."""
-    sheet = Sheet(f"Program {program.name}", program.description)
-    for title in ("inputs", "outputs", "states", "parameters", "calculated"):
-        variables: tuple[Variable, ...] = getattr(program, title)
-        starts = title in ("inputs", "states", "parameters")
-        sheet.table(
-            (f"{title} ({len(variables)})", "unit", "start" if starts else "", "description"),
-            [(v.name, v.unit, float(v.start) if starts else "", v.description) for v in variables],
-        )
-    return sheet

@@ -7,7 +7,7 @@ from itertools import islice
 
 import numpy as np
 
-from m4e_fmi.cosim import CouplingErrorReport, Outcome
+from m4e_fmi.cosim import Outcome
 from m4e_fmi.notebook.sheet import MOST_ROWS, Sheet
 from m4e_fmi.results.results_file import Results
 from m4e_fmi.results.series import Series
@@ -93,17 +93,4 @@ def outcome_sheet(outcome: Outcome) -> Sheet:
     sheet.lines("messages of FMUs", outcome.messages)
     sheet.lines("scenario", outcome.scenario)
     sheet.lines("notes", outcome.notes)
-    return sheet
-
-
-def error_sheet(report: CouplingErrorReport) -> Sheet:
-    """The errors of the connections, the largest first."""
-    sheet = Sheet("Coupling error", str(report), report.warning(), str(report.coverage or ""))
-    sheet.table(
-        ("connection", "at", "error [1]", "at half the step [1]", "of the range", "unit"),
-        [
-            (e.connection, str(e.source), float(e.error), float(e.halved), float(e.span), e.unit)
-            for e in report.errors
-        ],
-    )
     return sheet

@@ -29,7 +29,6 @@ font-variant-numeric:tabular-nums;white-space:nowrap}
 .m4e-fmi .equations{list-style:none;padding:0}
 .m4e-fmi .equations li{display:flex;gap:2em;align-items:center;padding:.2em 0}
 .m4e-fmi .equations math{display:inline math;margin:0}
-.m4e-fmi svg{max-width:100%;height:auto}
 """
 
 

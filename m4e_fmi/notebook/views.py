@@ -20,17 +20,12 @@ if TYPE_CHECKING:
 SHEETS = {
     "Model": "models.model_sheet",
     "Equations": "models.equations_sheet",
-    "Program": "models.program_sheet",
     "System": "systems.system_sheet",
-    "Prepared": "systems.prepared_sheet",
-    "Description": "systems.description_sheet",
     "Results": "runs.results_sheet",
     "Simulation": "runs.simulation_sheet",
     "Outcome": "runs.outcome_sheet",
-    "CouplingErrorReport": "runs.error_sheet",
     "Linearization": "linear.linearization_sheet",
     "Modes": "linear.modes_sheet",
-    "OperatingPoint": "linear.point_sheet",
 }
 """Kinds of objects, and the functions that make their sheets; imported when one is shown."""
 

@@ -15,7 +15,7 @@ from typing import Protocol
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.program.comparison import are_equal
 from m4e_fmi.program.tape import Scalar, Tape
-from m4e_fmi.shown import Displayed, listing, one_line
+from m4e_fmi.shown import listing, one_line
 
 TIME = "time"
 
@@ -97,7 +97,7 @@ class Loop:
 
 
 @dataclass(frozen=True, eq=False)
-class Program(Displayed):
+class Program:
     """A recorded system of ordinary differential equations.
 
     Each tuple of `Variable`s is in the order of its vector. `rates[i]` is the tape node of the time

@@ -92,8 +92,8 @@ def run_study(
     with ExitStack() as stack:
         if output is not None:
             stack.enter_context(claimed(output))
-        blobs = stack.enter_context(TemporaryFolder())
         store = stack.enter_context(Store(folder / STORE))
+        blobs = stack.enter_context(TemporaryFolder(folder))  # where workers see it
         tell = told_once(tell or _silent)
         made = work_of(study, folder, blobs, jobs=jobs or cores(), executor=executor, tell=tell)
         work = stack.enter_context(made)
@@ -143,7 +143,7 @@ def _records(
         with closing(work.records(missing)) as batches:  # no further run begins after an error
             for batch in batches:
                 found = {keys[run]: record for run, record in batch.items()}
-                store.keep(found, again=fresh, paces=_paces(work, batch))
+                store.keep(found, again=fresh)
                 by_key |= found
                 for run, record in batch.items():
                     for line in _lines(record):
@@ -155,12 +155,6 @@ def _records(
         error.add_note(_interruption(done, count))
         raise
     return [by_key.get(key, NO_RUN) for key in keys], kept
-
-
-def _paces(work: Work, batch: Mapping[int, Record]) -> list[tuple[str, float, float]]:
-    """How long runs took, by which a dry run tells the time of other ones."""
-    of, spans = work.pace
-    return [(of, spans[n], r.wall_time) for n, r in batch.items() if of and not r.failure]
 
 
 def _interruption(done: int, count: int) -> str:

@@ -21,7 +21,7 @@ from m4e_fmi.study.shown.warnings import WARNING
 from m4e_fmi.study.systems.checks import checked
 from m4e_fmi.study.systems.execution import Perform, performing
 from m4e_fmi.study.systems.names import Named, changed
-from m4e_fmi.study.systems.plan import Plan, Versions, system_id
+from m4e_fmi.study.systems.plan import Plan, Versions
 from m4e_fmi.study.systems.targets import KeyTarget, StartTarget
 
 Batch = Mapping[int, Record]
@@ -37,8 +37,7 @@ class Work:
     Both have an entry for each point of the grid, "" and nan for those that are not run. `start_up`
     (n_points,) [s] is the time from which on rows count. `inputs` are files as they are before the
     first run. `records` makes the runs of some numbers.
-    `rows` tells which rows statistics are of. `pace` has the simulated time [s] of each point, by
-    what tells how long runs take; it is empty where nothing does.
+    `rows` tells which rows statistics are of.
     """
 
     study: Study
@@ -50,7 +49,6 @@ class Work:
     notes: Sequence[str]
     records: Make = field(repr=False)
     rows: str
-    pace: tuple[str, Sequence[float]] = field(default=("", ()), repr=False)
 
 
 @contextmanager
@@ -82,10 +80,8 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
     inputs = inputs_of(known.study)
     plan.build()
     tasks, points = plan.tasks(), range(known.study.grid.size)
-    began = known.system.simulation.start_time
     settings = (known.settings(known.study.grid.values(run)) for run in known.study.grid.runs)
     systems = (changed(known.system, one) for one in settings)
-    spans = [tasks[run].stop_time - began if run in tasks else math.nan for run in points]
 
     def records(missing: Sequence[int]) -> Generator[Batch]:
         for run, record in perform((run, tasks[run]) for run in missing):
@@ -101,7 +97,6 @@ def _of_system(plan: Plan, perform: Perform) -> Work:
         notes=(),
         records=records,
         rows=_rows([one.simulation.output_interval for one in systems]),
-        pace=(system_id(known), spans),
     )
 
 

@@ -1,4 +1,4 @@
-"""Hydrostatics and stability of the configured bodies, as text and as a picture."""
+"""Hydrostatics and stability of the configured bodies, as text."""
 
 from __future__ import annotations
 
@@ -193,42 +193,3 @@ def _limits(curve: Curve) -> str:
         if math.isfinite(angle):
             told.append(f"{text} {math.degrees(angle):.3g} deg")
     return ", ".join(told)
-
-
-def plot_stability(found: Sequence[Stability], picture: Path) -> Path:
-    """Draw the righting arms to `picture`; InputError without any, or for another suffix."""
-    from matplotlib.figure import Figure
-
-    from m4e_fmi.errors import InputError
-    from m4e_fmi.report.drawing.pictures import check_picture_path, save
-    from m4e_fmi.report.drawing.style import COLOURS, GREY, GRID
-
-    check_picture_path(picture)
-    shown = [one for one in found if one.curves]
-    if not shown:
-        message = "there are no righting arms to draw"
-        raise InputError.single(message, "give shapes a freeboard, or meshes above the water")
-    figure = Figure(figsize=(8, 0.6 + 3.4 * len(shown)), layout="constrained")
-    for axis, one in zip(figure.subplots(len(shown), 1, squeeze=False)[:, 0], shown, strict=True):
-        heights = {
-            HEEL: one.hydrostatics.transverse_metacentric_height(one.center),
-            PITCH: one.hydrostatics.metacentric_height(one.center),
-        }
-        for colour, (about, curve) in zip(COLOURS, one.curves.items(), strict=False):
-            degrees = np.degrees(curve.angles)
-            axis.plot(degrees, curve.arms, "o-", ms=3, lw=1.3, color=colour, label=about)
-            tangent = np.array([0.0, 20.0])
-            line = curve.arms[0] + heights[about] * np.radians(tangent)
-            axis.plot(tangent, line, "--", lw=0.8, color=colour)
-            if math.isfinite(curve.deck):
-                axis.axvline(math.degrees(curve.deck), color=colour, lw=0.8, ls=":")
-        arms = np.concatenate([curve.arms for curve in one.curves.values()])
-        room = 0.1 * (float(np.ptp(arms)) or 1.0)
-        axis.set_ylim(float(arms.min()) - room, float(arms.max()) + room)
-        axis.axhline(0.0, color=GREY, lw=0.7)
-        axis.grid(color=GRID, lw=0.6)
-        axis.set_ylabel("righting arm GZ [m]", fontsize=9)
-        axis.set_title(f"{one.name}; dashed: GM, dotted: deck under", fontsize=10, loc="left")
-        axis.legend(fontsize=8, frameon=False)
-        axis.set_xlabel("angle [deg]", fontsize=9)
-    return save(figure, picture)

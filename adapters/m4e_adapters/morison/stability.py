@@ -65,7 +65,7 @@ class Afloat:
         curves = {}
         for about in (HEEL, PITCH):
             arms = np.array([self._arm(float(angle), about) for angle in angles])
-            curves[about] = Curve(angles, arms, np.zeros(len(angles)), np.nan, np.nan)
+            curves[about] = Curve(angles, arms, np.nan, np.nan)
         return Stability(self.name, self.center, self._hydrostatics(), {}, self._rest(), curves)
 
     def _hydrostatics(self) -> Hydrostatics:

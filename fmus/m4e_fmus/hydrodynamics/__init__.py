@@ -14,11 +14,10 @@ from m4e_adapters.hydrodynamics.coefficient_files.report import config_of_file, 
 from m4e_adapters.hydrodynamics.config import HydrodynamicsConfig
 from m4e_adapters.hydrodynamics.geometry.drawn_hulls import drawn_hulls
 from m4e_adapters.hydrodynamics.refinement import refinement
-from m4e_adapters.hydrodynamics.refinement_report import plot_refinement, refinement_json
+from m4e_adapters.hydrodynamics.refinement_report import refinement_json
 from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_adapters.hydrodynamics.shown import shown
 from m4e_adapters.hydrodynamics.stability_report import (
-    plot_stability,
     stability_of,
     stability_text,
 )
@@ -71,12 +70,9 @@ def make_in_waves(
     return program_in_waves(config, name=name, folder=folder, highest=highest, progress=progress)
 
 
-def stability(config: HydrodynamicsConfig, *, folder: Path, picture: Path | None) -> str:
-    """Hydrostatics and righting arms of all bodies as text; drawn to `picture` if one is given."""
-    found = stability_of(config, folder)
-    if picture is not None:
-        plot_stability(found, picture)
-    return stability_text(found, config.water)
+def stability(config: HydrodynamicsConfig, *, folder: Path) -> str:
+    """Hydrostatics and righting arms of all bodies as text."""
+    return stability_text(stability_of(config, folder), config.water)
 
 
 def scene(config: HydrodynamicsConfig, *, folder: Path, values: Mapping[str, float]) -> Shown:
@@ -93,17 +89,11 @@ def displaced(config: HydrodynamicsConfig, *, folder: Path) -> dict[str, dict[st
 
 
 def refine(
-    config: HydrodynamicsConfig,
-    *,
-    folder: Path,
-    picture: Path | None,
-    progress: Callable[[str], object] = print,
+    config: HydrodynamicsConfig, *, folder: Path, progress: Callable[[str], object] = print
 ) -> tuple[str, dict[str, object]]:
-    """A convergence study of the coefficients, as text and as JSON; drawn to `picture`, if given.
+    """A convergence study of the coefficients, as text and as JSON.
 
     InputError for coefficients of a file.
     """
     study = refinement(config, folder=folder, progress=progress)
-    if picture is not None:
-        plot_refinement(study, picture)
     return str(study), refinement_json(study)

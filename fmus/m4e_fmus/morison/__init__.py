@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from m4e_adapters.hydrodynamics.stability_report import plot_stability, stability_text
+from m4e_adapters.hydrodynamics.stability_report import stability_text
 from m4e_adapters.morison import MorisonConfig, members_in_waves, morison_program
 from m4e_adapters.morison.shown import displaced_by, shown
 from m4e_adapters.morison.stability import stability_of
@@ -50,9 +50,9 @@ def displaced(config: MorisonConfig, *, folder: Path) -> dict[str, dict[str, Hul
     return displaced_by(config)
 
 
-def stability(config: MorisonConfig, *, folder: Path, picture: Path | None) -> str:  # noqa: ARG001
-    """Hydrostatics and righting arms of bodies on their members; drawn to `picture` if given."""
-    found = stability_of(config)
-    if picture is not None:
-        plot_stability(found, picture)
-    return stability_text(found, config.water) or "no body has buoyant members in the water"
+def stability(config: MorisonConfig, *, folder: Path) -> str:  # noqa: ARG001
+    """Hydrostatics and righting arms of bodies on their members."""
+    return (
+        stability_text(stability_of(config), config.water)
+        or "no body has buoyant members in the water"
+    )

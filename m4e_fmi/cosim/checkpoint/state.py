@@ -96,7 +96,7 @@ class Head:
     `texts` are those that stand in cells, in their order. The run is `watched` if observers may
     read all outputs.
     `without` says why there is no state, where there is none: the run is then made again up to
-    here. `real_time` is the lateness of parts that were made in real time, a line each.
+    here.
     """
 
     identity: dict[str, str]
@@ -109,7 +109,6 @@ class Head:
     texts: tuple[bytes, ...]
     exchanged: Exchanged
     without: str
-    real_time: str
 
     def check(self) -> None:
         """ValueError if the times cannot be those of a run."""

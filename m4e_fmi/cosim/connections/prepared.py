@@ -14,11 +14,11 @@ from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 
 
 @dataclass(frozen=True)
-class Prepared(Displayed):
+class Prepared:
     """A system with its FMUs built, its connections resolved, its loops and component steps known.
 
     `system` has the step that meets the points of all components. `descriptions` are those of the

@@ -26,7 +26,7 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.shown import Displayed, short
+from m4e_fmi.shown import short
 
 LEAST_RANGE = 1e-9
 """Below this share of the largest, the range of an output without unit may be noise."""
@@ -78,7 +78,7 @@ class CouplingError:
 
 @short
 @dataclass(frozen=True)
-class CouplingErrorReport(Displayed):
+class CouplingErrorReport:
     """Estimated coupling errors of a run, the largest first, and how much of it was watched.
 
     `longer` are the components, none of them sampled, with steps longer than the system's, and why

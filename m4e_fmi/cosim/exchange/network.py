@@ -272,7 +272,7 @@ class Network(ExchangedVariables):
         self.left = before if acted.ports else None
         for component, names in acted.changes.items():
             self._read_again(component, names)
-        for _ in self.scenario.exchanges(acted):
+        if acted.again:
             self._run_exchange()
         if acted.ports:
             self.last = 0.0

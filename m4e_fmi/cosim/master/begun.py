@@ -17,7 +17,6 @@ from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.master.checkpoints import Checkpoints, checkpoints, resumable
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
-from m4e_fmi.cosim.master.real_time import NOT_IN_REAL_TIME, RealTime
 from m4e_fmi.cosim.master.recording import (
     attributes_of,
     closing_attributes,
@@ -48,8 +47,8 @@ class Options:
     """How a run is made; see `m4e_fmi.cosim.master.run.run`.
 
     A run is `changeable` if values may be set between its steps; with `certify` its error is
-    estimated, but not if it is `paced` by the wall clock. `watched` tells that observers may read
-    all outputs, `resumed` the checkpoint that it begins at. The results carry the `scene`.
+    estimated. `watched` tells that observers may read all outputs, `resumed` the checkpoint that it
+    begins at. The results carry the `scene`.
     """
 
     results: str | Path | None = None
@@ -62,7 +61,6 @@ class Options:
     tell: Callable[[str], None] | None = None
     beside: Sequence[Path] = ()
     resumed: Resumed | None = None
-    paced: RealTime | None = None
 
     @property
     def given(self) -> Path:
@@ -70,22 +68,9 @@ class Options:
         return Path(self.results or "")
 
     @property
-    def real_time(self) -> str:
-        """The lateness of all parts up to here that were made in real time, a line each."""
-        resumed, lines = self.resumed, list[str]()
-        if resumed and resumed.head.real_time and not resumed.replayed:
-            lines.append(f"{resumed.head.real_time}, up to t = {resumed.head.time:.9g} s")
-        if self.paced:
-            since = f"from t = {resumed.head.time:.9g} s on: " if resumed else ""
-            lines.append(f"{since}{self.paced.lateness}")
-        return "\n".join(lines)
-
-    @property
     def no_estimate(self) -> str:
         """The reason why the coupling error is not estimated; empty if it is."""
-        if not self.certify:
-            return NOT_ASKED
-        return NOT_IN_REAL_TIME if self.real_time else ""
+        return "" if self.certify else NOT_ASKED
 
     def warn_of(self, lines: Sequence[str]) -> None:
         """Tell each of some warnings."""
@@ -184,11 +169,9 @@ def _master(
     resumed = options.resumed
     if resumed:
         resumed.check(same, system.system.simulation.stop_time)
-        if resumed.replayed and options.paced:
-            options.paced.since = resumed.head.time
     with Master(
         system,
-        certify=not options.no_estimate,
+        certify=options.certify,
         changeable=options.changeable,
         recorded=recorded,
         watched=options.watched or (resumed is not None and resumed.head.watched),
@@ -223,7 +206,6 @@ def _written(
             begun.system,
             place,
             same,
-            real_time=lambda: options.real_time,
             tell=None if resumed else options.tell,
             warn=options.warn,
         )
@@ -254,7 +236,7 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
             )
     late = begun.results.warnings if begun.results else ()
     try:
-        found = closing_attributes(
+        return closing_attributes(
             begun.master,
             begun.system,
             ended=ended,
@@ -265,12 +247,11 @@ def _closing(begun: Begun, options: Options) -> dict[str, str]:
         if ended and begun.master.estimator:
             error.add_note("while the coupling error was estimated")
         raise
-    return found | ({"real_time": options.real_time} if options.real_time else {})
 
 
 def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
     """The outcome of a run that has ended, without its warnings; `wall_time` in seconds."""
-    master, writer, paced = begun.master, begun.results, options.paced
+    master, writer = begun.master, begun.results
     return Outcome(
         prepared=begun.system,
         path=as_given(stream_of(options.given), writer.path) if writer else None,
@@ -288,7 +269,6 @@ def _outcome(begun: Begun, options: Options, wall_time: float) -> Outcome:
         certificate=master.certificate() or options.no_estimate,
         messages=master.messages,
         scenario=master.scenario,
-        real_time=paced.lateness if paced else None,
     )
 
 

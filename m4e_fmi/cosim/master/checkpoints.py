@@ -33,8 +33,7 @@ class Checkpoints:
     """Takes checkpoints of a run at `path`, each in place of the one before.
 
     `identity` is that of the run. Where FMUs cannot save their states, `without` says so, and a
-    checkpoint is the place only up to which the run is made again. `real_time` gives the lateness
-    of what was made in real time.
+    checkpoint is the place only up to which the run is made again.
     """
 
     def __init__(
@@ -44,10 +43,9 @@ class Checkpoints:
         identity: Mapping[str, str],
         *,
         without: str = "",
-        real_time: Callable[[], str] = str,
         warn: Warn | None = None,
     ) -> None:
-        self.path, self._real_time = path, real_time
+        self.path = path
         self._identity, self._without, self._warn = dict(identity), without, warn
         self._every = simulation.checkpoint_interval or math.inf
         self._wall = simulation.checkpoint_wall_interval or math.inf
@@ -115,7 +113,6 @@ class Checkpoints:
             texts=network.discrete.texts.content(),
             exchanged=exchanged(network),
             without=self._without,
-            real_time=self._real_time(),
         )
         parts: dict[str, object] = {HEAD: head}
         if not self._without:
@@ -164,7 +161,6 @@ def checkpoints(
     results: Path,
     identity: Mapping[str, str],
     *,
-    real_time: Callable[[], str],
     tell: Callable[[str], None] | None,
     warn: Warn | None,
 ) -> Checkpoints:
@@ -174,7 +170,7 @@ def checkpoints(
         tell(f"checkpoints have no states: {without}; to go on, a run is made again up to there")
     settings = prepared.system.simulation
     path = checkpoint_of(results)
-    return Checkpoints(path, settings, identity, without=without, real_time=real_time, warn=warn)
+    return Checkpoints(path, settings, identity, without=without, warn=warn)
 
 
 def exchanged(network: Network) -> Exchanged:

@@ -8,7 +8,6 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
-from m4e_fmi.cosim.master.real_time import Lateness
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import Results, load
@@ -25,7 +24,7 @@ class Outcome(Displayed):
     estimates the coupling errors; it is a text that tells why they are not known, where they are
     not. `checked` is a second estimate, by a run at half the step, if there was one. `messages` are
     the warnings and errors that FMUs have logged, one of each kind; `scenario` has a line for each
-    action of the scenario: when it began and ended. `real_time` is the lateness of a run in it.
+    action of the scenario: when it began and ended.
     """
 
     prepared: Prepared = field(repr=False)
@@ -41,7 +40,6 @@ class Outcome(Displayed):
     messages: tuple[FmuMessage, ...] = ()
     warnings: tuple[str, ...] = ()
     scenario: tuple[str, ...] = ()
-    real_time: Lateness | None = None
 
     def results(self) -> Results:
         """The results file, in memory."""

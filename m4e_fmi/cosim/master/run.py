@@ -14,7 +14,6 @@ from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.master.begun import Options, begun_run
 from m4e_fmi.cosim.master.master import Observer
 from m4e_fmi.cosim.master.outcome import Outcome
-from m4e_fmi.cosim.master.real_time import RealTime
 from m4e_fmi.cosim.master.recording import scene_of, thinned, with_followed
 from m4e_fmi.cosim.master.resume import Resumed
 from m4e_fmi.cosim.master.second_run import finer, second_run
@@ -41,7 +40,6 @@ def run(
     warn: Warn | None = None,
     beside: Sequence[Path] = (),
     resume: bool | str | Path = False,
-    real_time: float | None = None,
     animated: bool = False,
     certify: bool = True,
 ) -> Outcome:
@@ -55,9 +53,8 @@ def run(
     after every step, `progress` as ``progress(time)`` about ten times a second, `warn` with a line
     for each warning of the outcome, and for each kind of warning or error that an FMU logs, when it
     first does. With `check`, the system runs once more at half the step (and an eighth of the
-    coupling tolerance), and the outcome has `checked`. With `real_time`, simulated seconds per
-    second, no communication point is passed before its wall time, and the outcome has the lateness,
-    but no certificate. Without `certify` it has none either, and makes no step twice.
+    coupling tolerance), and the outcome has `checked`. Without `certify` it has
+    no certificate, and makes no step twice.
 
     RunError names component, variable and time; the results up to there are then on disk, as they
     are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results
@@ -87,7 +84,6 @@ def run(
             tell=tell,
             beside=beside,
             resumed=resumed,
-            paced=None if real_time is None else RealTime(real_time),
             certify=certify,
         )
         options.warn_of([*ready.warnings, *_no_checkpoints(ready, options)])
@@ -162,11 +158,10 @@ def _no_checkpoints(system: Prepared, options: Options) -> list[str]:
 def _once(
     system: Prepared, options: Options, observers: Sequence[Observer], progress: Progress | None
 ) -> Outcome:
-    waits = [options.paced] if options.paced else []
     with begun_run(system, options) as begun:
         begun.master.run(
             results=begun.results,
-            observers=[*waits, *observers],
+            observers=observers,
             progress=progress,
             checkpoints=begun.checkpoints,
             resumed=options.resumed,

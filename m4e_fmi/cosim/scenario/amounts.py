@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from m4e_fmi.cosim.connections.links import Link, conversion
+from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.units import Quantity, parse_quantity
 
@@ -17,7 +17,7 @@ class Amounts:
     """
 
     def __init__(self, signal: str, link: Link, variables: tuple[Variable, Variable]) -> None:
-        self.link, self._signal = link, signal
+        self.link = link
         self._variable = variables[0] if signal == str(link.source) else variables[1]
         self._target = variables[1]
         named_source = signal == str(link.source)
@@ -37,29 +37,6 @@ class Amounts:
         """A difference of two values, as the taker gets it."""
         found = self._number(amount, offset=None)
         return found if self._factor == 1.0 else self._factor * found
-
-    def deviation(self, amount: object) -> float:
-        """A standard deviation, as the taker gets it."""
-        if self._number(amount, offset=None) < 0.0:
-            raise ValueError("a standard deviation is not negative")
-        return abs(self.difference(amount))
-
-    def of_other(self, other: Variable) -> tuple[float, float]:
-        """Factor and offset by which another output's value becomes one of the taker's.
-
-        In place of the source it goes through the connection as the source does.
-        """
-        named = self._variable
-        if (
-            other.dimension is not None
-            and named.dimension is not None
-            and not other.dimension.same_dimension(named.dimension)
-        ):
-            raise ValueError(f"it is in {other.unit}, {self._signal} in {named.unit}")
-        factor, offset = conversion(other, named)
-        if self._factor == 1.0 and self._offset == 0.0:
-            return factor, offset
-        return self._factor * factor, self._factor * offset + self._offset
 
     def _number(self, amount: object, *, offset: float | None) -> float:
         """The amount in the unit of the named variable; a difference without `offset`."""

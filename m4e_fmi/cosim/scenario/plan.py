@@ -6,21 +6,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-import networkx as nx
-
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.connections.structure import exchange_graph
 from m4e_fmi.cosim.scenario.amounts import Amounts
-from m4e_fmi.cosim.scenario.effects import (
-    Delay,
-    Draws,
-    Dropout,
-    Effect,
-    Freeze,
-    Noise,
-    Offset,
-    Replace,
-)
+from m4e_fmi.cosim.scenario.effects import Effect, Freeze, Offset, Replace
 from m4e_fmi.cosim.system.condition_text import COMPARISONS, parse_condition
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
@@ -35,8 +23,6 @@ COMPONENT = "scenario"
 """The name under which actions are in the results."""
 NEVER = 2**62
 """A time [ns] that no run reaches."""
-MOST_DRAWINGS = 10_000
-"""Of random numbers in a step: each is a step of its own."""
 PARTED = "parted"
 """The parameter of a line, 1 once it has parted."""
 
@@ -79,38 +65,24 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Replacement:
-    """The output whose value a taker gets, times `factor`, plus `offset`."""
-
-    port: Port
-    factor: float
-    offset: float
-
-
-@dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes: an effect to be made, or a replacement.
-
-    It `is_held` if the value goes on to change, but the taker has the same through a step.
-    """
+    """Change of the signal that `target` takes: an effect to be made."""
 
     target: Port
-    what: Callable[[], Effect] | Replacement
-    is_held: bool = False
+    what: Callable[[], Effect]
 
 
 @dataclass(frozen=True)
 class PlannedAction:
     """An action: the time `at` which it begins or its `condition`, its `duration`; its parts.
 
-    It draws random numbers anew `every` such time; None: it draws none. Times are in ns.
+    Times are in ns.
     """
 
     name: str
     at: int | None
     condition: Condition | None
     duration: int | None
-    every: int | None
     settings: tuple[Setting, ...] = ()
     effects: tuple[SignalEffect, ...] = ()
 
@@ -126,7 +98,6 @@ class Planner:
 
     def __post_init__(self) -> None:
         self._links = {link.target: link for link in self.wiring.links}
-        self._replacements: list[tuple[Action, list[Port], Port]] = []
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -143,17 +114,8 @@ class Planner:
         if action.at is not None and action.at < start:
             message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
             self._problem((name, "at"), message, f"give a time from {start:g} s on")
-        step = self.system.simulation.step_size
-        if action.every is not None and MOST_DRAWINGS * action.every < step:
-            message = f"'every' is {action.every:g} s: over {MOST_DRAWINGS} drawings in a step"
-            self._problem((name, "every"), message, f"give a time in the order of {step:g} s")
         kind = action.kind
         settings, effects = [], []
-        if kind == "parameters":  # of a system made in Python: no file was read
-            message = f"the file {action.parameters!r} of {name!r} is not read here"
-            remedy = "give its values: Action(set=read_parameters(path), …)"
-            self._problem((name, kind), message, remedy)
-            return PlannedAction(name, None, None, None, None)
         if kind in ("set", "ramp", "broken_line"):
             settings = list(self._settings(name, action))
         else:
@@ -161,9 +123,7 @@ class Planner:
         condition = self._condition(name, action.when) if action.when is not None else None
         at = None if action.at is None else round(action.at * NS_PER_SECOND)
         duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
-        return PlannedAction(
-            name, at, condition, duration, _drawn_every(action), tuple(settings), tuple(effects)
-        )
+        return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
 
     def _condition(self, name: str, text: str) -> Condition | None:
         at = (name, "when")
@@ -268,18 +228,16 @@ class Planner:
         """Changes of signals, one for each taker of each."""
         given = getattr(action, action.kind)
         amounts = given if isinstance(given, Mapping) else dict.fromkeys(given, 0.0)
-        every = _drawn_every(action) or NEVER
         for signal, amount in amounts.items():
             at = (name, action.kind, signal)
             links = self._takers(at, signal)
             if not links:
                 continue
-            draws = Draws(action.seed or 0, signal, every)
             for link in links:
                 variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
                 amounts_of = Amounts(signal, link, variables)
                 try:
-                    yield self._effect(at, action, amount, amounts_of, draws)
+                    yield SignalEffect(link.target, _effect(action.kind, amount, amounts_of))
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
@@ -302,71 +260,16 @@ class Planner:
             return []
         return links
 
-    def _effect(
-        self, at: Location, action: Action, amount: object, amounts: Amounts, draws: Draws
-    ) -> SignalEffect:
-        """The effect on one taker; ValueError with a remedy for a wrong amount."""
-        target = amounts.link.target
-        if action.kind == "replace":
-            return self._replaced(at, action, amount, amounts)
-        if action.kind == "freeze":
-            return SignalEffect(target, Freeze)
-        if action.kind == "delay":
-            assert isinstance(amount, float)
-            if not 0.0 < amount < float("inf"):
-                raise ValueError("give a time above 0")
-            time = round(amount * NS_PER_SECOND)
-            return SignalEffect(target, lambda: Delay(time), is_held=True)
-        if action.kind == "dropout":
-            instead = amounts.value(0.0) if action.gives == "zero" else None
-            share = 1.0 if action.share is None else action.share
-            return SignalEffect(target, lambda: Dropout(share, draws, instead))
-        if action.kind == "offset":
-            difference = amounts.difference(amount)
-            return SignalEffect(target, lambda: Offset(difference))
-        deviation = amounts.deviation(amount)
-        return SignalEffect(target, lambda: Noise(deviation, draws))
 
-    def _replaced(
-        self, at: Location, action: Action, amount: object, amounts: Amounts
-    ) -> SignalEffect:
-        target = amounts.link.target
-        name = str(amount)
-        if not isinstance(amount, str) or Port.named(name).component not in self.descriptions:
-            constant = amounts.value(amount)
-            return SignalEffect(target, lambda: Replace(lambda: constant))
-        found = self._variable(at, name)
-        if found is None:
-            return SignalEffect(target, Freeze)
-        port, variable = found
-        if variable.type != REAL or variable.causality != "output":
-            raise ValueError("give a value, or the name of a Real output")
-        factor, offset = amounts.of_other(variable)
-        graph = exchange_graph(self.descriptions, self.wiring)
-        for other, sources, taker in self._replacements:
-            if _may_overlap(action, other):
-                graph.add_edges_from((source, taker) for source in sources)
-        known = self.descriptions[port.component].dependencies.get(port.variable, frozenset())
-        inputs = [Port(port.component, name) for name in known]
-        if any(i in graph and target in graph and nx.has_path(graph, target, i) for i in inputs):
-            raise ValueError(f"{port} depends on {target} at once, which would be a loop")
-        self._replacements.append((action, inputs, target))
-        return SignalEffect(target, Replacement(port, factor, offset), is_held=True)
-
-
-def _may_overlap(one: Action, other: Action) -> bool:
-    """False for actions of which one ends, at a known time, before the other begins."""
-
-    def ends_before(first: Action, second: Action) -> bool:
-        if first.at is None or first.duration is None or second.at is None:
-            return False
-        return first.at + first.duration <= second.at
-
-    return not (ends_before(one, other) or ends_before(other, one))
-
-
-def _drawn_every(action: Action) -> int | None:
-    return None if action.every is None else max(1, round(action.every * NS_PER_SECOND))
+def _effect(kind: str, amount: object, amounts: Amounts) -> Callable[[], Effect]:
+    """The effect on one taker, to be made; ValueError with a remedy for a wrong amount."""
+    if kind == "freeze":
+        return Freeze
+    if kind == "replace":
+        value = amounts.value(amount)
+        return lambda: Replace(value)
+    difference = amounts.difference(amount)
+    return lambda: Offset(difference)
 
 
 def _of_reals(link: Link, descriptions: Mapping[str, Description]) -> bool:

@@ -12,7 +12,7 @@ may be taken back and repeated.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -20,15 +20,8 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Bond, Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.scenario.effects import Effect, Given, Memory, Replace
-from m4e_fmi.cosim.scenario.plan import (
-    COMPONENT,
-    NEVER,
-    PlannedAction,
-    Planner,
-    Replacement,
-    Setting,
-)
+from m4e_fmi.cosim.scenario.effects import Effect, Given
+from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
@@ -62,16 +55,14 @@ class Host(Protocol):
 class ScenarioSnapshot:
     """When each action has begun and ended [ns], what variables had, memories, scales of inputs.
 
-    `now` [ns] is the last point at which they have acted. `kept` are the values of each variable
-    that actions set, `memories` are those of all effects, signal by signal; `scales` are factor and
-    offset by signal.
+    `kept` are the values of each variable that actions set, `memories` are those of all effects,
+    signal by signal; `scales` are factor and offset by signal.
     """
 
-    now: int
     began: tuple[int | None, ...]
     ended: tuple[int | None, ...]
     kept: tuple[tuple[Value, ...], ...]
-    memories: tuple[Memory, ...]
+    memories: tuple[float | None, ...]
     scales: tuple[tuple[float, float], ...]
 
 
@@ -79,7 +70,7 @@ class ScenarioSnapshot:
 class Acted:
     """Changes that actions have made at a point.
 
-    `ports` are the variables of actions that have begun, ended or drawn anew, `changes` the
+    `ports` are the variables of actions that have begun or ended, `changes` the
     variables set by component, and `again` tells to exchange anew.
     """
 
@@ -108,13 +99,6 @@ class _Running:
             return NEVER if self.planned.at is None else self.planned.at
         duration = self.planned.duration
         return NEVER if duration is None or self.ended is not None else self.began + duration
-
-    def drawing(self, after: int) -> int:
-        """The time [ns] of its next random numbers after another, NEVER if there are none."""
-        every = self.planned.every
-        if every is None or self.began is None or self.ended is not None:
-            return NEVER
-        return self.began + ((after - self.began) // every + 1) * every
 
     def __str__(self) -> str:
         name, planned = self.planned.name, self.planned
@@ -172,14 +156,12 @@ class _Signal:
         self.place = host.index(link.source) if held is None else held
         self.scales.follow(self.name)
 
-    def give(self, source: float, now: int) -> bool:
+    def give(self, source: float) -> bool:
         """Let the actions act on the `source`'s value; True if the taker is given anything else."""
         given = Given(*self.plain, source)
         for action, effect in self.effects:
-            effect.watch(now, given, active=action.active)
             if action.active:
-                assert action.began is not None
-                given = effect.act(now, action.began, given)
+                given = effect.act(given)
         return self.scale((given.factor, given.offset))
 
     def scale(self, scale: tuple[float, float]) -> bool:
@@ -206,7 +188,6 @@ class Scenario:
         self._signals: dict[Port, _Signal] = {}
         self._variables: dict[Port, _Variable] = {}
         self.late: set[Port] = set()
-        self._now = self._replacements = 0
         links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
             for setting in action.planned.settings:
@@ -216,14 +197,7 @@ class Scenario:
                 target = effect.target
                 if target not in self._signals:
                     self._signals[target] = _Signal(links[target], host)
-                what = effect.what
-                self._replacements += isinstance(what, Replacement)
-                made = self._replacement(what) if isinstance(what, Replacement) else what()
-                self._signals[target].effects.append((action, made))
-
-    def _replacement(self, by: Replacement) -> Effect:
-        name = str(by.port)
-        return Replace(lambda: by.factor * self._host.read(name) + by.offset)
+                self._signals[target].effects.append((action, effect.what()))
 
     def __bool__(self) -> bool:
         return bool(self._actions)
@@ -231,27 +205,19 @@ class Scenario:
     def with_watched(
         self, recorded: Mapping[str, Collection[str]] | None
     ) -> Mapping[str, Collection[str]] | None:
-        """`recorded` variables by component (None: all scalars), and those that actions read."""
+        """`recorded` variables by component (None: all scalars), and those of conditions."""
         if recorded is None:
             return None
         found = {component: set(names) for component, names in recorded.items()}
-        for port in self._watched():
-            found.setdefault(port.component, set()).add(port.variable)
-        return found
-
-    def _watched(self) -> Iterator[Port]:
-        """The variables that conditions and replacements read."""
         for action in self._actions:
             if action.planned.condition:
-                yield action.planned.condition.port
-            for effect in action.planned.effects:
-                if isinstance(effect.what, Replacement):
-                    yield effect.what.port
+                port = action.planned.condition.port
+                found.setdefault(port.component, set()).add(port.variable)
+        return found
 
     def next(self, now: int) -> int:
-        """The next time [ns] after `now` of a beginning, an end or a drawing; NEVER if unknown."""
-        times = (time for a in self._actions for time in (a.next, a.drawing(now)))
-        return min((time for time in times if time > now), default=NEVER)
+        """The next time [ns] after `now` of a beginning or an end; NEVER if unknown."""
+        return min((a.next for a in self._actions if a.next > now), default=NEVER)
 
     def act(self, time: float) -> Acted:
         """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
@@ -267,24 +233,14 @@ class Scenario:
         self._note()
         return Acted(ports, changes, again=bool(changes) or given)
 
-    def exchanges(self, acted: Acted) -> Iterator[None]:
-        """One item for each exchange that is to follow; between, outputs in place of others change.
-
-        There are at most so many as such outputs stand one behind the other.
-        """
-        again, left = acted.again, self._replacements
-        while again:
-            yield
-            again, left = left > 0 and self._give(), left - 1
-
     def _give(self) -> bool:
         """Let actions act on all signals; True if any taker is given anything else."""
         values = self._host.values
-        given = [s.give(float(values[s.place]), self._now) for s in self._signals.values()]
+        given = [s.give(float(values[s.place])) for s in self._signals.values()]
         return any(given)
 
     def _turning(self, now: int) -> list[_Running]:
-        """The actions that begin, end or draw anew now; they are noted."""
+        """The actions that begin or end now; they are noted."""
         turning: list[_Running] = []
         self.late.clear()
         for action in self._actions:
@@ -294,13 +250,10 @@ class Scenario:
             elif action.began is None and (due <= now or self._holds(action)):
                 action.began = now
             else:
-                due = action.drawing(self._now)
-                if due > now:
-                    continue
+                continue
             if due != now:
                 self.late.add(action.port)
             turning.append(action)
-        self._now = now
         return turning
 
     def _holds(self, action: _Running) -> bool:
@@ -327,15 +280,10 @@ class Scenario:
     def held(self) -> tuple[str, ...]:
         """Names of the actions whose values change, but not within a step: errors of first order.
 
-        They are ramps, delays, and outputs in place of others.
+        They are ramps.
         """
         planned = (action.planned for action in self._actions)
-        return tuple(
-            action.name
-            for action in planned
-            if any(setting.within for setting in action.settings)
-            or any(effect.is_held for effect in action.effects)
-        )
+        return tuple(a.name for a in planned if any(setting.within for setting in a.settings))
 
     def told(self) -> tuple[str, ...]:
         """When each action began and ended, one line each."""
@@ -345,17 +293,15 @@ class Scenario:
         """All that later steps depend on, but for what FMUs know."""
         signals = self._signals.values()
         return ScenarioSnapshot(
-            self._now,
             tuple(action.began for action in self._actions),
             tuple(action.ended for action in self._actions),
             tuple(variable.kept for variable in self._variables.values()),
-            tuple(effect.kept() for signal in signals for _, effect in signal.effects),
+            tuple(effect.memory for signal in signals for _, effect in signal.effects),
             tuple(signal.now for signal in signals),
         )
 
     def restore(self, snapshot: ScenarioSnapshot) -> None:
         """Go on as from where the snapshot was taken."""
-        self._now = snapshot.now
         for k, action in enumerate(self._actions):
             action.began, action.ended = snapshot.began[k], snapshot.ended[k]
         for variable, kept in zip(self._variables.values(), snapshot.kept, strict=True):
@@ -363,6 +309,6 @@ class Scenario:
         memories = iter(snapshot.memories)
         for signal, scale in zip(self._signals.values(), snapshot.scales, strict=True):
             for _, effect in signal.effects:
-                effect.bring(next(memories))
+                effect.memory = next(memories)
             signal.scale(scale)
         self._note()

@@ -1,8 +1,8 @@
 """Flow of values through the connectors of a package: from an output to its inputs.
 
-Connectors of systems and entries of signal dictionaries only pass values on: they are followed back
-from every input to the output at the other end, factors and offsets of the connections on the way
-multiplied and added. A value that begins at a system's connector is that system's input.
+Connectors of systems only pass values on: they are followed back from every input to the
+output at the other end, factors and offsets of the connections on the way multiplied and added.
+A value that begins at a system's connector is that system's input.
 """
 
 from __future__ import annotations

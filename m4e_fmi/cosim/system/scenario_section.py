@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BeforeValidator, ConfigDict, model_validator
 
 from m4e_fmi.cosim.system.simulation import Time
 from m4e_fmi.files.document import Section, rejected
@@ -22,20 +22,8 @@ def _several(written: object) -> object:
 Names = Annotated[tuple[str, ...], BeforeValidator(_several)]
 """One name, or a list of names."""
 
-KINDS = {
-    "set": (),
-    "ramp": ("within",),
-    "parameters": (),
-    "freeze": (),
-    "offset": (),
-    "replace": (),
-    "noise": ("seed", "every"),
-    "delay": (),
-    "dropout": ("gives", "share", "seed", "every"),
-    "broken_line": (),
-}
-"""The kinds of actions, and the keys that belong to each alone."""
-_OPTIONS = tuple(dict.fromkeys(key for keys in KINDS.values() for key in keys))
+KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
+"""The kinds of actions."""
 
 
 def _key(field: str) -> str:
@@ -48,14 +36,10 @@ class Action(Section):
 
     It begins `at` a time [s], or `when` a condition as ``buoy.z > 2 m`` is first true; it ends
     after a time `for` [s] (in Python `duration`), or not at all.
-    set: values by unconnected input or tunable parameter; parameters: a file with such values;
-    ramp: values that these reach in equal steps `within` a time [s].
-    freeze: signals that stay as they are. offset: amounts that are added, by signal. replace: by
-    signal, a value, or another output. noise: standard deviations by signal, of numbers drawn anew
-    `every` so many seconds from a `seed`. delay: times [s] by signal.
-    dropout: signals that are lost, each time with the probability `share`, drawn likewise (always,
-    if unsaid); a lost signal gives its last value or zero. broken_line: lines of moorings that
-    part.
+    set: values by unconnected input or tunable parameter; ramp: values that these reach in equal
+    steps `within` a time [s].
+    freeze: signals that stay as they are. offset: amounts that are added, by signal. replace:
+    values by signal. broken_line: lines of moorings that part.
     """
 
     model_config = ConfigDict(populate_by_name=True, alias_generator=_key)
@@ -66,17 +50,9 @@ class Action(Section):
     set: Mapping[str, bool | int | float | str] | None = None
     ramp: Mapping[str, Amount] | None = None
     within: Time | None = None
-    parameters: str | None = None
     freeze: Names | None = None
     offset: Mapping[str, Amount] | None = None
     replace: Mapping[str, Amount] | None = None
-    noise: Mapping[str, Amount] | None = None
-    delay: Mapping[str, Time] | None = None
-    dropout: Names | None = None
-    gives: Literal["last", "zero"] = "last"
-    share: Annotated[float, Field(gt=0.0, le=1.0)] | None = None
-    seed: int | None = None
-    every: Time | None = None
     broken_line: Names | None = None
 
     @property
@@ -112,12 +88,9 @@ class Action(Section):
             yield f"an action has {told}", remedy
         if self.at is not None and not abs(self.at) < LONGEST_RUN:
             yield f"'at' is {self.at:g} s", "give a time within the run"
-        other = [
-            key for key in _OPTIONS if key in self.model_fields_set and key not in KINDS[kinds[0]]
-        ]
-        if other:
-            yield f"{kinds[0]!r} has no {other[0]!r}", f"leave {other[0]!r} out"
-        for key in ("duration", "within", "every"):
+        if "within" in self.model_fields_set and kinds[0] != "ramp":
+            yield f"{kinds[0]!r} has no 'within'", "leave 'within' out"
+        for key in ("duration", "within"):
             time = getattr(self, key)
             if time is not None and not 0.0 < time < LONGEST_RUN:
                 name = "for" if key == "duration" else key
@@ -131,12 +104,3 @@ class Action(Section):
             )
         if not getattr(self, kinds[0]):
             yield f"{kinds[0]!r} names nothing", "give the name of a variable, component.variable"
-        if kinds[0] == "noise" and self.seed is None:
-            yield "noise without a seed", "give one, 'seed: 1': the same gives the same numbers"
-        if self.seed is not None and self.every is None and "every" in KINDS[kinds[0]]:
-            remedy = "give the time between two drawings, 'every: 0.1 s'"
-            name = "noise" if kinds[0] == "noise" else "losses at random"
-            yield f"{name} without 'every'", remedy
-        if kinds[0] == "dropout" and (self.share is None) != (self.seed is None):
-            remedy = "give both for losses at random, none for a signal that is always lost"
-            yield "a dropout has one of 'share' and 'seed'", remedy

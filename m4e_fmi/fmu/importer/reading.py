@@ -29,7 +29,7 @@ from m4e_fmi.fmu.importer.elements import (
 from m4e_fmi.fmu.importer.flaws import flaws
 from m4e_fmi.fmu.importer.fmi1 import translate
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, check_archive, refusal
-from m4e_fmi.shown import Displayed, listing
+from m4e_fmi.shown import listing
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 KNOWN = ("input", "parameter")
@@ -74,7 +74,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Description(Displayed):
+class Description:
     """A co-simulation FMU: its file, identity, variables and declared dependencies.
 
     `content` is the SHA-256 of the file as it was read, which is not used once it is another.

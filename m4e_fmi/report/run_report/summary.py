@@ -58,7 +58,6 @@ def _facts(results: Results, record: Record, end: RecordEnd) -> dict[str, str]:
         "Energy balance": energy_closes(results),
         "Coupling error": told.get("coupling_error", ""),
         "Found from": told.get("coupling_error_from", ""),
-        "Real time": told.get("real_time", ""),
         "Made": told.get("created", ""),
     }  # fmt: skip
 

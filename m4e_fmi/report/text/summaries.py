@@ -40,7 +40,6 @@ def run_summary(outcome: Outcome, told: Collection[str] = ()) -> str:
         *(f"  {note}" for note in outcome.notes),
         *(f"  {line}" for line in map("warning: {}".format, outcome.warnings) if line not in told),
         *_scenario(outcome.scenario),
-        *([f"  {outcome.real_time}"] if outcome.real_time else []),
         *_messages([message for message in outcome.messages if str(message) not in told]),
         *_certified(outcome),
         *_extremes(loaded, _rows(loaded, outcome.steps)),

@@ -148,11 +148,6 @@ class ProgramPlan:
             lines.append(f"{count} runs are {how}")
         return lines
 
-    def is_single(self, run: int) -> bool:
-        """True if a run is made by a simulation of its own."""
-        group = next(group for group in self.groups if run in group.runs)
-        return bool(single_because(group, self._names))
-
     def records(self, missing: Sequence[int], jobs: int) -> Generator[Batch]:
         """Records of the runs that are `missing`, by number, as they come."""
         yield from in_threads(self._calls(set(missing), jobs), jobs)

@@ -6,11 +6,9 @@ has on the disk what it says it has, however the process ends.
 
 from __future__ import annotations
 
-import math
 import sqlite3
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
@@ -39,19 +37,6 @@ _FORM = 1
 """Number of the form of the database."""
 
 
-@dataclass(frozen=True)
-class Pace:
-    """How long runs take: `seconds` of each, in proportion to `count` runs of a `span` [s]."""
-
-    span: float
-    count: int
-    seconds: float
-
-
-def _log_ratio(one: float, other: float) -> float:
-    return math.log(one / other)
-
-
 class Store:
     """The records in the file `path`; use it as a context manager.
 
@@ -74,11 +59,6 @@ class Store:
                 "CREATE TABLE IF NOT EXISTS runs "
                 "(key TEXT PRIMARY KEY, head TEXT NOT NULL, block BLOB NOT NULL) WITHOUT ROWID"
             )
-            self._base.execute(
-                "CREATE TABLE IF NOT EXISTS paces (of TEXT, span REAL, count INTEGER NOT NULL, "
-                "seconds REAL NOT NULL, PRIMARY KEY (of, span)) WITHOUT ROWID"
-            )
-            self._base.create_function("log_ratio", 2, _log_ratio, deterministic=True)
             if form != _FORM:
                 self._base.execute(f"PRAGMA user_version = {_FORM}")
         return self
@@ -99,30 +79,10 @@ class Store:
                 records |= {key: Record.of(head, block) for key, head, block in rows}
         return records
 
-    def pace(self, of: str, span: float) -> Pace | None:
-        """The pace of runs of what `of` stands for, by those whose span is next to `span` [s]."""
-        with self._errors():
-            row = self._base.execute(
-                "SELECT span, count, seconds FROM paces WHERE of = ? "
-                "ORDER BY abs(log_ratio(span, ?)) LIMIT 1",
-                (of, span),
-            ).fetchone()
-        if row is None:
-            return None
-        known, count, seconds = row
-        return Pace(known, count, seconds / count * span / known)
-
-    def keep(
-        self,
-        records: Mapping[str, Record],
-        *,
-        again: bool = False,
-        paces: Sequence[tuple[str, float, float]] = (),
-    ) -> None:
+    def keep(self, records: Mapping[str, Record], *, again: bool = False) -> None:
         """Add records, in place of others that are made `again`.
 
-        They are on the disk when this returns. Those of failed runs are not kept. `paces` are what
-        tells how long runs take, the simulated time of a run [s], and the time that it took [s].
+        They are on the disk when this returns. Those of failed runs are not kept.
         """
         rows = [(k, r.head(), r.block()) for k, r in records.items() if not r.failure]
         if not rows:
@@ -131,11 +91,6 @@ class Store:
             self._base.execute("BEGIN IMMEDIATE")
             try:
                 self._write(rows, "REPLACE" if again else "IGNORE")
-                self._base.executemany(
-                    "INSERT INTO paces VALUES (?, ?, 1, ?) ON CONFLICT (of, span) DO UPDATE SET "
-                    "count = count + excluded.count, seconds = seconds + excluded.seconds",
-                    paces,
-                )
             except BaseException:
                 if self._base.in_transaction:  # SQLite ends it itself where a disk is full
                     self._base.execute("ROLLBACK")

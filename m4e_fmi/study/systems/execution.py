@@ -1,6 +1,6 @@
 """Performing tasks by executors: the processes of this machine, or any other ones.
 
-Workers are sent what they lack (`task`). A worker that dies takes no other run with it: those that
+A worker that dies takes no other run with it: those that
 were under way are made again, one at a time.
 """
 
@@ -11,7 +11,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -28,7 +28,7 @@ from types import ModuleType
 
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.runs.record import Record
-from m4e_fmi.study.systems.task import Lacking, Task, perform
+from m4e_fmi.study.systems.task import Task, perform
 
 AHEAD = 2
 """Tasks under way for each worker: one that it makes, and one that waits for it."""
@@ -61,7 +61,7 @@ def performing(jobs: int, executor: Executor | None = None) -> Generator[Perform
     they end at once.
     """
     if executor is not None:
-        yield lambda tasks: _by(executor, tasks, jobs, _open_blobs(), lost=None)
+        yield lambda tasks: _by(executor, tasks, jobs, lost=None)
         return
     if sys.platform == "win32":
         jobs = min(jobs, MOST_ON_WINDOWS)
@@ -75,21 +75,21 @@ def _performed(
     """By the `first` processes; by others when one of them has died."""
     waiting = iter(tasks)
     lost: list[tuple[int, Task]] = []
-    yield from _by(first, waiting, jobs, _open_blobs(), lost=lost)
+    yield from _by(first, waiting, jobs, lost=lost)
     first.shutdown(wait=False)  # its processes end while the result is written
     while lost:
         for one in lost:
             yield from _alone(one)
         lost = []
         with _processes(jobs) as pool:
-            yield from _by(pool, waiting, jobs, _open_blobs(), lost=lost)
+            yield from _by(pool, waiting, jobs, lost=lost)
 
 
 def _alone(one: tuple[int, Task]) -> Iterator[Done]:
     """The record of a task that is made by a process of its own."""
     lost: list[tuple[int, Task]] = []
     with _processes(1) as pool:
-        yield from _by(pool, [one], 1, _open_blobs(), lost=lost)
+        yield from _by(pool, [one], 1, lost=lost)
     for number, _ in lost:
         yield number, Record(failure=DIED)
 
@@ -98,13 +98,12 @@ def _by(
     executor: Executor,
     tasks: Iterable[tuple[int, Task]],
     jobs: int,
-    read: Callable[[Task, Lacking], dict[str, bytes]],
     *,
     lost: list[tuple[int, Task]] | None,
 ) -> Iterator[Done]:
     """Records by one executor; tasks that it breaks over go to `lost`, else its error is raised."""
     make = perform if lost is None else _perform
-    under_way: dict[Future[Record | Lacking], tuple[int, Task]] = {}
+    under_way: dict[Future[Record], tuple[int, Task]] = {}
     waiting = iter(tasks)
     taken: tuple[int, Task] | None = None  # neither under way nor done
     try:
@@ -116,15 +115,10 @@ def _by(
                 return
             done, _ = wait(under_way, return_when=FIRST_COMPLETED)
             for future in done:
-                taken = number, task = under_way.pop(future)
+                taken = number, _ = under_way.pop(future)
                 found = future.result()
-                if isinstance(found, Lacking):
-                    again = executor.submit(make, task, read(task, found))
-                    under_way[again] = taken
-                    taken = None
-                else:
-                    taken = None
-                    yield number, found
+                taken = None
+                yield number, found
     except BrokenExecutor:
         if lost is None:
             raise
@@ -132,21 +126,6 @@ def _by(
     finally:
         for future in under_way:
             future.cancel()
-
-
-def _open_blobs() -> Callable[[Task, Lacking], dict[str, bytes]]:
-    """Contents that workers lack, each read once."""
-    known: dict[str, bytes] = {}
-
-    def read(task: Task, lacking: Lacking) -> dict[str, bytes]:
-        for content in lacking.contents:
-            if content not in known:
-                path = task.blobs[content].path
-                assert path is not None
-                known[content] = path.read_bytes()
-        return {content: known[content] for content in lacking.contents}
-
-    return read
 
 
 class _Process(SpawnProcess):
@@ -245,13 +224,13 @@ def _worker() -> None:
         threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
 
 
-def _perform(task: Task, sent: Mapping[str, bytes] | None = None) -> Record | Lacking:
+def _perform(task: Task) -> Record:
     """Make a run in a process that SIGTERM ends, whatever it does.
 
     Its pool would take the exception for a result, and wait for a lock that dead processes hold.
     """
     try:
-        return perform(task, sent)
+        return perform(task)
     except Terminated as error:
         os._exit(128 + error.signal)
 

@@ -359,19 +359,6 @@ def imports_of(fmu: Path) -> str:
     return imports_hash(sources, {word for file in files for word in (*file.parts, file.stem)})
 
 
-def system_id(named: Named) -> str:
-    """Hash of what tells how long a run of a system takes: components, their kinds, settings.
-
-    Values in sections, start values and the stop time are none of it.
-    """
-    system = named.system
-    kinds = [
-        (c.name, c.source.name if isinstance(c.source, Kind) else type(c.source).__name__)
-        for c in system.components
-    ]
-    return _short(repr((system.name, kinds, _but_stop_time(system), named.study.coupling_error)))
-
-
 def _but_stop_time(system: System) -> dict[str, object]:
     """The settings of a system's simulation without the stop time: prepared ones share any."""
     return {**vars(system.simulation), "stop_time": None}

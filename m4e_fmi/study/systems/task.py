@@ -1,8 +1,7 @@
 """One run of a system, as a task that any executor may perform, wherever its workers are.
 
 A task names what it needs by content: a prepared system (`Blob`) and the FMUs in it. A worker takes
-these from the path where they lie, or keeps what it was sent, once; if it has neither, it says what
-it lacks, and the task comes again with it.
+these once from the path where they lie.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.begun import Options, begun_run
 from m4e_fmi.cosim.system.component import Start
-from m4e_fmi.errors import InputError, M4eError, RunError
+from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.results.results_file import load
@@ -41,21 +40,11 @@ MEMORY, LEAST_FREE = Path("/dev/shm"), 2**28
 
 @dataclass(frozen=True)
 class Blob:
-    """Bytes by their SHA-256, a file name, and a file that has them, if the worker can see it."""
+    """Bytes by their SHA-256, a file name, and a file that has them, which all workers see."""
 
     content: str
     name: str = ""
-    path: Path | None = None
-
-    def read(self) -> bytes | None:
-        """The bytes of the file; None if it is not there, or another one."""
-        if self.path is None:
-            return None
-        with suppress(OSError):
-            data = self.path.read_bytes()
-            if hashlib.sha256(data).hexdigest() == self.content:
-                return data
-        return None
+    path: Path = Path()
 
 
 @dataclass(frozen=True)
@@ -75,41 +64,23 @@ class Task:
     start_up: float
     certify: bool
 
-    @property
-    def blobs(self) -> dict[str, Blob]:
-        """All that it needs, by content."""
-        return {blob.content: blob for blob in (self.prepared, *self.fmus.values())}
 
-
-@dataclass(frozen=True)
-class Lacking:
-    """A worker's answer: it has not got these contents."""
-
-    contents: tuple[str, ...]
-
-
-def perform(task: Task, sent: Mapping[str, bytes] | None = None) -> Record | Lacking:
-    """Make the run of a task. `sent` are contents that the worker may lack.
+def perform(task: Task) -> Record:
+    """Make the run of a task.
 
     A run that fails is a record of its failure. In one process there is one run at a time, as of
     FMUs and netCDF's library many cannot be called by two threads.
     """
     with ONE_RUN:
-        return _performed(task, sent)
+        return _performed(task)
 
 
-def _performed(task: Task, sent: Mapping[str, bytes] | None) -> Record | Lacking:
+def _performed(task: Task) -> Record:
     """As `perform`, by one thread."""
-    place = _place()
-    for content, data in (sent or {}).items():
-        place.put(task.blobs[content], data)
-    lacking = tuple(content for content, blob in task.blobs.items() if not place.has(blob))
-    if lacking:
-        return Lacking(lacking)
     began = clock.perf_counter()
     warnings: list[str] = []
     try:
-        prepared = _prepared(task, place)
+        prepared = _prepared(task, _place())
         with TemporaryFolder(_memory()) as folder:
             record = _run(task, prepared, folder / RESULTS, warnings)
     except RunError as error:
@@ -177,7 +148,7 @@ def coupling_error_of(certificate: CouplingErrorReport | str) -> tuple[float, st
 def _prepared(task: Task, place: _Place) -> Prepared:
     """The system of a task, with its own start values and settings."""
     fmus = tuple((name, str(place.file(blob))) for name, blob in task.fmus.items())
-    prepared = _unpacked(task.prepared.content, fmus)
+    prepared = _unpacked(place.file(task.prepared), fmus)
     system = prepared.system.changed(origin="study", stop_time=task.stop_time)
     components = tuple(
         replace(c, start=dict(task.start[c.name])) if c.name in task.start else c
@@ -187,11 +158,10 @@ def _prepared(task: Task, place: _Place) -> Prepared:
 
 
 @lru_cache(maxsize=64)
-def _unpacked(content: str, fmus: tuple[tuple[str, str], ...]) -> Prepared:
-    """The prepared system of that content, with its FMUs at these paths."""
+def _unpacked(file: Path, fmus: tuple[tuple[str, str], ...]) -> Prepared:
+    """The prepared system in a `file`, with its FMUs at these paths."""
     # trusted as the task itself, which came in the same form and has the hash of this
-    data = _place().known[content].read_bytes()
-    prepared: Prepared = pickle.loads(data)
+    prepared: Prepared = pickle.loads(file.read_bytes())
     found = {name: replace(prepared.descriptions[name], path=Path(path)) for name, path in fmus}
     return replace(prepared, descriptions=found)
 
@@ -203,28 +173,16 @@ class _Place:
     folder: TemporaryFolder = field(default_factory=TemporaryFolder)
     known: dict[str, Path] = field(default_factory=dict)
 
-    def has(self, blob: Blob) -> bool:
-        """True if the content is here now; it is brought here if its file can be seen."""
-        if blob.content in self.known:
-            return True
-        data = blob.read()
-        if data is not None:
-            self.put(blob, data)
-        return data is not None
-
-    def put(self, blob: Blob, data: bytes) -> None:
-        """Keep a content; InputError if it is another one."""
-        if hashlib.sha256(data).hexdigest() != blob.content:
-            raise InputError.single("what was sent to a worker is damaged", "run again")
+    def file(self, blob: Blob) -> Path:
+        """The file of a content, brought here once; RunError if it is another one by now."""
         if blob.content not in self.known:
+            data = blob.path.read_bytes()
+            if hashlib.sha256(data).hexdigest() != blob.content:
+                raise RunError(f"{blob.path}: it has changed since the study began", "run again")
             folder = self.folder.path / blob.content[:16]
             folder.mkdir(exist_ok=True)
-            file = folder / blob.name
-            file.write_bytes(data)
-            self.known[blob.content] = file
-
-    def file(self, blob: Blob) -> Path:
-        """The file of a content that is here."""
+            self.known[blob.content] = folder / blob.name
+            self.known[blob.content].write_bytes(data)
         return self.known[blob.content]
 
 

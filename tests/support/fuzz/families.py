@@ -311,7 +311,7 @@ components:
   a: {{fmu: {fmu}, start: {{body.m.x: 1}}}}
   b: {{fmu: {fmu}}}
 connections: ["a.body.m.x -> b.body.m.force_x, units ignored"]
-scenario: {{pull: {{at: 0.2 s, noise: {{b.body.m.force_x: 0.1}}, seed: 1, every: 0.1 s}}}}
+scenario: {{pull: {{at: 0.2 s, freeze: b.body.m.force_x}}}}
 simulation: {{stop_time: 0.5, step_size: 0.05, algorithm: {algorithm}}}
 """
 

@@ -75,8 +75,7 @@ def test_a_convergence_study(here: Path, said: Said) -> None:
     printed = said("hydro", path, "--refine")
     assert printed.startswith("meshes of 48, 192, 432 panels; errors up to ")
     assert "added_mass float heave" in printed
-    assert (here / "build" / "box_refine.png").stat().st_size > 20_000
-    found = json.loads(said("hydro", path, "--refine", "--json", "--no-plot"))
+    found = json.loads(said("hydro", path, "--refine", "--json"))
     assert found["panels"] == [48, 192, 432]
     rows = {(row["quantity"], row["motions"]): row for row in found["rows"]}
     heave = rows["added_mass", "float heave"]

@@ -65,6 +65,7 @@ def test_a_dry_run_makes_no_file(said: Said) -> None:
     assert "carts: 4 runs" in text
     assert "k: the start value k [N/m]" in text
     assert "4 runs are members of ensembles" in text
+    assert "runs: 0 kept, 4 to be made" in text
     assert not Path("build/carts.nc").exists()
 
 
@@ -82,21 +83,13 @@ def test_a_dry_run_of_a_system_names_fmus_that_are_built(
 
 
 @pytest.mark.usefixtures("here")
-def test_a_dry_run_tells_the_time_or_what_tells_it(said: Said) -> None:
-    text = "name: s\nsystem: system.yaml\nstart_up: 0\nvary: {push.beyond: [held, error]}\n"
+def test_a_dry_run_of_a_system_tells_how_many_runs_are_kept(said: Said) -> None:
+    text = "name: s\nsystem: system.yaml\nstart_up: 0\nvary: {pto.damping: [1, 2]}\n"
     text += "wanted: {f: {variable: pto.force, statistic: mean}}\n"
     written_study(Path(), text)
-
-    def told() -> str:
-        return said("study", "study.yaml", "--dry-run")
-
-    assert "'m4e-fmi build system.yaml' with the same --build-folder builds" in told()
-    said("build", "system.yaml")
-    assert "by a run of 1 s, of the system as its file has it; beside planning" in told()
     run_study(Path("study.yaml"), executor=Here())
-    assert "time: none, all runs are kept" in told()
-    Path("study.yaml").write_text(f"{text}simulation: {{stop_time: 0.5}}\n", "utf-8")
-    assert "by 2 runs of this system in other studies, of 1 s" in told()
+    Path("study.yaml").write_text(text.replace("2]", "2, 3]"), "utf-8")
+    assert "2 kept, 1 to be made, the last took" in said("study", "study.yaml", "--dry-run")
 
 
 def test_names_of_the_example_stand_for_something() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +15,6 @@ import m4e_fmi as m4e
 from m4e_fmi import cosim
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, Model, Parameter
-from m4e_fmi.notebook.graph import MOST_NODES
 from m4e_fmi.notebook.views import SHEETS
 from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import Results
@@ -68,18 +66,14 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> cosim.Outcome:
 def shown(run: cosim.Outcome) -> Iterator[object]:
     """An object of each kind, and large ones."""
     large = random_tree(3, size=25)
-    yield from (large, m4e.Equations(large), m4e.model_program(large))
-    yield from (EVIL_MODEL, m4e.model_program(EVIL_MODEL))
+    yield from (large, m4e.Equations(large), EVIL_MODEL)
     model = m4e.load_model(PENDULUM)
     yield from (model, m4e.Equations(model), m4e.simulate(model, stop_time=0.1))
     hywind = m4e.load_model(EXAMPLES / "oc3_hywind" / "hywind.model.yaml")  # a line is cut
     yield m4e.Equations(hywind)
     linear = m4e.linearize(model)
-    yield from (linear, m4e.modes(linear), linear.point)
-    prepared = run.prepared
-    yield from (prepared.system, prepared, prepared.descriptions["one"], run, run.results())
-    assert not isinstance(run.certificate, str)
-    yield run.certificate
+    yield from (linear, m4e.modes(linear))
+    yield from (run.prepared.system, run, run.results())
     yield large_results()
 
 
@@ -113,17 +107,6 @@ def test_what_does_not_fit_is_counted():
     text = m4e.Equations(PENDULUM)._repr_latex_()
     assert text is not None
     assert r"M_{2,2} = J + \frac{L^{2} m}{4}" in text
-
-
-def test_a_system_is_shown_as_a_graph_without_building_it(run):
-    text = run.prepared.system._repr_html_()
-    assert "<svg" in text
-    assert "one → two: 1 connection" in text
-    assert "&lt;b&gt;bold" in text
-    many = [dataclasses.replace(run.prepared.system.components[0], name=f"c{k}") for k in range(50)]
-    wide = dataclasses.replace(run.prepared.system, components=tuple(many), connections=())
-    assert f"{len(many)} components are too many for a graph" in wide._repr_html_()
-    assert len(many) > MOST_NODES
 
 
 def test_results_become_a_dataset_with_units(run):

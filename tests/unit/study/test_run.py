@@ -17,10 +17,9 @@ from support.small_study import SYSTEM, Here, written_study
 import m4e_fmi
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.study import StudyOutcome, load_study, run_study
-from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.systems.names import named
 from m4e_fmi.study.systems.plan import Plan, versions
-from m4e_fmi.study.systems.task import Blob, Lacking, perform
+from m4e_fmi.study.systems.task import Blob, perform
 
 STUDY = """\
 name: carts
@@ -122,26 +121,19 @@ def test_processes_give_the_same_bits(tmp_path: Path) -> None:
         np.testing.assert_array_equal(here.data[name], other.data[name])
 
 
-def test_workers_are_sent_what_they_lack(tmp_path: Path) -> None:
-    """Of contents whose files they cannot see."""
+def test_a_worker_takes_no_other_file_than_that_of_the_plan(tmp_path: Path) -> None:
     study = load_study(written_study(tmp_path, STUDY))
     plan = Plan(
         versions(named(study, m4e_fmi.load_system(study.source))), tmp_path, tmp_path, print
     )
     plan.build()
     task = plan.task(0)
-    away = {n: replace(b, path=None) for n, b in task.fmus.items()}
-    odd = Blob("0" * 64, "x.fmu")
-    lost = replace(task, fmus={**away, "pto": odd})
-    lacking = perform(lost)
-    assert isinstance(lacking, Lacking)
-    assert odd.content in lacking.contents
-    sent = {b.content: b.path.read_bytes() for b in task.blobs.values() if b.path}
-    there = perform(replace(task, fmus=away, prepared=replace(task.prepared, path=None)), sent)
-    again = perform(task)
-    assert isinstance(there, Record)
-    assert isinstance(again, Record)
-    assert there.head() == replace(again, wall_time=there.wall_time).head()
+    other = tmp_path / "other.fmu"
+    other.write_bytes(b"another one")
+    for path, why in ((other, "it has changed since the study began"), (tmp_path / "x", "x")):
+        odd = Blob("0" * 64, "pto.fmu", path)
+        assert why in perform(replace(task, fmus={**task.fmus, "pto": odd})).failure
+    assert not perform(task).failure
 
 
 def test_series_of_adaptive_steps_have_times_of_their_own(tmp_path: Path) -> None:

@@ -25,7 +25,6 @@ from m4e_adapters.hydrodynamics.config.shapes import (
     Revolved,
     Shape,
     Sphere,
-    Torus,
 )
 from m4e_adapters.hydrodynamics.config.waves import (
     PEAK_ENHANCEMENT,
@@ -74,7 +73,6 @@ __all__ = [
     "Spreading",
     "Still",
     "Tma",
-    "Torus",
     "Water",
     "WaveSection",
     "Waves",

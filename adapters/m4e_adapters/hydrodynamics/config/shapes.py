@@ -16,13 +16,12 @@ from m4e_adapters.hydrodynamics.config.numbers import (
 )
 from m4e_fmi.files.document import Section, rejected
 
-SHAPES = ("cylinder", "horizontal_cylinder", "sphere", "torus", "box", "revolved", "mesh")
-REVOLVED = ("cylinder", "sphere", "torus", "revolved")
+SHAPES = ("cylinder", "horizontal_cylinder", "sphere", "box", "revolved", "mesh")
+REVOLVED = ("cylinder", "sphere", "revolved")
 """Those that are turned about an upright axis."""
 KEYS_OF_SHAPES = (
     "write one of cylinder: {radius, draft}, horizontal_cylinder: {radius, length}, "
-    "sphere: {radius}, torus: {radius, tube_radius}, box: {length, width, draft}, "
-    "revolved: {profile}, mesh: FILE"
+    "sphere: {radius}, box: {length, width, draft}, revolved: {profile}, mesh: FILE"
 )
 
 SMALLEST = 1e-4
@@ -108,29 +107,6 @@ class Sphere(Section):
         return self
 
 
-class Torus(Section):
-    """Ring: a tube of `tube_radius` [m] whose middle is a circle of `radius` [m] in the plane
-    z = `center_z` [m] about (`center_x`, `center_y`) [m]; half immersed by default.
-    """
-
-    radius: Length
-    tube_radius: Length
-    center_z: Coordinate = 0.0
-    center_x: Coordinate = 0.0
-    center_y: Coordinate = 0.0
-
-    @model_validator(mode="after")
-    def _open(self) -> Torus:
-        _in_water("tube", self.center_z, self.tube_radius)
-        if self.tube_radius >= self.radius:
-            raise rejected(
-                f"the torus has no opening (radius {self.radius:g} m, tube_radius "
-                f"{self.tube_radius:g} m)",
-                "radius is that of the circle in the middle of the tube; make tube_radius smaller",
-            )
-        return self
-
-
 class Box(Section):
     """Rectangular box: `length` [m] along X, `width` [m] along Y, flat bottom at z = −`draft` [m],
     middle at (`center_x`, `center_y`) [m]; submerged with a flat top at z = `top_z` [m].
@@ -210,7 +186,6 @@ class Part(Section):
     cylinder: Cylinder | None = None
     horizontal_cylinder: HorizontalCylinder | None = None
     sphere: Sphere | None = None
-    torus: Torus | None = None
     box: Box | None = None
     revolved: Revolved | None = None
     mesh: str | None = None

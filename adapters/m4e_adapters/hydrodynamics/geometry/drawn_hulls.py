@@ -14,11 +14,10 @@ from m4e_adapters.hydrodynamics.geometry.motions import point_in_space
 from m4e_adapters.hydrodynamics.geometry.readers.drawn_meshes import drawn_panels
 from m4e_fmi.model.shapes import reduced
 from m4e_fmi.report.animation.shown import ShownHull
-from m4e_fmi.report.drawing.space.hulls import CORNERS, SIDES, Hull, ring_hull, turned_hull
+from m4e_fmi.report.drawing.space.hulls import CORNERS, SIDES, Hull, turned_hull
 
 DOWN = 8
 """Rows of polygons of a ball."""
-AROUND_A_TUBE = 10
 MOST_TRIANGLES = 2000
 """Of all meshes of a component."""
 
@@ -77,12 +76,6 @@ def _built_in(shape: Part) -> Hull:
         rims = np.array([[one.radius, -one.length / 2], [one.radius, one.length / 2]])
         axis = (1.0, 0.0, 0.0) if one.axis == "x" else (0.0, 1.0, 0.0)
         return turned_hull(rims, _at(one.center_x, one.center_y, one.center_z), axis)
-    if (one := shape.torus) is not None:
-        angles = 2 * np.pi * np.arange(AROUND_A_TUBE) / AROUND_A_TUBE
-        tube = np.array([one.radius, 0.0]) + one.tube_radius * np.stack(
-            [np.cos(angles), np.sin(angles)], axis=1
-        )
-        return ring_hull(tube, _at(one.center_x, one.center_y, one.center_z))
     if (one := shape.sphere) is not None:
         angles = np.linspace(0.0, np.pi, DOWN + 1)
         profile = one.radius * np.stack([np.sin(angles), -np.cos(angles)], axis=1)

@@ -40,7 +40,7 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_hydrostatics,
     sphere_panels,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
+from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
 from m4e_adapters.hydrodynamics.geometry.unions.remeshing import even_panels, opened
 from m4e_adapters.hydrodynamics.geometry.unions.solids import (
     below_the_water,
@@ -53,7 +53,6 @@ BUILT_IN: Mapping[str, Callable[..., Panels]] = {
     "cylinder": cylinder_panels,
     "horizontal_cylinder": horizontal_cylinder_panels,
     "sphere": sphere_panels,
-    "torus": torus_panels,
     "box": box_panels,
     "revolved": revolved_panels,
 }

@@ -190,8 +190,8 @@ def turned(
 ) -> Panels:
     """A profile turned about Z in `around` steps, stretched upright to its `volume` [m3].
 
-    Its `radii` and `heights` (n,) [m] go from the lowest point outwards and up, or all around a
-    tube. The height `pivot` [m] stays.
+    Its `radii` and `heights` (n,) [m] go from the lowest point outwards and up. The height `pivot`
+    [m] stays.
     """
     turn = 2 * math.pi / around
     angles = turn * np.arange(around + 1)

@@ -1,9 +1,9 @@
 """Stability of a whole hull at any angle: pose at rest, righting arms at constant displacement.
 
 The hull is cut by the still-water level exactly, panel by panel. With B the centre of buoyancy and
-G that of gravity, in axes with Z upwards, R = R_y(θ) R_x(φ) for a heel φ and a trim θ:
+G that of gravity, in axes with Z upwards, R = R_x(φ) for a heel φ:
 
-    GZ(φ) = cos θ (y_G − y_B),
+    GZ(φ) = y_G − y_B,
 
 the moment about the hull's own x axis that turns it back, over the weight. It is the rate by which
 the potential energy grows with φ. In pitch the hull is turned by a quarter about Z before.
@@ -60,14 +60,13 @@ class Afloat:
 class Curve:
     """Righting arms `arms` (n,) [m] at `angles` (n,) [rad] of heel or pitch.
 
-    `trims` (n,) [rad] are the turns about the other axis. `deck` [rad] is the angle at which the
+    There is no turn about the other axis. `deck` [rad] is the angle at which the
     deck goes under, `flooded` [rad] that at which water enters an opening, where the curve ends;
     nan if neither happens.
     """
 
     angles: np.ndarray
     arms: np.ndarray
-    trims: np.ndarray
     deck: float
     flooded: float
 
@@ -159,57 +158,34 @@ class WholeHull:
                 return None
         return None
 
-    def arms(self, angles: Sequence[float], *, about: str = HEEL, free_trim: bool = False) -> Curve:
-        """Righting arms at `angles` [rad] of heel, or of pitch; up to where an opening floods.
-
-        With `free_trim` the hull takes the turn about the other axis at which it rests there; else
-        it has none.
-        """
+    def arms(self, angles: Sequence[float], *, about: str = HEEL) -> Curve:
+        """Righting arms at `angles` [rad] of heel, or of pitch; up to where an opening floods."""
         before = turn((0.0, 0.0, -0.5 * math.pi)) if about == PITCH else np.eye(3)
 
-        def pose(angle: float, guess: float) -> tuple[Afloat, float]:
-            heeled = turn((angle, 0.0, 0.0)) @ before
-            trim = self._trim(heeled, guess) if free_trim else 0.0
-            return self.afloat(turn((0.0, trim, 0.0)) @ heeled), trim
+        def pose(angle: float) -> Afloat:
+            return self.afloat(turn((angle, 0.0, 0.0)) @ before)
 
         def first_below(of: Callable[[Afloat], float], last: float, angle: float) -> float:
             """The angle [rad] between `last` and `angle` at which a height becomes negative."""
             while abs(angle - last) > RESOLVED:
                 middle = 0.5 * (last + angle)
-                found, _ = pose(middle, trim)
-                last, angle = (last, middle) if of(found) < 0.0 else (middle, angle)
+                last, angle = (last, middle) if of(pose(middle)) < 0.0 else (middle, angle)
             return 0.5 * (last + angle)
 
-        rows: list[tuple[float, float, float]] = []
+        rows: list[tuple[float, float]] = []
         deck = flooded = math.nan
-        last = trim = 0.0
+        last = 0.0
         for angle in angles:
-            found, trim = pose(angle, trim)
+            found = pose(angle)
             if found.opening < 0.0:
                 flooded = first_below(lambda one: one.opening, last, angle)
                 break
             if found.deck < 0.0 and math.isnan(deck):
                 deck = first_below(lambda one: one.deck, last, angle)
-            y = found.hydrostatics.center_of_buoyancy[1]
-            rows.append((angle, -math.cos(trim) * y, trim))
+            rows.append((angle, -found.hydrostatics.center_of_buoyancy[1]))
             last = angle
-        table = np.array(rows).reshape(-1, 3).T
-        return Curve(table[0], table[1], table[2], deck, flooded)
-
-    def _trim(self, heeled: np.ndarray, guess: float) -> float:
-        """The trim [rad] at which the buoyancy has no moment about Y; `heeled` (3, 3) [1]."""
-        trim = guess
-        for _ in range(MOST_STEPS):
-            found = self.afloat(turn((0.0, trim, 0.0)) @ heeled)
-            x = found.hydrostatics.center_of_buoyancy[0]
-            if abs(x) < AT_REST * self.size:
-                break
-            stiffness = max(abs(float(_turning(found)[1, 1])), 1e-9 * self.volume * self.size)
-            step = -self.volume * x / stiffness
-            trim += min(max(step, -LARGEST_STEP), LARGEST_STEP)
-            if abs(trim) > STEEPEST:
-                return math.nan
-        return trim
+        table = np.array(rows).reshape(-1, 2).T
+        return Curve(table[0], table[1], deck, flooded)
 
 
 def turn(vector: Sequence[float]) -> np.ndarray:

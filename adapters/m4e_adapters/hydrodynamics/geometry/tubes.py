@@ -1,4 +1,4 @@
-"""Panels of horizontal cylinders and of rings of circular section.
+"""Panels of horizontal cylinders.
 
 A submerged section is a polygon of the circle's area. One that the water cuts has its vertices on
 the circle, and is stretched downwards to the exact displacement: its waterplane is that of the
@@ -11,9 +11,9 @@ import math
 
 import numpy as np
 
-from m4e_adapters.hydrodynamics.config import HorizontalCylinder, Torus
+from m4e_adapters.hydrodynamics.config import HorizontalCylinder
 from m4e_adapters.hydrodynamics.geometry.panels import Panels, grid, joined
-from m4e_adapters.hydrodynamics.geometry.shapes import divisions, shifted, turned
+from m4e_adapters.hydrodynamics.geometry.shapes import shifted
 
 
 def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: int = 1) -> Panels:
@@ -36,18 +36,6 @@ def horizontal_cylinder_panels(shape: HorizontalCylinder, panels: int, finer: in
     hull = joined(side, end, end.mirrored(0))
     if shape.axis == "y":
         hull = Panels(hull.vertices[:, [1, 0, 2]] * [-1.0, 1.0, 1.0], hull.faces)
-    return shifted(hull, shape)
-
-
-def torus_panels(shape: Torus, panels: int, finer: int = 1) -> Panels:
-    """Wetted surface of a ring, denser towards the waterline."""
-    radius, height = shape.tube_radius, shape.center_z
-    girth = 2 * _half_angle(radius, height) * radius
-    around, edge = divisions(girth, 2 * math.pi * shape.radius, panels)
-    tube = _arc(radius, height, 2 * finer * max(3, round(girth / edge / 2)))
-    volume = 2 * math.pi * shape.radius * _area(radius, height)
-    pivot = height if height <= -radius else 0.0
-    hull = turned(shape.radius + tube[:, 0], tube[:, 1], finer * around, volume, pivot=pivot)
     return shifted(hull, shape)
 
 

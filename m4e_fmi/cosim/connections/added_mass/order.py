@@ -80,20 +80,12 @@ class _Pairing:
 
     @property
     def remedy(self) -> str:
-        """The order that is right, or the bodies that lack something."""
+        """The order that is right, or how the bodies would be the same."""
         of_water: Mapping[str, str] = {name: body for body, name in sorted(self.pairs)}
         order = [of_water.get(name, "") for name in self.taken]
         if sorted(order) == sorted(self.given):
             return f"write the bodies of {self.water!r} in the order {', '.join(order)}"
-        of_model: Mapping[str, str] = dict(sorted(self.pairs))
-        wanted = [of_model[body] for body in self.given if body in of_model]
-        lacking = [name for name in wanted if name not in self.taken]
-        surplus = [name for name in self.taken if name not in wanted]
-        steps: list[str] = []
-        if lacking:
-            steps.append(f"in the model write 'added_mass: true' at {', '.join(lacking)}")
-        if surplus:
-            steps.append(f"in the model leave it out at {', '.join(surplus)}")
-        if alone := [body for body in self.given if body not in of_model]:
-            steps.append(f"connect {', '.join(f'{self.water}.{body}' for body in alone)}")
-        return ", and ".join(steps)
+        return (
+            f"connect each body of {self.water!r}, and in the model write 'added_mass: true' at "
+            "the bodies that these are connected with, at no others"
+        )

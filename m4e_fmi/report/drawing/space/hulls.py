@@ -86,15 +86,6 @@ def turned_hull(
     return Hull(center + along, tuple(faces))
 
 
-def ring_hull(profile: Floats, center: Floats) -> Hull:
-    """A ring about the upright axis through `center` (3,) [m], of a closed `profile` (n, 2) [m]."""
-    last = len(profile) - 1
-    faces = [
-        tuple(AROUND * last + k if k < AROUND else k - AROUND for k in face) for face in _rings(2)
-    ]
-    return Hull(center + _turned(profile, 1.0, 1.0), (*_rings(len(profile)), *faces))
-
-
 def _turned(profile: Floats, radius: float, height: float) -> Floats:
     """A profile (n, 2) of distances from Z and heights, turned about Z: (n·AROUND, 3)."""
     angles = 2 * np.pi * np.arange(AROUND) / AROUND

@@ -17,7 +17,6 @@ from support.interrupted import check_resumed
 from support.small_systems import Fmus, observed, oscillator, system, watched
 
 from m4e_fmi.cosim import (
-    Action,
     Component,
     FmuFile,
     Simulation,
@@ -240,23 +239,3 @@ LINKS = (
     "body.body.m.vx -> spring.end.vx",
     "spring.end.force_x -> body.body.m.force_x",
 )
-
-
-def test_an_output_in_place_of_another_follows_the_actions_at_its_point(
-    c_fmu: Fmus, algorithm: str
-) -> None:
-    """y = u + t at once: the jumps of its input, and of it, are one jump for all."""
-    parts = (
-        Component("body", FmuFile(c_fmu("mass+state+inputs")), {"body.m.x": 1.0}),
-        Component("spring", FmuFile(c_fmu("spring+state+inputs")), {"damping": 0.3}),
-        *(Component(name, FmuFile(c_fmu("stage+state"))) for name in "abc"),
-    )
-    links = (*LINKS, *(f"body.body.m.vx -> {name}.u, units ignored" for name in "abc"))
-    chained = {
-        "third": Action(at=0, replace={"c.u": "b.y"}),
-        "second": Action(at=0, replace={"b.u": "a.y"}),
-        "drift": Action(at=0.31, duration=0.4, offset={"a.u": 0.5}),
-    }
-    given = System("s", parts, links, Simulation(1.0, 0.1, algorithm), scenario=chained)
-    for time, first, second, third in observed(given, "a.y", "b.y", "c.y")[0]:
-        assert (second - first, third - second) == pytest.approx((time, time), abs=1e-15)

@@ -80,9 +80,7 @@ def scenario(c_fmu: Fmus) -> System:
     signal = "spring.end.vx"
     actions: Mapping[str, Action] = {
         "stuck": Action(freeze=(signal,), at=0.5, duration=1.0),
-        "late": Action(delay={signal: 0.25}, at=1.0),
-        "noise": Action(noise={signal: 0.01}, seed=3, every=0.05, at=0.2),
-        "lost": Action(dropout=(signal,), share=0.5, seed=4, every=0.05, at=0.3),
+        "drift": Action(offset={signal: 0.01}, at=0.2, duration=1.0),
         "stiff": Action(ramp={"spring.damping": 0.5}, within=1.0, when="body.body.m.x < 0.5 m"),
     }
     return replace(oscillator(c_fmu), scenario=actions)

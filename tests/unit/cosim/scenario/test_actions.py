@@ -12,7 +12,6 @@ from support.saboteur import saboteur
 from support.small_systems import Fmus, observed, watched
 
 from m4e_fmi.cosim import Action, Component, FmuFile, Simulation, System
-from m4e_fmi.cosim.scenario.effects import Delay, Given
 
 SIGNAL = "spring.end.vx"
 WATCHED = ("body.body.m.x", "body.body.m.vx", "spring.end.force_x")
@@ -46,15 +45,6 @@ ACTIONS = {
     "freeze": (Action(freeze=(SIGNAL,), **THEN), {}),
     "offset": (Action(offset={SIGNAL: "2 cm/s"}, **THEN), {"amount": 0.02}),
     "replace": (Action(replace={SIGNAL: 0.25}, **THEN), {"amount": 0.25}),
-    "noise": (
-        Action(noise={SIGNAL: "5 mm/s"}, seed=7, every=0.03, **THEN),
-        {"amount": 0.005, "seed": 7, "every": 0.03},
-    ),
-    "delay": (Action(delay={SIGNAL: 0.113}, **THEN), {"amount": 0.113}),
-    "dropout": (
-        Action(dropout=(SIGNAL,), share=0.6, seed=3, every=0.03, **THEN),
-        {"amount": 0.6, "seed": 3, "every": 0.03},
-    ),
 }
 SETTINGS = {
     "ramp": Action(ramp={"spring.damping": "2 N.s/m"}, within=0.3, **THEN),
@@ -67,7 +57,7 @@ def test_an_action_on_a_signal_is_a_component_between(
     c_fmu: Fmus, tmp_path: Path, kind: str
 ) -> None:
     action, given = ACTIONS[kind]
-    fmu = saboteur(tmp_path, kind, begin=0.507, end=1.307, signal=SIGNAL, **given)
+    fmu = saboteur(tmp_path, kind, begin=0.507, end=1.307, **given)
     plain, acted = system(c_fmu), rows(system(c_fmu, acted=action))
     through = "body.body.m.vx -> other.u", f"other.y -> {SIGNAL}"
     assert np.array_equal(acted, rows(beside(plain, fmu, LINKS[0], *through, LINKS[2])))
@@ -107,50 +97,18 @@ def test_units_of_an_output_are_converted_for_its_taker(c_fmu: Fmus) -> None:
 
 
 def test_actions_on_one_signal_act_in_the_order_of_the_file(c_fmu: Fmus) -> None:
-    """The last one is lost, and gives zero where that is asked for."""
     shift = Action(at=1, offset={"spring.end.x": 0.5})
     stuck = Action(at=0, replace={"spring.end.x": 1.0})
-    lost = Action(at=1, dropout=("spring.end.x",), gives="zero")
-    for actions, x in (((shift, stuck), 1.0), ((stuck, shift), 1.5), ((shift, lost), 0.0)):
+    for actions, x in (((shift, stuck), 1.0), ((stuck, shift), 1.5)):
         found = rows(system(c_fmu, **{f"a{k}": action for k, action in enumerate(actions)}))
         assert found[-1, 3] == pytest.approx(-x - 0.3 * found[-1, 2])
 
 
-@pytest.mark.parametrize(
-    ("signal", "value", "velocity"),
-    [
-        (SIGNAL, "other.body.m.vx", 3.0),
-        # through its connection: factor and offset are those of the connection, as for a number
-        ("body.body.m.vx", "other.body.m.vx", -2 * 3.0 + 0.1),
-        ("body.body.m.vx", "3 m/s", -2 * 3.0 + 0.1),
-    ],
-)
-def test_a_signal_is_replaced_by_another_output(
-    c_fmu: Fmus, signal: str, value: str, velocity: float
-) -> None:
+def test_a_value_in_place_of_an_output_goes_through_its_connection(c_fmu: Fmus) -> None:
     links = (LINKS[0], f"body.body.m.vx * -2 + 0.1 -> {SIGNAL}", LINKS[2])
-    given = system(c_fmu, instead=Action(at=1, replace={signal: value}))
-    two = beside(given, c_fmu("mass+state"), *links, **{"body.m.vx": 3.0})
-    _, x, _, force = rows(two)[-1]
-    assert force == pytest.approx(-x - 0.3 * velocity, rel=1e-12)
-
-
-def test_noise_through_a_negative_factor(c_fmu: Fmus) -> None:
-    """A standard deviation has no sign; the amounts are those of the factor's size."""
-    given = system(c_fmu, n=Action(at=0, noise={"body.body.m.vx": 0.01}, seed=1, every=0.02))
-    given = given.changed(start={"body.body.m.x": 0.0}, stop_time=0.02)
-    one, other = (
-        rows(replace(given, connections=(LINKS[0], f"body.body.m.vx * {k} -> {SIGNAL}", LINKS[2])))
-        for k in (2.0, -2.0)
-    )
-    assert one[0, 3] == other[0, 3] != 0.0
-
-
-def test_a_delay_of_a_value_that_changes_at_its_point_has_the_last_one() -> None:
-    delay = Delay(100)
-    for time, value in ((0, 1.0), (10, 2.0), (10, 5.0)):
-        delay.watch(time, Given(1.0, 0.0, value), active=True)
-    assert delay.act(105, 0, Given(1.0, 0.0, 7.0)).value == 3.0
+    given = system(c_fmu, instead=Action(at=1, replace={"body.body.m.vx": "3 m/s"}))
+    _, x, _, force = rows(replace(given, connections=links))[-1]
+    assert force == pytest.approx(-x - 0.3 * (-2 * 3.0 + 0.1), rel=1e-12)
 
 
 def test_of_settings_of_one_variable_that_overlap_the_last_counts(c_fmu: Fmus) -> None:

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 from support.small_systems import Fmus
 
-from m4e_fmi.cosim import load, prepare, run, save_system
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+from m4e_fmi.cosim import load, run, save_system
 from m4e_fmi.cosim.load import load_system
 from m4e_fmi.report.text.summaries import run_summary
 
@@ -36,12 +35,11 @@ def written(fmus: Fmus, folder: Path, *actions: str) -> Path:
 
 
 def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
-    (tmp_path / "soft.yaml").write_text("values: {spring.damping: 0.5}\n", encoding="utf-8")
     path = written(
         c_fmu,
         tmp_path,
         "stuck: {at: 505 ms, for: 1 s, freeze: spring.end.x}",
-        "soft: {when: body.body.m.x < -20 cm, parameters: soft.yaml}",
+        "soft: {when: body.body.m.x < -20 cm, set: {spring.damping: 0.5}}",
         "never: {when: body.body.m.x > 5 m, offset: {spring.end.x: 1}}",
         "later: {at: 10, freeze: spring.end.x}",
     )
@@ -67,13 +65,11 @@ def test_actions_are_recorded_and_told(c_fmu: Fmus, tmp_path: Path) -> None:
 
 
 def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
-    (tmp_path / "soft.yaml").write_text("values: {spring.damping: 0.5}\n", encoding="utf-8")
     path = written(
         c_fmu,
         tmp_path,
         "stuck: {at: 505 ms, for: 1 s, freeze: spring.end.x}",
-        "soft: {when: body.body.m.x < -20 cm, parameters: soft.yaml}",
-        "rough: {at: 1, noise: {spring.end.x: 1 mm}, seed: 3, every: 0.1}",
+        "soft: {when: body.body.m.x < -20 cm, set: {spring.damping: 0.5}}",
     )
     given = load_system(path)
     package = save_system(given, tmp_path / "small.ssp", build_directory=tmp_path / "build")
@@ -81,21 +77,3 @@ def test_a_package_keeps_the_scenario(c_fmu: Fmus, tmp_path: Path) -> None:
     assert load_system(package).scenario.keys() == given.scenario.keys()
     assert outcomes[0].scenario == outcomes[1].scenario
     assert "on:" in outcomes[0].scenario[1]
-
-
-def test_outputs_in_place_of_others_before_their_fmus_are_built(tmp_path: Path) -> None:
-    """What depends on what is not known then; loops are looked for when it is."""
-    (tmp_path / "box.model.yaml").write_text(
-        "name: box\nbodies: {box: {mass: 1, inertia: 1}}\n"
-        "joints: {free: {type: floating, child: box}}\n"
-    )
-    path = tmp_path / "system.yaml"
-    path.write_text(
-        "name: pair\ncomponents:\n  a: {model: box.model.yaml}\n  b: {model: box.model.yaml}\n"
-        "connections: ['a.body.box.x -> b.body.box.force_x, units ignored']\n"
-        "scenario: {n: {at: 0.5, replace: {a.body.box.x: b.body.box.z}}}\n"
-        "simulation: {stop_time: 1, step_size: 0.1}\n"
-    )
-    problems, _ = checked_inputs(load_system(path))
-    assert problems == []
-    assert prepare(load_system(path), build_directory=path.parent).system.name == "pair"

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from support.packages import (
-    ROOT,
     component,
     connection,
     description,
@@ -110,35 +109,16 @@ def test_an_offset_inside_is_in_the_unit_of_its_connector(tmp_path: Path, stages
     assert any("'m' is not a unit" in t or "where the unit is not known" in t for t in told)
 
 
-def test_signal_dictionaries_connect_what_shares_an_entry(tmp_path: Path, stages: Files) -> None:
-    dictionary = (
-        f'<ssb:SignalDictionary xmlns:ssb="{ROOT}SignalDictionary" version="1.0">'
-        '<ssb:DictionaryEntry name="speed"><ssc:Real unit="m/s"/></ssb:DictionaryEntry>'
-        "</ssb:SignalDictionary>"
-    )
-    outside = '<ssd:SignalDictionaries><ssd:SignalDictionary name="bus"{}</ssd:SignalDictionaries>'
+def test_signal_dictionaries_are_refused(tmp_path: Path, stages: Files) -> None:
     bus = (
-        '<ssd:SignalDictionaryReference name="{0}" dictionary="bus"><ssd:Connectors>'
-        '<ssd:Connector name="speed" kind="{1}"/></ssd:Connectors></ssd:SignalDictionaryReference>'
+        '<ssd:SignalDictionaryReference name="w" dictionary="bus"><ssd:Connectors>'
+        '<ssd:Connector name="speed" kind="inout"/></ssd:Connectors>'
+        "</ssd:SignalDictionaryReference>"
     )
-    reader = inner(
-        "far",
-        elements(bus.format("r", "inout"), component("b", "s.fmu", *STAGE))
-        + connections(connection("r/speed", "b/u")),
-        "output none Real",
-    )
-    content = elements(
-        bus.format("w", "inout"), component("a", "s.fmu", *STAGE), reader
-    ) + connections(connection("a/y", "w/speed"))
-    inline = outside.format(f">{dictionary}</ssd:SignalDictionary>")
-    system = read(tmp_path, description(content + inline), stages)
-    assert system.connections == ("a.y -> far_b.u",)
-    own_file = outside.format(' source="resources/bus.ssb"/>')
-    xml = dictionary.replace(" version", f' xmlns:ssc="{ROOT}Common" version', 1)
-    files: Files = {**stages, "resources/bus.ssb": xml}
-    assert read(tmp_path, description(content + own_file), files).connections == ("a.y -> far_b.u",)
-    (told,) = problems(tmp_path, description(content), stages)[:1]
-    assert "unknown signal dictionary 'bus'" in told
+    content = elements(bus, component("a", "s.fmu", *STAGE))
+    connected = description(content + connections(connection("a/y", "w/speed")))
+    told = problems(tmp_path, connected, stages)
+    assert "'w' refers to a signal dictionary, which is not read" in told[0]
 
 
 def test_what_others_leave_empty_is_not_given(tmp_path: Path, stages: Files) -> None:

@@ -110,20 +110,17 @@ components:
     bodies:
       barge: {shape: {box: {length: 6, width: 4, draft: 1}}, center_of_gravity: [1, 0, 0]}
       pile: {shape: {cylinder: {radius: 1, draft: 5, center_x: 9}}, fixed: true}
-      ring: {shape: {torus: {radius: 3, tube_radius: 0.5, center_x: 30}}, fixed: true}
 connections: []
 simulation: {stop_time: 1, step_size: 0.1}
 """
     (tmp_path / "s.yaml").write_text(text, encoding="ascii")
     scene = scene_without_build(load_system(tmp_path / "s.yaml"))
     assert scene is not None
-    barge, pile, ring = scene.bodies[3:]
+    barge, pile = scene.bodies[3:]
     assert barge.motion == (1.0, 0.0, 0.0, 0.0, 0.0, pytest.approx(np.pi / 2))
     assert barge.surfaces[0].vertices.min(axis=0) == pytest.approx([-4, -2, -1])
     corners = pile.surfaces[0].vertices
     assert (corners.min(axis=0) + corners.max(axis=0)) / 2 == pytest.approx([1, 8, -2.5])
-    corners = ring.surfaces[0].vertices
-    assert np.ptp(corners, axis=0) == pytest.approx([7, 7, 2 * 0.5 * np.sin(np.radians(72))])
 
 
 def test_bodies_and_nodes_are_where_the_results_have_them(boxes: Results, scene: Scene) -> None:

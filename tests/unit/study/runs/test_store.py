@@ -11,7 +11,7 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.runs.record import Record
 from m4e_fmi.study.runs.statistics_of import computed
-from m4e_fmi.study.runs.store import Pace, Store
+from m4e_fmi.study.runs.store import Store
 
 RECORD = Record(
     values={"a": 0.1 + 0.2, "b": float("nan")},
@@ -40,14 +40,6 @@ def test_records_come_back_to_the_bit_and_are_replaced_on_demand_only(
         assert found["k"].block() == RECORD.block()
         second.keep({"k": other}, again=True)
     assert store.found(["k"])["k"].values["a"] == 1.0
-
-
-def test_paces_are_those_of_the_nearest_span(store: Store) -> None:
-    assert store.pace("buoy", 60.0) is None
-    paces = [("buoy", 60.0, 2.0), ("buoy", 60.0, 4.0), ("buoy", 600.0, 50.0)]
-    store.keep({"k": RECORD}, paces=[*paces, ("other", 50.0, 9.0)])
-    assert store.pace("buoy", 90.0) == Pace(60.0, 2, 4.5)
-    assert store.pace("buoy", 300.0) == Pace(600.0, 1, 25.0)
 
 
 def test_another_file_is_no_store(tmp_path: Path) -> None:

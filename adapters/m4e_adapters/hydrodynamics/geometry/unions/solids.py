@@ -28,7 +28,7 @@ from m4e_adapters.hydrodynamics.geometry.shapes import (
     sphere_panels,
     turned,
 )
-from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels, torus_panels
+from m4e_adapters.hydrodynamics.geometry.tubes import horizontal_cylinder_panels
 from m4e_fmi.errors import InputError, Problem
 
 if TYPE_CHECKING:
@@ -137,7 +137,6 @@ def _drawn(part: Part) -> Panels:
     shape = getattr(part, part.kind)
     draw: Callable[..., Panels] = {
         "sphere": sphere_panels,
-        "torus": torus_panels,
         "horizontal_cylinder": horizontal_cylinder_panels,
     }[part.kind]
     depth = 3.0 * (shape.radius + abs(shape.center_z))  # drawn where none of it is cut off

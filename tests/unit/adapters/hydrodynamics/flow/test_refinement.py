@@ -31,7 +31,6 @@ SHAPES = [
     {"cylinder": {"radius": 4, "draft": 3}},
     {"cylinder": {"radius": 4, "draft": 9, "top_z": -2}},
     {"sphere": {"radius": 4, "center_z": -1}},
-    {"torus": {"radius": 6, "tube_radius": 1.5}},
     {"horizontal_cylinder": {"radius": 2, "length": 10, "center_z": -1}},
     {"revolved": {"profile": [[2, -4], [4, -1], [4, 0]]}},
 ]

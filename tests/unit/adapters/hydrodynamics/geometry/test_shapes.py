@@ -27,10 +27,6 @@ def lying(z: float = 0.0, axis: str = "x") -> dict[str, Any]:
     return {"horizontal_cylinder": {"radius": 2, "length": 10, "axis": axis, "center_z": z}}
 
 
-def ring(z: float = 0.0) -> dict[str, Any]:
-    return {"torus": {"radius": 6, "tube_radius": 1.5, "center_z": z}}
-
-
 PI = math.pi
 SHAPES: dict[str, tuple[dict[str, Any], float, float, float | None]] = {
     "cylinder": ({"cylinder": {"radius": 4, "draft": 3}}, 48 * PI, 16 * PI, -1.5),
@@ -64,12 +60,10 @@ SHAPES: dict[str, tuple[dict[str, Any], float, float, float | None]] = {
     "along y, nearly submerged": (lying(-1.6, "y"), 10 * below(2, -1.6), 24.0, None),
     "a floating tube": (lying(1.2), 10 * below(2, 1.2), 32.0, None),
     "a pontoon": (lying(-4), 40 * PI, 0.0, -4.0),
-    "ring": (ring(), 12 * PI * below(1.5, 0.0), PI * (7.5**2 - 4.5**2), None),
-    "submerged ring": (ring(-3), 12 * PI**2 * 1.5**2, 0.0, -3.0),
 }  # fmt: skip
 """Shape, its volume [m3] and waterplane [m2], the height [m] of its middle where that is exact."""
 SUBMERGED = [name for name, (_, _, waterplane, _) in SHAPES.items() if not waterplane]
-REVOLVED = ("cylinder", "sphere", "revolved", "torus")
+REVOLVED = ("cylinder", "sphere", "revolved")
 
 
 def made(name: str, panels: int, x: float = 7.0) -> Hull:

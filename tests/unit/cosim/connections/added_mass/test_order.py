@@ -69,11 +69,11 @@ def test_bodies_in_another_order_are_refused(
     [
         (
             "tower", ("hull",), (HULL,), "the added mass of hydro.hull would act on m.body.tower",
-            "in the model write 'added_mass: true' at big, and in the model leave it out at tower",
+            "in the model write 'added_mass: true' at the bodies that these are connected with",
         ),
         (  # a body that nothing moves
             "big tower", ("hull", "stern"), (HULL,), "hydro.stern would act on m.body.tower",
-            "in the model leave it out at tower, and connect hydro.stern",
+            "connect each body of 'hydro'",
         ),
         (
             "", ("hull",), (HULL,), "'m' has no variable 'added_mass'",
