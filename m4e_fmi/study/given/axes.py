@@ -21,7 +21,9 @@ from m4e_fmi.study.given.grid import (
 from m4e_fmi.study.given.sections import (
     MOST_POINTS,
     AxisSection,
+    SampleSection,
     Scalar,
+    Spread,
     StudySection,
 )
 from m4e_fmi.study.given.tables import scatter, table
@@ -40,7 +42,7 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
         found = _axis(name, one, ("vary", name), document, problems)
         axes += [found] if found else []
     made = Grid(tuple(axes))
-    for section_of in (_of_table, _of_scatter):
+    for section_of in (_of_sample, _of_table, _of_scatter):
         try:
             made = section_of(made, section, document)
         except InputError as error:
@@ -49,9 +51,16 @@ def grid_of(section: StudySection, document: Document, problems: list[Problem]) 
     named = _named(made, {*RESERVED, *section.wanted}, document, problems)
     if named.size > MOST_POINTS:
         message = f"the dimensions have {named.size:,} points together, {MOST_POINTS:,} at most"
-        problems.append(document.problem(("name",), message, "vary less, or give cases in a table"))
+        problems.append(document.problem(("name",), message, "vary less, or draw a sample"))
         return Grid(())
     return named
+
+
+def _of_sample(made: Grid, section: StudySection, document: Document) -> Grid:
+    """The grid with the points of a sample, if one is asked for."""
+    if section.sample is None:
+        return made
+    return replace(made, axes=(*made.axes, _sampled(section.sample, document)))
 
 
 def _of_table(made: Grid, section: StudySection, document: Document) -> Grid:
@@ -175,6 +184,73 @@ def _values(name: str, given: AxisSection, at: Location, document: Document) -> 
         remedy = f"write to: {reached:g}, or give a count"
         raise InputError([document.problem((*at, "step"), message, remedy)])
     return tuple(np.linspace(low, high, round(count) + 1).tolist())
+
+
+def _sampled(given: SampleSection, document: Document) -> Axis:
+    """The dimension `sample`; InputError for spreads that are none."""
+    from scipy.stats import qmc
+
+    problems = list[Problem]()
+    spreads: dict[str, Spread] = {}
+    for name, one in given.of.items():
+        spread = one
+        if not isinstance(spread, Spread):
+            spread = Spread(distribution="uniform", low=spread[0], high=spread[1])
+        spreads[name] = spread
+        if fault := _fault(spread):
+            problems.append(document.problem(("sample", "of", name), f"{name}: {fault}"))
+    if given.method == "sobol" and given.count & (given.count - 1):
+        message = f"count {given.count} is no power of 2: the points of sobol are not balanced"
+        remedy = f"take {2 ** (given.count.bit_length() - 1)} or {2 ** given.count.bit_length()}"
+        problems.append(document.problem(("sample", "count", "@value"), message, remedy))
+    if problems:
+        raise InputError(problems)
+    kinds = {"latin_hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol}
+    shares = kinds[given.method](len(spreads), rng=given.seed).random(given.count)
+    columns = [
+        _spread(share, spread) for share, spread in zip(shares.T, spreads.values(), strict=True)
+    ]
+    points = tuple(tuple(row) for row in np.column_stack(columns).tolist())
+    return Axis("sample", _varied(spreads, ("sample", "of")), points)
+
+
+def _fault(spread: Spread) -> str:
+    """The fault of a spread in words; empty if it has none."""
+    bounded = spread.distribution.endswith("uniform")
+    keys = ("low", "high") if bounded else ("mean", "standard_deviation")
+    others = ("mean", "standard_deviation") if bounded else ("low", "high")
+    if any(getattr(spread, key) is None for key in keys):
+        return f"{spread.distribution} needs {keys[0]} and {keys[1]}"
+    if any(getattr(spread, key) is not None for key in others):
+        return f"{spread.distribution} takes no {others[0]} or {others[1]}"
+    first, second = (float(getattr(spread, key)) for key in keys)
+    if not (math.isfinite(first) and math.isfinite(second)):
+        return "expected finite numbers"
+    if bounded and not first < second:
+        return f"low {first:g} is not below high {second:g}"
+    if not bounded and second <= 0.0:
+        return f"standard_deviation {second:g} is not above 0"
+    if spread.distribution.startswith("log") and first <= 0.0:
+        return f"{keys[0]} {first:g} is not above 0"
+    return ""
+
+
+def _spread(share: np.ndarray, spread: Spread) -> np.ndarray:
+    """Values (n,) of a quantity, in its unit, at shares (n,) [1] of its distribution."""
+    from scipy.special import ndtri
+
+    if spread.low is not None and spread.high is not None:
+        low, high = spread.low, spread.high
+        if spread.distribution == "uniform":
+            return low + (high - low) * share
+        return np.exp(math.log(low) + (math.log(high) - math.log(low)) * share)
+    assert spread.mean is not None
+    assert spread.standard_deviation is not None
+    inside = ndtri(np.clip(share, 1e-16, 1.0 - 1e-16))
+    if spread.distribution == "normal":
+        return spread.mean + spread.standard_deviation * inside
+    variance = math.log1p((spread.standard_deviation / spread.mean) ** 2)
+    return np.exp(math.log(spread.mean) - variance / 2 + math.sqrt(variance) * inside)
 
 
 def _twice(axes: Sequence[Axis], document: Document) -> list[Problem]:

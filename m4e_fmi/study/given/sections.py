@@ -35,6 +35,29 @@ class AxisSection(Section):
     as_: Name | None = Field(default=None, alias="as")
 
 
+class Spread(Section):
+    """A distribution of a sampled quantity.
+
+    `uniform` and `log_uniform` lie between `low` and `high`; `normal` and `log_normal` have the
+    `mean` and `standard_deviation` of the quantity itself.
+    """
+
+    distribution: Literal["uniform", "log_uniform", "normal", "log_normal"]
+    low: float | None = None
+    high: float | None = None
+    mean: float | None = None
+    standard_deviation: float | None = None
+
+
+class SampleSection(Section):
+    """`count` points that fill the space of the quantities `of`; the same for a `seed`."""
+
+    method: Literal["latin_hypercube", "sobol"]
+    count: int = Field(ge=1, le=MOST_POINTS)
+    seed: int = Field(default=0, ge=0)
+    of: dict[str, tuple[float, float] | Spread]
+
+
 class TableSection(Section):
     """Rows of a table (CSV): one case each. `columns` maps names to columns, as does `weight`.
 
@@ -82,6 +105,7 @@ class StudySection(Section):
     simulation: dict[str, Scalar] = Field(default_factory=dict)
     start: dict[str, Scalar] = Field(default_factory=dict)
     vary: dict[str, AxisSection | tuple[Scalar, ...]] = Field(default_factory=dict)
+    sample: SampleSection | None = None
     table: TableSection | None = None
     scatter: ScatterSection | None = None
     wanted: dict[Name, WantedSection] = Field(default_factory=dict)

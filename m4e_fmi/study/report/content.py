@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
+from m4e_fmi.study.report.annual import Contribution
 from m4e_fmi.study.report.result import Column, Dimension, StudyResult
 
 MEAN, WIDTH, MISSING = "mean ", "width ", "missing "
@@ -30,17 +31,21 @@ class Content:
     exact: bool
 
 
-def content_of(result: StudyResult) -> Content:
+def content_of(result: StudyResult, contributed: list[Contribution]) -> Content:
     """All numbers of runs and designs, and the series that a page takes."""
     runs = _packed(list(_of_runs(result)), result.size, "r")
-    designs = _packed(list(_of_designs(result)), 0, "d")
+    designs = _packed(list(_of_designs(result, contributed)), 0, "d")
     series = _series(result)
     states = result.probability[0] if result.probability else ()
     data: dict[str, object] = {
         "dims": [_dimension(one, state=one.name in states) for one in result.dimensions],
         "quantities": [
-            {"name": name, "unit": result.units[name], "text": told.text}
+            {"name": name, "unit": result.units[name], "text": told.text, "of": ""}
             for name, told in result.record.wanted.items()
+        ]
+        + [
+            {"name": one.name, "unit": one.unit, "text": one.text, "of": one.of}
+            for one in contributed
         ],
         "columns": [
             {"name": column.name, "dim": number}
@@ -112,8 +117,8 @@ def _coded(column: Column) -> tuple[np.ndarray, dict[str, int]]:
     }
 
 
-def _of_designs(result: StudyResult) -> Iterator[Curve]:
-    """Means over seeds with their confidence."""
+def _of_designs(result: StudyResult, contributed: list[Contribution]) -> Iterator[Curve]:
+    """Means over seeds with their confidence, and contributions of states."""
     if any(one.repeats for one in result.dimensions):
         for name in result.record.wanted:
             found, unit = result.designs(name), result.units[name]
@@ -121,6 +126,8 @@ def _of_designs(result: StudyResult) -> Iterator[Curve]:
                 (MEAN, found.mean), (WIDTH, found.half_width), (MISSING, found.missing)
             ):  # fmt: skip
                 yield Curve(f"{kind}{name}", WANTED, name, unit, "", values.reshape(-1))
+    for one in contributed:
+        yield Curve(f"{MEAN}{one.name}", WANTED, one.name, one.unit, "", one.values.reshape(-1))
 
 
 def _failures(result: StudyResult) -> dict[str, object]:

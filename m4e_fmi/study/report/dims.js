@@ -34,10 +34,11 @@ function studyOf(data) {
     },
     told: (list, points) => list.map((dim, k) => `${dim.name} ${dim.labels[points[k]]}${dim.unit ? " " + dim.unit : ""}`).join(", ") || "the run",
     runTold: run => study.told(dims, pointsOf(dims, run)),
-    // Means of a quantity over seeds, half the widths of their intervals, and numbers of seeds without a value.
-    async design(name) {
+    // Means of a quantity over seeds, half the widths of their intervals, and numbers of seeds without a value: those of
+    // the quantity `of` from which it is computed.
+    async design(name, of = "") {
       const found = (kind, one) => designs.variables.has(`${kind} ${one}`) ? designs.numbers(`${kind} ${one}`) : null;
-      const [mean, width, missing] = await Promise.all([found("mean", name) || runs.numbers(name), found("width", name), found("missing", name)]);
+      const [mean, width, missing] = await Promise.all([found("mean", name) || runs.numbers(name), found("width", name), found("missing", of || name)]);
       return { mean, width, missing };
     },
     choose(at) {

@@ -66,7 +66,7 @@ function mapsOf(root, study, theme, names) {
   }
 
   async function draw(panel) {
-    panel.values ??= await study.design(panel.quantity.name);
+    panel.values ??= await study.design(panel.quantity.name, panel.quantity.of);
     const { kind, x, y } = view(), colours = theme.colours();
     panel.unit = shownUnit(panel.quantity.unit, largestOf(panel.values.mean));
     const { traces, layout, list } = kind === "histogram" ? histogram(panel, colours) : kind === "map" ? map(panel, x, y, colours) : curves(panel, x, y, colours);

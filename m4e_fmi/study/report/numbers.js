@@ -22,10 +22,10 @@ function tableOf(root, study, name) {
       const runAt = n => study.runsAt(study.pointsOf(study.axes, n))[0];
       columns = (await Promise.all(varied.filter(one => !seeds.has(one.name)).map(of))).map(one => ({ ...one, value: n => one.value(runAt(n)) }));
       for (const quantity of study.quantities) {
-        const { mean, width, missing } = await study.design(quantity.name);
+        const { mean, width, missing } = await study.design(quantity.name, quantity.of);
         columns.push({ name: quantity.name, unit: quantity.unit, value: n => mean[n] });
         if (width) columns.push({ name: `± of ${quantity.name}`, unit: quantity.unit, value: n => width[n] });
-        if (missing) columns.push({ name: `runs with ${quantity.name}`, unit: "", value: n => study.copies - missing[n] });
+        if (missing && !quantity.of) columns.push({ name: `runs with ${quantity.name}`, unit: "", value: n => study.copies - missing[n] });
       }
       columns.push({ name: "failed runs", unit: "", value: n => study.failuresAt(study.pointsOf(study.axes, n)).count });
       order = Array.from({ length: study.designCount }, (_, n) => n).filter(n => study.isMade(study.pointsOf(study.axes, n)));

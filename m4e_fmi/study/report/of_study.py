@@ -7,6 +7,7 @@ from pathlib import Path
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.web.markup import paragraph
 from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
+from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import Content, content_of
 from m4e_fmi.study.report.result import StudyResult, load_study_result
 from m4e_fmi.study.report.summary import reproduction, summary
@@ -33,10 +34,14 @@ def report_of_study(
 
 
 def _page(result: StudyResult, printed: str, command: str) -> Page:
-    content = content_of(result)
+    contributed = contributions(result)
+    content = content_of(result, contributed)
     sections = [Section("summary", "Summary", summary(result, printed))]
     if result.record.wanted:
         sections.append(Section("results", "Results", text_of(OWN, "maps.html")))
+    if contributed:
+        body = annual(result) + text_of(OWN, "maps.html")
+        sections.append(Section("states", "Means by probability", body))
     if result.record.wanted:
         sections.append(Section("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
     sections.append(Section("numbers", "Numbers", _numbers(content)))

@@ -3,15 +3,17 @@ async function start(data) {
   const part = name => document.querySelector(name), theme = themeOf(part(".theme")), study = studyOf(data);
   const ready = library(), title = document.title.replace(/[^\w.-]+/g, "_");
   await ready;
-  const quantities = data.quantities.map(one => one.name);
+  const quantities = data.quantities.filter(one => !one.of).map(one => one.name), shares = data.quantities.filter(one => one.of).map(one => one.name);
   const maps = part("#results") && mapsOf(part("#results"), study, theme, quantities);
   if (maps) await maps.ready;
+  const states = part("#states") && mapsOf(part("#states"), study, theme, shares);
   const scatter = part("#scatter") && scatterOf(part("#scatter"), study, theme);
   const numbers = tableOf(part("#numbers"), study, title);
   const series = data.series && await seriesOf(part, study, theme, data.startUp);
+  if (states) await states.ready;
   await numbers.ready;
   onPaper(theme, () => Promise.all([scatter, series && series.spectra].map(one => one && one.draw())), () => series && series.plots.dress());
-  globalThis.report = { study, theme, maps, scatter, numbers, ...series, moves: false, player: null };
+  globalThis.report = { study, theme, maps, states, scatter, numbers, ...series, moves: false, player: null };
 }
 
 async function seriesOf(part, study, theme, startUp) {

@@ -24,6 +24,14 @@ LARGEST = {
     "maximum_quantile",
 }
 """Statistics of which the largest of all states is meant, and no mean over them."""
+MOST_COMPARED = 6
+"""Designs whose differences are told."""
+NO_MEAN = {*LARGEST, "minimum", "damage_equivalent_load", "rms"}
+
+
+def has_mean_over_states(statistic: str) -> bool:
+    """True if the mean by probability tells a statistic of all states: not of an extreme."""
+    return statistic not in NO_MEAN
 
 
 @dataclass(frozen=True)
@@ -138,6 +146,29 @@ def _sums(grid: Grid, values: np.ndarray, states: States, wanted: Wanted) -> tup
     if exponent == 1.0:
         return name, rows @ states.weights
     return name, top * ((rows / top[..., None]) ** exponent @ states.weights) ** (1.0 / exponent)
+
+
+def differences(
+    grid: Grid, values: np.ndarray, states: States | None, wanted: Wanted
+) -> Averaged | None:
+    """Differences of a few designs from the first of them, seed by seed; None if that is none.
+
+    `values` (n, …), in their unit, have the shape of the grid. Designs have the same seeds, and sea
+    states: what these do to all of them is not in the difference, nor in its interval. Of `states`
+    it is that of the sums over them; extremes of all states have none.
+    """
+    axes = grid.axes
+    if states is not None:
+        if wanted.statistic in LARGEST or wanted.statistic == "minimum":
+            return None
+        _, values = _sums(grid, values, states, wanted)
+        axes = states.rest(axes)
+    seeds = math.prod(len(axis) for axis in axes if axis.repeats)
+    count = math.prod(len(axis) for axis in axes if not axis.repeats)
+    if seeds < 2 or not 2 <= count <= MOST_COMPARED:
+        return None
+    first = tuple(slice(None) if axis.repeats else slice(0, 1) for axis in axes)
+    return averaged(axes, values - values[first])
 
 
 def _extreme(grid: Grid, values: np.ndarray, states: States, sign: float) -> Averaged:

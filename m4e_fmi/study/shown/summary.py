@@ -12,7 +12,7 @@ from m4e_fmi.statistics.marine import MEGAWATT_HOUR, YEAR
 from m4e_fmi.study.given.study import Wanted
 from m4e_fmi.study.run import StudyOutcome
 from m4e_fmi.study.runs.start_up import left_out
-from m4e_fmi.study.shown.over_states import Averaged, averaged, over_states, states_of
+from m4e_fmi.study.shown.over_states import Averaged, averaged, differences, over_states, states_of
 from m4e_fmi.study.shown.warnings import MOST_TOLD, warning_lines
 
 MOST_ROWS = 40
@@ -74,6 +74,7 @@ def _of(outcome: StudyOutcome, wanted: Wanted) -> Iterator[str]:
         count = int(found.missing.sum())
         yield f"  * without {count} runs that failed or have no value"
     yield from _over_states(outcome, wanted, scale, shown)
+    yield from _differences(outcome, wanted, scale, shown)
 
 
 def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
@@ -95,6 +96,26 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
         covered = float(states.shares.sum())
         energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
         yield from _told("energy of a year of 8766 h", " [MWh]", energy)
+
+
+def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
+    """A line for each of a few designs: its difference from the first of them."""
+    states = states_of(outcome.data)
+    values = outcome.data[wanted.name].values
+    found = differences(outcome.study.grid, values, states, wanted)
+    if found is None:
+        return
+    scaled = found.scaled(scale)
+    places = list(np.ndindex(found.mean.shape))
+    axes = found.axes
+    labels = [
+        ", ".join(f"{axis.name} {axis.labels[k]}" for axis, k in zip(axes, place, strict=True))
+        for place in places
+    ]
+    of = "" if states is None else " over all states"
+    yield f"  difference from {labels[0]}{of}, by pairs of the same seed, ± 95 % confidence{shown}:"
+    cells = [[label, _cell(scaled, place)] for label, place in zip(labels, places, strict=True)]
+    yield from _lines(cells[1:])
 
 
 def _lacking(missing: np.ndarray) -> str:

@@ -20,7 +20,7 @@ STUDY = """\
 name: carts
 model: cart.model.yaml
 simulation: {stop_time: 2}
-vary: {k: {from: 30, to: 50, count: 5}, joint.hinge.q: {from: 0.1, to: 0.5, count: 4}}
+sample: {method: latin_hypercube, count: 20, seed: 3, of: {k: [30, 50], joint.hinge.q: [0.1, 0.5]}}
 wanted:
   swing: {variable: joint.hinge.q, statistic: maximum}
   push: {variable: load.spring.effort, statistic: rms}
@@ -53,11 +53,12 @@ def test_a_compiled_ensemble_has_the_same_bits(
 
 def test_keys_of_the_model_are_varied(tmp_path: Path) -> None:
     """The mass is a number of the program: there is one program for each."""
-    path = written_study(tmp_path, STUDY.replace("vary: {", "vary: {bodies.bob.mass: [1, 2], "))
+    text = STUDY.replace("sample:", "vary: {bodies.bob.mass: [1, 2]}\nsample:")
+    path = written_study(tmp_path, text.replace("count: 20", "count: 2"))
     found = made(path).data["swing"]
     model = (tmp_path / "cart.model.yaml").read_text("utf-8")
     (tmp_path / "cart.model.yaml").write_text(model.replace("bob: {mass: 1", "bob: {mass: 2"))
-    path.write_text(STUDY, "utf-8")
+    path.write_text(STUDY.replace("count: 20", "count: 2"), "utf-8")
     np.testing.assert_array_equal(found.sel(mass=2), made(path).data["swing"])
     assert not np.array_equal(found.sel(mass=1), found.sel(mass=2))
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from support.written_study import (
     FAILED_CELL,
     HEIGHTS,
     PERIODS,
+    PROBABILITY,
     SEEDS,
     axis,
     matrix,
@@ -28,11 +31,14 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import Study, Wanted
+from m4e_fmi.study.report.annual import _told, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import load_study_result
 from m4e_fmi.study.report.summary import summary
 from m4e_fmi.study.runs.record import Record
+
+YEAR = 8766.0 * 3600.0
 
 
 def test_means_over_seeds_are_those_of_the_runs_that_are_left(tmp_path: Path) -> None:
@@ -57,9 +63,50 @@ def test_the_summary_has_failures_errors_and_their_runs(tmp_path: Path) -> None:
     assert "odd &lt;img" in text
 
 
+def test_energies_of_a_year_are_those_of_the_sums_of_each_seed(tmp_path: Path) -> None:
+    result = load_study_result(matrix(tmp_path, failing=False))
+    text = annual(result)
+    powers = [
+        [[power(h, p, DAMPINGS[0], s) for s in range(SEEDS)] for p in PERIODS] for h in HEIGHTS
+    ]
+    sums = np.einsum("hp,hps->s", PROBABILITY, np.array(powers))
+    energy = YEAR * np.mean(sums) / 3.6e9
+    error = YEAR * np.std(sums, ddof=1) / np.sqrt(SEEDS) / 3.6e9
+    found = re.search(r"mean_power</td>.*?([\d.]+) kW.*?([\d.]+) MWh.*?([\d.]+) MWh", text)
+    assert found
+    mean, shown, stated = map(float, found.groups())
+    assert mean == pytest.approx(np.mean(sums) / 1e3, rel=1e-3)
+    assert shown == pytest.approx(energy, rel=1e-3)
+    assert stated == pytest.approx(error, rel=1e-3)
+    heights = annual(replace(result, units={**result.units, "mean_power": "m"}))
+    heads = re.findall(r"<th [^>]*>(.*?)</th>", heights)
+    assert heads == ["damping", "quantity", "mean by probability", "states"]
+    (only,) = contributions(result)  # the largest tension of all states is no sum over them
+    assert only.unit == "MWh"
+    assert only.values[..., 0].sum() == pytest.approx(energy)
+    assert "most_tension</td>" not in text
+
+
+def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
+    """Of two states and three seeds, one of which failed in the first state."""
+    shares, rows = np.array([0.25, 0.5]), np.array([[np.nan, 4.0, 5.0], [90.0, 7.0, 8.0]])
+    mean = np.nanmean(rows, axis=-1)
+    shown, energy, error, states = _told(rows, mean, shares, "W", is_power=True)
+    sums = np.array([0.25 * 4.0 + 0.5 * 7.0, 0.25 * 5.0 + 0.5 * 8.0])
+    assert float(shown.split()[0]) == pytest.approx(sums.mean() / 0.75, rel=1e-3)
+    assert float(energy.split()[0]) == pytest.approx(YEAR * sums.mean() / 3.6e9, rel=1e-3)
+    deviation = YEAR * sums.std(ddof=1) / np.sqrt(2.0) / 3.6e9
+    assert float(error.split()[0]) == pytest.approx(deviation, rel=1e-3)
+    assert states == "2, of 2 of 3 seeds"
+    lost = np.where(np.eye(2, 3, dtype=bool), np.nan, rows)
+    shown, _, error, states = _told(lost[:, :2], mean, shares, "W", is_power=True)
+    assert float(shown.split()[0]) == pytest.approx(np.average(mean, weights=shares), rel=1e-3)
+    assert (error, states) == ("–", "2, some without failed seeds")
+
+
 def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     result = load_study_result(samples(tmp_path, 300))
-    content = content_of(result)
+    content = content_of(result, [])
     assert content.exact
     names = [one["name"] for one in content.data["runs"]["variables"]]  # pyright: ignore
     assert names == ["m", "c", "mean_power", "most_tension", "wall_time", "start_up"]
@@ -67,7 +114,7 @@ def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
     assert content.data["series"] is None
     states = load_study_result(matrix(tmp_path, failing=False))
-    dims = content_of(states).data["dims"]  # maps show sea states first
+    dims = content_of(states, []).data["dims"]  # maps show sea states first
     assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyright: ignore
 
 

@@ -20,6 +20,7 @@ from m4e_fmi.study.shown.figure import _bins, _shown, plot_study
 from m4e_fmi.study.shown.over_states import (
     LARGEST,
     States,
+    differences,
     over_states,
     states_of,
 )
@@ -211,6 +212,27 @@ def test_a_failed_seed_is_missing_in_the_sum() -> None:
     _, found = over_states(GRID, values, STATES, Wanted("w", "v", "mean"))
     assert found.missing.tolist() == [1, 0]
     assert np.isfinite(found.mean).all()
+
+
+def test_differences_of_designs_are_those_of_pairs() -> None:
+    """What a seed does to both designs is not in the interval."""
+    seed = 50.0 * np.arange(SEEDS)[:, None, None]
+    found = differences(GRID, VALUES + seed, STATES, Wanted("w", "v", "mean"))
+    sums = np.einsum("psxh,hp->xs", VALUES, STATES.shares)
+    two = Grid((axis("x", DESIGNS), axis("seed", SEEDS, repeats=True)))
+    of_a_state = VALUES[1, :, :, 0].T
+    pair = differences(two, of_a_state, None, Wanted("w", "v", "maximum"))
+    for one, gain in ((found, sums[1] - sums[0]), (pair, of_a_state[1] - of_a_state[0])):
+        assert one is not None
+        np.testing.assert_allclose(one.mean, [0.0, gain.mean()], rtol=1e-9)
+        np.testing.assert_allclose(one.half_width[1], half_width(gain), rtol=1e-9)
+    alone = Grid((axis("seed", 1, repeats=True), axis("x", DESIGNS)))
+    for grid, values, states, statistic in (
+        (GRID, VALUES, STATES, "maximum"),
+        (GRID, VALUES, None, "mean"),  # of 8 designs
+        (alone, np.ones((1, 2)), None, "mean"),
+    ):
+        assert differences(grid, values, states, Wanted("w", "v", statistic)) is None
 
 
 def test_all_statistics_of_maxima_are_known() -> None:
