@@ -125,6 +125,9 @@ def _refine(options: argparse.Namespace) -> None:
     if options.source.suffix.lower() not in SYSTEMS:
         message = f"{options.source}: --refine is of a system, not of a file of coefficients"
         raise InputError.single(message, "give a system file with shapes or meshes of bodies")
+    if options.output_file:
+        message = "--output-file is for the coefficients of one mesh"
+        raise InputError.single(message, "leave it out beside --refine; --json prints all numbers")
     system, chosen, _ = _chosen(options)
     module, config = _in_water(system)[chosen]
     if not hasattr(module, REFINE):

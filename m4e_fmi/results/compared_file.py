@@ -1,4 +1,4 @@
-"""Variables over time of a file to be compared: ours (netCDF), or or CSV of any tool."""
+"""Variables over time of a file to be compared: ours (netCDF), or a table of any tool."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ def _instead(path: Path) -> str:
     beside = path.with_suffix(NETCDF)
     if beside.name != path.name and beside.is_file():
         return f"load {beside.name}, which is beside it"
-    if path.suffix.lower() in (CSV, ".parquet"):
+    if path.suffix.lower() == CSV:
         return f"load the {NETCDF} file that was written with it; pandas reads this one"
     if path.suffix.lower() in (".yaml", ".yml"):
         return "load_model, load_system or load_study reads it"

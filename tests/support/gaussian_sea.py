@@ -14,14 +14,12 @@ def density(omega: np.ndarray, height: float, peak_period: float) -> np.ndarray:
     return 0.3125 * height**2 * ratio**4 / omega * np.exp(-1.25 * ratio**4)
 
 
-def seas(
-    seeds: int, rows: int, step: float, *, height: float, peak_period: float, first: int = 0
-) -> np.ndarray:
+def seas(seeds: int, rows: int, step: float, *, height: float, peak_period: float) -> np.ndarray:
     """Elevations (seeds, rows) [m] in steps [s]: complex normal amplitudes.
 
     Made in four times the rows, so that the record is not periodic.
     """
-    rng = np.random.default_rng(first)
+    rng = np.random.default_rng(0)
     whole = 4 * rows
     omega = 2.0 * np.pi * np.fft.rfftfreq(whole, step)[1:]
     deviation = np.sqrt(density(omega, height, peak_period) * omega[0])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from m4e_adapters.hydrodynamics.seas.wave_forces import HullWaves
 from m4e_fmi.files.document import Document
 from m4e_fmi.program import Program
 
-Tell = Callable[[str], object]
 Section = str | dict[str, Any] | HydrodynamicsConfig
 
 
@@ -48,13 +46,12 @@ def hull(
     folder: Path = Path(),
     *,
     center: tuple[float, ...] = (0, -1),
-    tell: Tell = silent,
     finer: int = 1,
     **body: Any,
 ) -> Hull:
     """The hull of a body `float`; `center` [m] of gravity."""
     given = {"shape": shape, "center_of_gravity": center, **body}
-    return make_hull("float", Body.model_validate(given), folder, finer=finer, progress=tell)
+    return make_hull("float", Body.model_validate(given), folder, finer=finer, progress=silent)
 
 
 def checked_program(section: Section, folder: Path = Path()) -> Program:

@@ -39,11 +39,7 @@ READING = re.compile(
     r"(?<!def )\b(read_columns|read_compared)\(|csv\.(reader|DictReader)"
     r"|\b(loadtxt|genfromtxt|read_csv|read_table)\("
 )
-OF_ALL = {
-    "m4e_fmi.files.csv_columns",
-    "m4e_fmi.results.foreign_table",
-    "m4e_fmi.results.compared_file",  # by pyarrow's read_table
-}
+OF_ALL = {"m4e_fmi.files.csv_columns", "m4e_fmi.results.foreign_table"}
 """Modules that read tables for the others."""
 
 SI: dict[str, tuple[str, float]] = {
