@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 
 
-def results(program: Program) -> Iterator[tuple[str, int]]:
+def _results(program: Program) -> Iterator[tuple[str, int]]:
     """Name and node of each result: rates as der(x), outputs, calculated parameters."""
     for state, node in zip(program.states, program.rates, strict=True):
         yield f"der({state.name})", node
@@ -37,7 +37,7 @@ def are_equal(one: Program, other: Program) -> bool:
 def _identities(program: Program, table: dict[Operation, int]) -> dict[str, int]:
     """For each result a number that is the same for the same operations; `table` is shared."""
     numbers: dict[int, int] = {}
-    named = dict(results(program))
+    named = dict(_results(program))
     for k in program.tape.reachable(named.values()):
         kind, *operands = program.tape.operations[k]
         if program.tape.arguments(k):
