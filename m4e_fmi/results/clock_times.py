@@ -145,7 +145,7 @@ def _day(text: str) -> int:
 def _second_of_day(match: re.Match[str]) -> float:
     """Seconds after midnight, in UTC if the zone is there; ValueError if there is no such time."""
     hour, minute = int(match["hour"]), int(match["minute"])
-    second = float(re.sub(r"[,:]", ".", match["second"]))
+    second = float(match["second"].replace(",", "."))
     if hour > 24 or minute > 59 or second >= 61.0:
         raise ValueError(f"{match['time']!r} is no time of day")
     zone, offset = (match["zone"] or "Z").strip().upper(), 0
