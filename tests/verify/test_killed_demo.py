@@ -7,11 +7,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-from support.command_line import BUOY
+from support.command_line import EXAMPLES
 from support.interrupted import differences
 
 from m4e_fmi.cosim.checkpoint.container import checkpoint_of
 
+BUOY = EXAMPLES / "moored_buoy" / "system.yaml"
 KILLS = 10
 SEED = 1
 
