@@ -93,7 +93,7 @@ FAULTS = {
         "m4e_fmi/multibody",
         "plus(total, times(effort, rate))",
         "plus(total, -times(effort, rate))",
-        f"{LOADS} unit/simulate",
+        "property/test_spatial_trees.py",
     ),
     # ---- programs and the runtime ----
     "derivative of the cosine": Fault(
