@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +34,7 @@ from m4e_fmi.cli.shared.options import (
 from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
+from m4e_fmi.units import number_in, parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -143,7 +144,7 @@ def _source(options: argparse.Namespace) -> _Source:
             warn("warning: the scenario takes no part: one program has no actions")
     else:
         model = load_only_model(options)
-        known = {n: v for n, v in start_values(options).items() if not isinstance(v, str)}
+        known = _parameters(model, start_values(options))
         if wrong := model.problems_with(known):
             raise InputError(wrong)
         scene = scene_of_model(model, file_stem(model.name), known)
@@ -154,6 +155,15 @@ def _source(options: argparse.Namespace) -> _Source:
     if options.output_interval is None:
         options.output_interval = interval
     return found
+
+
+def _parameters(model: Model, given: Mapping[str, float | str]) -> dict[str, float]:
+    """Values [SI] of the parameters that are `given`; `simulate` refuses those that are none."""
+    known: dict[str, float] = {}
+    for name in [name for name in given if name in model.parameters]:
+        with suppress(ValueError):
+            known[name] = number_in(parse_unit(model.parameters[name].unit).si_text, given[name])
+    return known
 
 
 def _system_scene(system: System, options: argparse.Namespace) -> Scene | None:

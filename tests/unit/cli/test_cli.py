@@ -106,6 +106,14 @@ def test_draw_and_animate(here, capsys):
         assert f"wrote {name}" in told
 
 
+@pytest.mark.parametrize(("value", "alike"), [("200 cm", True), ("3", False)])
+def test_the_scene_has_the_lengths_that_are_given(here, value, alike):
+    command = ["simulate", str(PENDULUM), "--stop-time", "0.1", "--no-plot", "--animate"]
+    for given, file in (("2", "plain.html"), (value, "other.html")):
+        assert main([*command, file, "--start-value", "L", given]) == 0
+    assert ((here / "plain.html").read_bytes() == (here / "other.html").read_bytes()) == alike
+
+
 def test_a_run_that_fails_has_its_report(here, capsys):
     """Of its own rows: none if it made no step, whatever an earlier run has left there."""
     code = """
