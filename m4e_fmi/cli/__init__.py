@@ -17,6 +17,7 @@ import re
 import shlex
 import sys
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, NoReturn, cast
 
 import m4e_fmi
@@ -136,6 +137,7 @@ class _Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
         """argparse's result; exits with all wrong values and unknown arguments."""
+        self._wrong = []
         found, unknown = super().parse_known_args(args, namespace)
         for text in unknown:
             option = text.partition("=")[0]
@@ -167,6 +169,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")
 
 
+@cache
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="m4e-fmi",

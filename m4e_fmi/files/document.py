@@ -66,7 +66,7 @@ class Document:
         path = Path(path)
         data, places = read_yaml(text, path)
         if isinstance(name := data.get("name"), str):
-            data["name"] = one_line(name)
+            data = {**data, "name": one_line(name)}
         return cls(path, text, data, places)
 
     def with_data(self, data: dict[Any, Any]) -> Document:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,10 +42,11 @@ Places = dict[Location, Place]
 """Places of the keys of a file by their location; of scalar values at (\\*location, "@value")."""
 
 
+@lru_cache(maxsize=2)  # commands ask what kind of file it is before they read it
 def read_yaml(text: str, path: Path) -> tuple[dict[str | int, object], Places]:
     """Data and places of a YAML 1.2 text; InputError if it is not a YAML mapping.
 
-    `path` is named in messages.
+    `path` is named in messages. Nobody changes what is returned: others may get it, too.
     """
     places: Places = {}
     try:

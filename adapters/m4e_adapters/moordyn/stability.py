@@ -36,6 +36,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+
 SCHEMES = {"RK2": 2, "RK4": 4}  # name → order: R is the exponential series up to that power
 MARGIN = 0.9  # of the longest stable step that is used when nothing else is asked for
 SPEED = 5.0  # [m/s] of a node through still water, up to which drag is in the longest stable step
@@ -135,13 +138,8 @@ def _axial_ratio(segment: Segment) -> float:
 def _limit(scheme: str, ratio: float) -> float:
     """The largest |λ| dt up to which `scheme` damps a λ of damping ratio `ratio`, at most 1."""
     direction = -ratio + 1j * cmath.sqrt(1 - ratio**2)
-    steps = 0
-    while steps < FARTHEST * RESOLUTION:
-        if _amplification(scheme, direction * (steps + 1) / RESOLUTION) > GROWTH:
-            break
-        steps += 1
-    return steps / RESOLUTION
-
-
-def _amplification(scheme: str, value: complex) -> float:
-    return abs(sum(value**k / math.factorial(k) for k in range(SCHEMES[scheme] + 1)))
+    steps = np.arange(1, int(FARTHEST * RESOLUTION) + 1)
+    series = [1 / math.factorial(k) for k in range(SCHEMES[scheme] + 1)]
+    grows = np.abs(polyval(direction * steps / RESOLUTION, series)) > GROWTH
+    stable = int(grows.argmax()) if grows.any() else len(steps)
+    return stable / RESOLUTION
