@@ -16,6 +16,7 @@ from support.energy_rates import imbalance
 from support.planar_loads import interpolated, random_loads
 from support.planar_trees import DIGITS, Numbers, Reference, random_tree
 from support.programs import Evaluated, random_values
+from support.sampling import blocks
 from support.tape_values import exact_values
 
 from m4e_fmi.model import Model
@@ -90,7 +91,7 @@ def errors(program: Program, values: dict[str, float], expected: list[Any]) -> t
     published="Sabet and Diaz-Flores Caminero, Eq. (5)",
     tolerance="1e-43",
 )
-@pytest.mark.parametrize("block", range(BLOCKS))
+@pytest.mark.parametrize("block", blocks(4, BLOCKS))
 def test_trees(block: int) -> None:
     for seed in range(TREES * block, TREES * (block + 1)):
         model = random_tree(seed, size=1 + seed % 12, wet=int(seed % 4 == 0))

@@ -83,7 +83,7 @@ def test_the_whole_is_a_model(form: str) -> None:
     tolerance="identical",
 )
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.verify)])
+@pytest.mark.parametrize("count", [25, pytest.param(1000, marks=pytest.mark.verify)])
 def test_a_message_or_a_model(form: str, count: int, tmp_path: Path) -> None:
     whole, read = FORMS[form]
     sound, file = json.dumps(whole).encode(), tmp_path / "file.yaml"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support.planar_trees import DIGITS, STEP, Reference, random_tree
 from support.programs import Evaluated, random_values
+from support.sampling import blocks
 
 from m4e_fmi.multibody import closed_form, model_program, topology
 from m4e_fmi.multibody.assembly import Scalars, assemble
@@ -45,7 +46,7 @@ class Kinematics(Reference):
     independent="positions alone, mpmath in 140 digits",
     tolerance="1e-12",
 )
-@pytest.mark.parametrize("block", range(BLOCKS))
+@pytest.mark.parametrize("block", blocks(4, BLOCKS))
 def test_velocity_transformations(block: int) -> None:
     """M = Bᵀ(𝓜 + A)B, of doubles; it is positive definite."""
     for seed in range(TREES * block, TREES * (block + 1)):

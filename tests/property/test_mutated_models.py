@@ -12,6 +12,7 @@ import pytest
 from ruamel.yaml import YAML
 from support.flap_file import TEXT, WAVE
 from support.fuzz.texts import WORDS, damaged_text
+from support.sampling import blocks
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
@@ -72,11 +73,6 @@ def check(seed: int, folder: Path, *texts: str) -> bool:
     return True
 
 
-def blocks(sample: int, whole: int) -> list[object]:
-    """Numbers up to before `whole`, those from `sample` on for `make verify`."""
-    return [k if k < sample else pytest.param(k, marks=pytest.mark.verify) for k in range(whole)]
-
-
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working directory, with what the long file names."""
@@ -97,7 +93,7 @@ def test_damaged_files(block: int, folder: Path) -> None:
     assert not (folder / EXECUTED).exists()
 
 
-@pytest.mark.parametrize("block", blocks(2, 10))
+@pytest.mark.parametrize("block", blocks(1, 10))
 def test_damaged_small_files(block: int, folder: Path) -> None:
     """Half of them were wrong before."""
     texts = (*SOUND * 45, *WRONG)

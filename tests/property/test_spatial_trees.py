@@ -8,6 +8,7 @@ import mpmath
 import pytest
 from support.energy_rates import imbalance
 from support.programs import Evaluated, random_values
+from support.sampling import blocks
 from support.spatial_trees import DIGITS, SpatialReference, spatial_tree
 from support.tape_values import exact_values
 
@@ -48,7 +49,7 @@ VELOCITIES = ("vx", "vy", "vz", "omega_x", "omega", "omega_z", "u", "u1", "u2", 
     independent="Newton and Euler from positions alone, mpmath in 50 digits",
     tolerance="1e-12",
 )
-@pytest.mark.parametrize("block", range(BLOCKS))
+@pytest.mark.parametrize("block", blocks(5, BLOCKS))
 def test_trees(block: int) -> None:
     for seed in range(TREES * block, TREES * (block + 1)):
         wet = min(seed % 3, 1 + seed % 7)  # of more than one by the closed form alone

@@ -12,6 +12,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model
 from support.cart_systems import ALGORITHMS, cart_system
 from support.example_systems import EXAMPLES, example_system, hydraulic_kinds
+from support.sampling import blocks
 
 from m4e_fmi.analysis import equilibrium, linearize, modes
 from m4e_fmi.cosim import Reference, System, load_system, reference, run, system_program
@@ -49,7 +50,7 @@ def compared(system: System, folder: Path) -> Reference:
     independent="the same equations as one program, DOP853 at 1e-11",
     tolerance="3 times the stated error",
 )
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", blocks(10, 25))
 def test_stated_errors_of_random_systems(seed: int, tmp_path: Path) -> None:
     found = compared(cart_system(tmp_path, seed), tmp_path)
     assert found.errors
