@@ -12,7 +12,16 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-PARTS = ("m4e_fmi", "adapters", "fmus", "tests", "examples", "docs", "pyproject.toml")
+PARTS = (
+    "m4e_fmi",
+    "adapters",
+    "fmus",
+    "tests",
+    "examples",
+    "docs",
+    "pyproject.toml",
+    "CHANGELOG.md",
+)
 LEFT_OUT = shutil.ignore_patterns("__pycache__", "build", "generated", "*.fmu", "benchmark")
 LONGEST = 900.0
 """Seconds for the tests of one fault."""

@@ -11,7 +11,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from support.check import tests_of
+from support import check
 from support.drawn_faults import draw
 from support.planted_faults import copy_tree, outcome
 
@@ -29,7 +29,7 @@ def test_drawn_faults_are_noticed(tmp_path: Path, capsys: pytest.CaptureFixture[
     tree = copy_tree(ROOT, tmp_path)
     survivors: list[str] = []
     for fault in draw(tree, COUNT, SEED):
-        nearest = tests_of([fault.path])[:MOST_FILES]
+        nearest = check.tests_of([fault.path])[:MOST_FILES]
         text = fault.plant(tree)
         try:
             files = [*(str(test.relative_to("tests")) for test in nearest), "corpus"]
