@@ -6,6 +6,7 @@ All kinds of faults in all calls: test_faulty_runs.py.
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -84,13 +85,20 @@ def test_runs_undisturbed(armed: Fmus, c_fmu: Fmus, tmp_path: Path) -> None:
     assert children() == []
 
 
-@pytest.mark.parametrize("call", ["terminate", "free"])
+@pytest.mark.parametrize(
+    ("trouble", "said"),
+    [
+        ("terminate segv", "SIGSEGV in fmi2Terminate"),
+        ("free words", "SIGABRT in fmi2FreeInstance: out of oil"),
+    ],
+)
 def test_harm_at_the_end_says_that_the_results_are_complete(
-    armed: Fmus, c_fmu: Fmus, tmp_path: Path, call: str
+    armed: Fmus, c_fmu: Fmus, tmp_path: Path, trouble: str, said: str
 ) -> None:
+    """And the last words of the process."""
     mass = armed("mass+state+armed")
-    trouble_file(mass).write_text(f"{call} segv 0")
-    with pytest.raises(RunError, match="SIGSEGV") as raised:
+    trouble_file(mass).write_text(f"{trouble} 0")
+    with pytest.raises(RunError, match=re.escape(said)) as raised:
         run(masses(mass, c_fmu("spring+state")), results=tmp_path / "r.nc")
     assert f"the results are complete in {tmp_path / 'r.nc'} (101 rows)" in str(raised.value)
     assert len(load(tmp_path / "r.nc").time) == 101

@@ -32,6 +32,7 @@ static void do_harm(const char *fault) {
 #define IS(name) (!strcmp(fault, name))
     if (IS("segv")) *(volatile int *)0 = 1;
     if (IS("abort")) abort();
+    if (IS("words")) { fputs("out of oil\n", stderr); abort(); }
     if (IS("trap")) __builtin_trap();
     if (IS("divide")) { volatile int zero = 0; zero = 10 / zero; }
     if (IS("overflow")) overflow(0);
