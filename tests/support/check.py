@@ -59,6 +59,11 @@ def tests_of(changed: list[Path]) -> list[Path]:
         for folder in file.parents
         if folder in conftests
     )
+    importers.add_edges_from(  # what is imported by its name alone, as kinds and checks are
+        (name, name.rpartition(".")[0])
+        for name in modules.keys() - tests.keys()
+        if "." in name and not importers.out_degree(name)
+    )
     near: dict[Path, int] = {}
     for file in changed:
         if file in names:
@@ -69,11 +74,13 @@ def tests_of(changed: list[Path]) -> list[Path]:
             if name in tests:
                 near[tests[name]] = min(distance, near.get(tests[name], distance))
     mirrors = {_mirror(file) for file in changed}
+    rooms = {part for file in changed for part in file.parts[2:-1]}
 
-    def rank(file: Path) -> tuple[bool, int, int, Path]:
+    def rank(file: Path) -> tuple[bool, bool, int, int, Path]:
         kind = file.parts[1]
         kinds = KINDS.index(kind) if kind in KINDS else len(KINDS)
-        return file.parent not in mirrors and file not in changed, near[file], kinds, file
+        aside = file.parent not in mirrors and file not in changed
+        return aside, not any(room in file.stem for room in rooms), near[file], kinds, file
 
     return sorted(near, key=rank)
 
