@@ -169,7 +169,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, f"invalid choice: {value!r}; {remedy}")
 
 
-@cache
+@cache  # for programs that call `main` often
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="m4e-fmi",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,7 +34,6 @@ from m4e_fmi.cli.shared.options import (
 from m4e_fmi.cli.shared.progress import progress
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
-from m4e_fmi.units import number_in, parse_unit
 
 if TYPE_CHECKING:
     from m4e_fmi.cosim import System
@@ -95,9 +94,9 @@ def _run(options: argparse.Namespace) -> None:
 
     source = _source(options)
     output = output_file(options, source.name)
-    forms = (".html",) if isinstance(source.equations, Program) else (".html", ".gif")
-    animation = animation_file(options, source.name, forms)
-    if animation and source.scene is None:
+    whole = isinstance(source.equations, Program)
+    animation = animation_file(options, source.name, (".html",) if whole else (".html", ".gif"))
+    if animation and whole and source.scene is None:
         raise InputError.single(f"{source.name} shows no bodies", "leave out --animate")
     report_file(options, source.name)
     with claimed(stream_of(output)):  # and the pictures
@@ -106,7 +105,7 @@ def _run(options: argparse.Namespace) -> None:
 
 @dataclass(frozen=True)
 class _Source:
-    """A model, or the program of a system; the `name` of the results, and what they show.
+    """A model, or the program of a system and its `scene`; the `name` of the results.
 
     `inputs` are the files that it is made of.
     """
@@ -116,14 +115,22 @@ class _Source:
     scene: Scene | None
     inputs: tuple[InputFile, ...]
 
+    def scene_of(self, simulation: Simulation) -> Scene | None:
+        """What the results show: a model has the lengths that were simulated."""
+        from m4e_fmi.files.file_names import file_stem
+        from m4e_fmi.program import Program
+        from m4e_fmi.report.animation.of_model import scene_of_simulation
+
+        if isinstance(self.equations, Program):
+            return self.scene
+        return scene_of_simulation(self.equations, simulation, file_stem(self.equations.name))
+
 
 def _source(options: argparse.Namespace) -> _Source:
     """The model, or the program of the system.
 
     Times that are not given become those of the system, or the default.
     """
-    from m4e_fmi.files.file_names import file_stem
-    from m4e_fmi.report.animation.of_model import scene_of_model
     from m4e_fmi.report.run_report.inputs import input_file
 
     stop_time, interval = 10.0, 0.01
@@ -144,26 +151,13 @@ def _source(options: argparse.Namespace) -> _Source:
             warn("warning: the scenario takes no part: one program has no actions")
     else:
         model = load_only_model(options)
-        known = _parameters(model, start_values(options))
-        if wrong := model.problems_with(known):
-            raise InputError(wrong)
-        scene = scene_of_model(model, file_stem(model.name), known)
         read = input_file(options.model, options.model.name)
-        found = _Source(model, model.name, scene, (read,) if read else ())
+        found = _Source(model, model.name, None, (read,) if read else ())
     if options.stop_time is None:
         options.stop_time = stop_time
     if options.output_interval is None:
         options.output_interval = interval
     return found
-
-
-def _parameters(model: Model, given: Mapping[str, float | str]) -> dict[str, float]:
-    """Values [SI] of the parameters that are `given`; `simulate` refuses those that are none."""
-    known: dict[str, float] = {}
-    for name in [name for name in given if name in model.parameters]:
-        with suppress(ValueError):
-            known[name] = number_in(parse_unit(model.parameters[name].unit).si_text, given[name])
-    return known
 
 
 def _system_scene(system: System, options: argparse.Namespace) -> Scene | None:
@@ -203,7 +197,7 @@ def _simulate_to(
     result = _simulated(output, source, options)
     for line in limits_left(result):
         warn(f"warning: {line}")
-    files = write_simulation(result, output, scene=source.scene, inputs=source.inputs)
+    files = write_simulation(result, output, scene=source.scene_of(result), inputs=source.inputs)
     summary, model = simulation_summary(result), source.equations
     show(summary, Summary(*simulation_numbers(result)))
     for name in () if isinstance(model, Program) else _unmoved(model, start_values(options)):
@@ -285,7 +279,7 @@ def _kept(
     count = f"{rows:,} row{'s' * (rows != 1)}"
     try:
         files = write_simulation(
-            simulation, output, scene=source.scene, inputs=source.inputs, ended=ended
+            simulation, output, scene=source.scene_of(simulation), inputs=source.inputs, ended=ended
         )
     except RunError as error:
         return f"its {count}: {error}"

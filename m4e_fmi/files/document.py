@@ -80,18 +80,17 @@ class Document:
         section: type[SectionType],
         *,
         at: Location = (),
-        context: Mapping[str, object] | None = None,
         drop: tuple[str, ...] = (),
     ) -> SectionType:
         """The part of the document at `at` as a `section`; InputError with all its problems.
 
-        `context` reaches the validators; keys in `drop` are left out before validation.
+        Keys in `drop` are left out before validation.
         """
         data = self._at(at)
         if drop and isinstance(data, dict):
             data = {k: v for k, v in data.items() if k not in drop}
         try:
-            return section.model_validate(data, context=dict(context or {}))
+            return section.model_validate(data)
         except ValidationError as error:
             raise InputError(self._problems(section, at, error)) from None
 
@@ -135,7 +134,7 @@ class Document:
         data = {k: v for k, v in data.items() if k not in drop}
         for _ in range(_MOST_PRUNINGS):
             try:
-                return section.model_validate(data, context={})
+                return section.model_validate(data)
             except ValidationError as error:
                 wrong = {_wrong_part(data, item) for item in error.errors()}
                 if () in wrong:

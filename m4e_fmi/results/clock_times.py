@@ -31,7 +31,7 @@ _GAP = r"(?P<gap>T|[\s\"]*[;,\t][\s\"]*|\s+)"
 _BEFORE, _BEHIND = r"(?<![\w.:/-])", r"(?![\w:])"
 _STAMP, _OF_DAY = f"{_BEFORE}{_DATE}{_GAP}{_TIME}{_BEHIND}", f"{_BEFORE}{_TIME}{_BEHIND}"
 _OTHER = re.compile(
-    r"(?<![\w.:/-])\d{1,2}([-/.]\d{1,2}[-/.]|[- ][a-z]{3,9}[- ])\d{2,4}[\s\";,]+\d{1,2}:\d{2}"
+    r"(?<![\w.:/-])\d{1,2}([-/.]\d{1,2}[-/.]|[- ][a-z]{3,9}[- ])\d{2,4}[T\s\";,]+\d{1,2}:\d{2}"
     r"|:\d{2}\S*\s*[ap]m\b",
     re.IGNORECASE,
 )

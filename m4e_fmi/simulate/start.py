@@ -38,7 +38,8 @@ def started(
     numbers = _numbers(units, values)
     result = program.with_start(_of_attitudes(numbers, states))
     lacking = model.lacking if model else {}
-    wrong = [
+    wrong = model.problems_with(numbers) if model else []
+    wrong = wrong or [
         Problem(f"{v.name} = {v.start:g} is outside its range from {v.minimum:g} to {v.maximum:g}")
         for v in (*result.parameters, *result.inputs, *result.states)
         if not v.minimum <= v.start <= v.maximum
@@ -53,8 +54,6 @@ def started(
         Problem(f"{owner}.e0 to e3 are all 0, which is no attitude", _angles_instead(owner))
         for owner in no_attitudes({v.name: v.start for v in result.states})
     ]
-    if not wrong and model:
-        wrong = model.problems_with(numbers)
     if wrong:
         raise InputError(wrong)
     return result

@@ -46,7 +46,7 @@ def compared(system: System, folder: Path) -> Reference:
 
 
 @pytest.mark.verifies(
-    "coupling errors of 25 random systems, by all algorithms",
+    "coupling errors of 10 random systems, by all algorithms; 25 (make verify)",
     independent="the same equations as one program, DOP853 at 1e-11",
     tolerance="3 times the stated error",
 )

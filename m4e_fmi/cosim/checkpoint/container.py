@@ -32,7 +32,7 @@ from m4e_fmi.files.writing import written
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
-VERSION = 3
+VERSION = 4
 """The number of the form; files of other numbers are refused."""
 _REMEDY = "take another checkpoint, or run again from the start"
 _Made = TypeVar("_Made")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from m4e_fmi.report.drawing.scene import Scene as PlanarScene
 from m4e_fmi.report.drawing.space.hinges import GROUND, Spot
 from m4e_fmi.report.drawing.space.hulls import Hull
 from m4e_fmi.report.drawing.space.solids import Solids, solids
+
+if TYPE_CHECKING:
+    from m4e_fmi.simulate import Simulation
 
 THICKNESS = 0.02
 """Of a planar body's outline, relative to the size of the model."""
@@ -41,6 +45,16 @@ def scene_of_model(
         shown = unmoved_scene(model, values or {})
         return _planar(model, shown, prefix, THICKNESS * _size(shown) or _gyration(model))
     return _spatial(model, solids(model, values, most=most), prefix)
+
+
+def scene_of_simulation(model: Model, simulation: Simulation, component: str = "") -> Scene:
+    """The scene of `scene_of_model` with the parameters that were simulated."""
+    return scene_of_model(model, component, simulated_parameters(simulation))
+
+
+def simulated_parameters(simulation: Simulation) -> dict[str, float]:
+    """The parameters of a simulation by name [SI]."""
+    return {v.name: v.start for v in simulation.program.parameters}
 
 
 def _motion(prefix: str, body: str, moving: Sequence[str]) -> tuple[Value, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.model import Model
 from m4e_fmi.report.animation.frames import frames_of, packed
-from m4e_fmi.report.animation.of_model import scene_of_model
+from m4e_fmi.report.animation.of_model import scene_of_simulation, simulated_parameters
 from m4e_fmi.report.animation.page import LONGEST, page, part, scene_part, times_of
 from m4e_fmi.report.animation.scene_text import short
 from m4e_fmi.report.drawing.film import Film, film
@@ -70,7 +70,8 @@ def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
             times, pictures = shown.times, _pictures(shown)
         else:
             times, poses = film_poses(model, simulation, frames)
-            pictures = space_frames(solids(model), times, poses, GIF_PIXELS)
+            shown = solids(model, simulated_parameters(simulation))
+            pictures = space_frames(shown, times, poses, GIF_PIXELS)
         with written(path) as file:
             _write_gif(list(pictures), float(times[-1] - times[0]), file)
     return path
@@ -85,7 +86,7 @@ def html_page(shown: Film) -> str:
 def _space_page(model: Model, simulation: Simulation, frames: int) -> str:
     """The page of a model in space."""
     check_simulated(model, simulation, "y")
-    scene = scene_of_model(model)
+    scene = scene_of_simulation(model, simulation)
     shown = frames_of(scene, simulation.time, simulation.values, most=frames)
     return page(scene.title, [scene.description], scene_part(scene, shown))
 

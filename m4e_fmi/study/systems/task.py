@@ -181,8 +181,8 @@ class _Place:
                 raise RunError(f"{blob.path}: it has changed since the study began", "run again")
             folder = self.folder.path / blob.content[:16]
             folder.mkdir(exist_ok=True)
+            (folder / blob.name).write_bytes(data)
             self.known[blob.content] = folder / blob.name
-            self.known[blob.content].write_bytes(data)
         return self.known[blob.content]
 
 

@@ -106,9 +106,16 @@ def test_draw_and_animate(here, capsys):
         assert f"wrote {name}" in told
 
 
+@pytest.mark.parametrize("dimensions", [2, 3])
 @pytest.mark.parametrize(("value", "alike"), [("200 cm", True), ("3", False)])
-def test_the_scene_has_the_lengths_that_are_given(here, value, alike):
-    command = ["simulate", str(PENDULUM), "--stop-time", "0.1", "--no-plot", "--animate"]
+def test_an_animation_has_the_lengths_that_are_given(here, dimensions, value, alike):
+    (here / "arm.model.yaml").write_text(
+        f"name: arm\ndimensions: {dimensions}\nparameters: {{L: {{value: 1, unit: m}}}}\n"
+        f"bodies: {{arm: {{mass: 1, inertia: {[1, [1, 1, 1]][dimensions - 2]}}}}}\n"
+        f"joints: {{hinge: {{type: revolute, child: arm, joint_to_child: "
+        f"{['[L, 0]', '[L, 0, 0], axis: [0, 1, 0]'][dimensions - 2]}}}}}\n"
+    )
+    command = ["simulate", "arm.model.yaml", "--stop-time", "0.1", "--no-plot", "--animate"]
     for given, file in (("2", "plain.html"), (value, "other.html")):
         assert main([*command, file, "--start-value", "L", given]) == 0
     assert ((here / "plain.html").read_bytes() == (here / "other.html").read_bytes()) == alike

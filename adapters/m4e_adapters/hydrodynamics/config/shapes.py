@@ -153,7 +153,7 @@ class Revolved(Section):
             raise rejected("the profile goes down", order)
         if len(set(self.profile)) < len(self.profile):
             raise rejected("the profile has a point twice", "remove one of them")
-        if heights[0] >= 0:
+        if heights[0] > -SMALLEST:
             text = f"the profile is above the water (lowest point at z = {heights[0]:g} m)"
             raise rejected(text, f"z = 0 is the still-water level; {order}")
         if heights[0] == heights[-1]:
