@@ -106,9 +106,9 @@ def test_draw_and_animate(here, capsys):
         assert f"wrote {name}" in told
 
 
-@pytest.mark.parametrize("dimensions", [2, 3])
+@pytest.mark.parametrize(("dimensions", "form"), [(2, "html"), (3, "html"), (3, "gif")])
 @pytest.mark.parametrize(("value", "alike"), [("200 cm", True), ("3", False)])
-def test_an_animation_has_the_lengths_that_are_given(here, dimensions, value, alike):
+def test_an_animation_has_the_lengths_that_are_given(here, dimensions, form, value, alike):
     (here / "arm.model.yaml").write_text(
         f"name: arm\ndimensions: {dimensions}\nparameters: {{L: {{value: 1, unit: m}}}}\n"
         f"bodies: {{arm: {{mass: 1, inertia: {[1, [1, 1, 1]][dimensions - 2]}}}}}\n"
@@ -116,9 +116,10 @@ def test_an_animation_has_the_lengths_that_are_given(here, dimensions, value, al
         f"{['[L, 0]', '[L, 0, 0], axis: [0, 1, 0]'][dimensions - 2]}}}}}\n"
     )
     command = ["simulate", "arm.model.yaml", "--stop-time", "0.1", "--no-plot", "--animate"]
-    for given, file in (("2", "plain.html"), (value, "other.html")):
-        assert main([*command, file, "--start-value", "L", given]) == 0
-    assert ((here / "plain.html").read_bytes() == (here / "other.html").read_bytes()) == alike
+    plain, other = (here / f"{name}.{form}" for name in ("plain", "other"))
+    for given, file in (("2", plain), (value, other)):
+        assert main([*command, str(file), "--start-value", "L", given]) == 0
+    assert (plain.read_bytes() == other.read_bytes()) == alike
 
 
 def test_a_run_that_fails_has_its_report(here, capsys):
