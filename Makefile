@@ -7,8 +7,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-# one more than two processors: tests wait for processes and disks, too
-JOBS ?= 3
+JOBS ?= 2
 # the tests run side by side, and their matrices are small: threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
 # hundreds of their processes import the package: each would compile it again
