@@ -116,7 +116,7 @@ class _Source:
     inputs: tuple[InputFile, ...]
 
     def scene_of(self, simulation: Simulation) -> Scene | None:
-        """What the results show: a model has the lengths that were simulated."""
+        """The scene of the results; a model has the lengths that were simulated."""
         from m4e_fmi.files.file_names import file_stem
         from m4e_fmi.program import Program
         from m4e_fmi.report.animation.of_model import scene_of_simulation
