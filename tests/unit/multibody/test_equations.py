@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sympy
@@ -23,7 +24,8 @@ def test_outputs_are_those_of_the_program() -> None:
     values |= {v.name: 0.0 for v in program.inputs}
     expected = Evaluated(program).outputs(values)
     states = [values[v.name] for v in program.states]
-    numbers = dict(zip([*equations.q, *equations.u], [*states[::2], *states[1::2]], strict=True))
+    coordinates = [*equations.q.flat(), *equations.u.flat()]
+    numbers: dict[Any, Any] = dict(zip(coordinates, [*states[::2], *states[1::2]], strict=True))
     numbers |= {sympy.Symbol(v.name, real=True): v.start for v in program.parameters}
     found = {
         name: sympy.sympify(e, strict=True).subs(numbers) for name, e in equations.outputs.items()
