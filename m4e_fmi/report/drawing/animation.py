@@ -70,8 +70,8 @@ def animate(model: Model, simulation: Simulation, path: str | Path) -> Path:
             times, pictures = shown.times, _pictures(shown)
         else:
             times, poses = film_poses(model, simulation, frames)
-            shown = solids(model, simulated_parameters(simulation))
-            pictures = space_frames(shown, times, poses, GIF_PIXELS)
+            bodies = solids(model, simulated_parameters(simulation))
+            pictures = space_frames(bodies, times, poses, GIF_PIXELS)
         with written(path) as file:
             _write_gif(list(pictures), float(times[-1] - times[0]), file)
     return path

@@ -154,7 +154,7 @@ class Revolved(Section):
         if len(set(self.profile)) < len(self.profile):
             raise rejected("the profile has a point twice", "remove one of them")
         if heights[0] > -SMALLEST:
-            text = f"the profile is above the water (lowest point at z = {heights[0]:g} m)"
+            text = f"the profile is not in the water (lowest point at z = {heights[0]:g} m)"
             raise rejected(text, f"z = 0 is the still-water level; {order}")
         if heights[0] == heights[-1]:
             raise rejected("the profile has no height", order)
