@@ -57,20 +57,6 @@ FAULTS: dict[str, Fault] = {
         "instances",
         {"instances.leak"},
     ),
-    "nan is fatal": (
-        "variables.c",
-        'CHECK(isfinite(values[i]), "%s was set to %g", name_of(c, s[i]), values[i]);',
-        'if (!isfinite(values[i])) return tell(c, FMI_FATAL, "not finite");',
-        "values",
-        {"values.fatal"},
-    ),
-    "steps past the stop time": (
-        "step.c",
-        "CHECK(!c->now.stops || t + h",
-        "CHECK(h < 1e9, c->function);\n    CHECK(1 || t + h",
-        "values",
-        {"values.past_stop"},
-    ),
     "directional derivatives of the wrong sign": (
         "derivatives.c",
         "c->direction[direction_of(c, x[i])] += seed[i];",

@@ -41,17 +41,15 @@ from m4e_fmi.fmu.importer.calls import (
     WARNING,
     Access,
     Call,
-    Events,
+    Fmi2,
     RawCall,
-    Rollback,
-    SingleValues,
     Standard,
     Status,
     Taken,
     Texts,
     Value,
 )
-from m4e_fmi.fmu.importer.calls.classic import Classic
+from m4e_fmi.fmu.importer.calls.parts import RawComponent
 from m4e_fmi.fmu.importer.calls.scaled import InputScales, scaled_getter, scaled_setter
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
@@ -95,8 +93,8 @@ class Instance:
         self._states: dict[int, ctypes.c_void_p] = {}
         self._places: dict[int, tuple[Call, Call]] = {}
         self._binary = binary
-        self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
-        self._single = SingleValues(self._fmu)
+        kind = STANDARDS[description.version]
+        self._fmu = kind(binary.functions, description.variables, self.fail)
         self._why = Explanation(description, self._fmu, self._messages, self._told_name)
         try:
             self._open()
@@ -118,7 +116,8 @@ class Instance:
     def _open(self) -> None:
         self._binary.in_use += 1
         try:
-            self._fmu.instantiate(self._told_name, self._messages)
+            events = self.description.has_events
+            self._fmu.instantiate(self._told_name, self._messages, events=events)
         except Exception as error:
             self._fmu.component = None
             self._check_worker("fmi2Instantiate")
@@ -176,13 +175,12 @@ class Instance:
         return self._fmu
 
     @property
-    def rollback(self) -> Rollback:
+    def rollback(self) -> Standard:
         """The FMU's saved states; only where it declares them."""
-        assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
     @property
-    def events(self) -> Events:
+    def events(self) -> RawComponent:
         """Events that the FMU has told of."""
         return self._fmu.events
 
@@ -259,7 +257,7 @@ class Instance:
 
         `view` (1,), in the FMU's own unit per s or s², holds that of the `order`.
         """
-        assert isinstance(self._fmu, Classic)  # which alone declare that they interpolate inputs
+        assert isinstance(self._fmu, Fmi2)  # which alone declare that they interpolate inputs
         return self._fmu.derivative_setter(name, order, view)
 
     def slot(self, place: int = 0) -> ctypes.c_void_p:
@@ -319,12 +317,12 @@ class Instance:
         """The present value of a variable in its own type; an item of an enumeration by number."""
         if self.description.variables[name].type == REAL:
             return self.read(name)
-        return self._single.value(name, self.fail_typed)
+        return self._fmu.value(name, self.fail_typed)
 
     @not_lost()
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
-        return self._single.real(name)
+        return self._fmu.real(name)
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""

@@ -12,7 +12,7 @@ from fmpy.model_description import (
 )
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional
+from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional, unit_of
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.fmu.importer.reading import raw_description
 
@@ -97,7 +97,7 @@ def _capabilities(kind: InterfaceType, names: dict[str, str]) -> dict[str, objec
 def _variable(raw: Any) -> dict[str, object]:
     of_type = raw.declaredType
     found = {key: getattr(raw, key) for key in _OF_A_VARIABLE}
-    found["unit"] = raw.unit or (of_type.unit if of_type is not None else None)
+    found["unit"] = unit_of(raw) or None
     found["derivative"] = raw.derivative.name if raw.derivative is not None else None
     found["shape"] = list(raw.shape) if raw.shape else None
     items = of_type.items if of_type is not None else None

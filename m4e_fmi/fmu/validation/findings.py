@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -139,8 +139,20 @@ class Report:
         )
 
 
-def some(names: Iterable[str]) -> str:
+def about(
+    names: Iterable[str], id_: str, severity: Severity, message: str, basis: str = ""
+) -> Iterator[Finding]:
+    """A finding on `names`, if there are any: the first few stand behind the message.
+
+    The message has their number at {count}.
+    """
+    names = list(dict.fromkeys(names))
+    if names:
+        text = message.format(count=len(names))
+        yield Finding(id_, severity, f"{text}: {some(names)}", basis)
+
+
+def some(names: Sequence[str]) -> str:
     """The first few of `names`, and how many there are more."""
-    names = list(names)
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.calls.functions import OK, WARNING
-from m4e_fmi.fmu.validation.context import Context
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import scale, start, within
-from m4e_fmi.fmu.validation.probe import Probe, RefusedError
+from m4e_fmi.fmu.importer.messages import OK, WARNING
+from m4e_fmi.fmu.validation.findings import Finding, about
+from m4e_fmi.fmu.validation.probe import Context, Probe, RefusedError
+from m4e_fmi.fmu.validation.subject import scale, start, within
 
 STEPS = 4
 CHANGE = 0.1
@@ -43,12 +42,10 @@ def _tunable(context: Context) -> Iterator[Finding]:
             continue
         if np.array_equal(late, plain) and not np.array_equal(_run(context, inputs, v, 0), plain):
             ignored.append(v.name)
-    if ignored:
-        message = f"tunable, but without effect when set between steps: {some(ignored)}"
-        yield Finding("parameters.tunable_ignored", "error", message, BASIS)
-    if refused:
-        message = f"tunable, but refused between steps: {some(refused)}"
-        yield Finding("parameters.tunable_refused", "error", message, BASIS)
+    message = "tunable, but without effect when set between steps"
+    yield from about(ignored, "parameters.tunable_ignored", "error", message, BASIS)
+    message = "tunable, but refused between steps"
+    yield from about(refused, "parameters.tunable_refused", "error", message, BASIS)
 
 
 def _run(
@@ -81,7 +78,7 @@ def _not_settable(context: Context, *, exchange: bool) -> Iterator[Finding]:
             probe.words()
             value = np.array([start(variables[0])])
             status = probe.set([variables[0].valueReference], value, variables[0].name)
-            heard = noticed(probe)
+            heard = _noticed(probe)
         if max(status, heard) <= WARNING:
             message = f"{what}, such as {variables[0].name}, can be set after initialization"
             yield Finding("parameters.settable", "warning", message, BASIS)
@@ -90,13 +87,11 @@ def _not_settable(context: Context, *, exchange: bool) -> Iterator[Finding]:
             yield Finding("parameters.told_by_log", "note", message + " an error", BASIS)
 
 
-def noticed(probe: Probe) -> int:
+def _noticed(probe: Probe) -> int:
     """The worst status the FMU logged, also when it is only asked for values afterwards."""
-    if probe.component is not None:
-        readable = probe.library.subject.outputs[:1]
-        status, values = probe.get([v.valueReference for v in readable])
-        return max(status, probe.listen(), OK if np.isfinite(values).all() else WARNING)
-    return probe.listen()
+    readable = probe.subject.outputs[:1]
+    status, values = probe.get([v.valueReference for v in readable])
+    return max(status, probe.listen(), OK if np.isfinite(values).all() else WARNING)
 
 
 def _kinds(context: Context) -> dict[str, list[ModelVariable]]:

@@ -5,14 +5,14 @@ Source: FMI 2.0.4, tables in section 3.2.3 (model exchange) and 4.2.4 (co-simula
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.functions import WARNING
-from m4e_fmi.fmu.validation.context import Context
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import Probe, RefusedError
+from m4e_fmi.fmu.importer.messages import WARNING
+from m4e_fmi.fmu.validation.findings import Finding, about
+from m4e_fmi.fmu.validation.probe import Context, Probe, RefusedError
 
 INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS, STEP, TERMINATED = (
     "before initialization",
@@ -36,34 +36,27 @@ Action = Callable[[Probe], int]
 
 def check(context: Context) -> Iterator[Finding | str]:
     """Calls that are refused or accepted against the state machine."""
-    refused: dict[str, None] = {}
-    accepted: dict[str, None] = {}
-    readable: dict[str, None] = {}
-    left_out: dict[str, None] = {}
+    refused, accepted, readable, left_out = (list[str]() for _ in range(4))
     for exchange in context.subject.ways:
         for state in STATES[exchange]:
             for name, (allowed, action) in _functions(context, exchange=exchange).items():
-                call = {f"{name} {state}": None}  # which may be there in both ways
+                call = f"{name} {state}"  # which may be there in both ways
                 if context.late:
-                    left_out |= call
+                    left_out.append(call)
                     continue
                 status, heard = _outcome(context, state, action, exchange=exchange)
                 if state in allowed and status > WARNING:
-                    refused |= call
+                    refused.append(call)
                 elif state not in allowed and max(status, heard) <= WARNING:
-                    (readable if "Get" in name else accepted).update(call)
-    if left_out:
-        message = f"the FMU is slow: {len(left_out)} calls were left out, {some(left_out)}"
-        yield Finding("phases.left_out", "note", message)
-    if refused:
-        message = f"{len(refused)} allowed calls are refused: {some(refused)}"
-        yield Finding("phases.refused", "error", message, BASIS)
-    if accepted:
-        message = f"{len(accepted)} forbidden calls are accepted: {some(accepted)}"
-        yield Finding("phases.accepted", "warning", message, f"{BASIS}: answer fmi2Error")
-    if readable:
-        message = f"{len(readable)} values can be read when they need not be there: "
-        yield Finding("phases.readable", "note", message + some(readable), BASIS)
+                    (readable if "Get" in name else accepted).append(call)
+    message = "the FMU is slow: {count} calls were left out"
+    yield from about(left_out, "phases.left_out", "note", message)
+    message = "{count} allowed calls are refused"
+    yield from about(refused, "phases.refused", "error", message, BASIS)
+    message, basis = "{count} forbidden calls are accepted", f"{BASIS}: answer fmi2Error"
+    yield from about(accepted, "phases.accepted", "warning", message, basis)
+    message = "{count} values can be read when they need not be there"
+    yield from about(readable, "phases.readable", "note", message, BASIS)
 
 
 def _outcome(context: Context, state: str, action: Action, *, exchange: bool) -> tuple[int, int]:
@@ -83,15 +76,15 @@ def _bring(context: Context, probe: Probe, state: str) -> None:
         return
     if state in (INITIALIZATION, EVENT):
         probe.setup()
-        probe.enter_initialization()
+        probe.fmu.enter_initialization()
         if state == EVENT:
-            probe.leave_initialization()
+            probe.fmu.exit_initialization()
         return
     probe.begin()
     if not probe.exchange:
         probe.advance(context.subject.step_size)
     if state == TERMINATED:
-        probe.terminate()
+        probe.fmu.do("Terminate")
 
 
 def _plain(function: str) -> Action:
@@ -102,7 +95,7 @@ def _functions(context: Context, *, exchange: bool) -> dict[str, tuple[tuple[str
     """Function → states in which it may be called, and how."""
     subject = context.subject
     found: dict[str, tuple[tuple[str, ...], Action]] = {
-        "EnterInitializationMode": ((INSTANTIATED,), lambda p: _status(p.enter_initialization)),
+        "EnterInitializationMode": ((INSTANTIATED,), lambda p: _status(p.fmu.enter_initialization)),
         "ExitInitializationMode": ((INITIALIZATION,), _plain("ExitInitializationMode")),
         "Terminate": (RUNNING, _plain("Terminate")),
         "Reset": (ANY, _plain("Reset")),
@@ -140,7 +133,7 @@ def _of_stepping(context: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
         y = subject.outputs[:1]
         found["GetRealOutputDerivatives"] = (
             (STEP, TERMINATED),
-            lambda p: _status(lambda: p.output_derivatives(y, 1)),
+            lambda p: _status(lambda: p.output_derivatives(y)),
         )
     return found
 
@@ -155,15 +148,21 @@ def _of_exchange(context: Context) -> dict[str, tuple[tuple[str, ...], Action]]:
         "EnterEventMode": (event_mode, _plain("EnterEventMode")),
         "NewDiscreteStates": ((EVENT,), lambda p: _status(p.settle)),
         "EnterContinuousTimeMode": ((EVENT,), _plain("EnterContinuousTimeMode")),
-        "CompletedIntegratorStep": ((CONTINUOUS,), Probe.completed_integrator_step),
+        "CompletedIntegratorStep": ((CONTINUOUS,), _completed_integrator_step),
         "SetTime": ((EVENT, CONTINUOUS), lambda p: p.call("SetTime", t)),
         "SetContinuousStates": (
             (CONTINUOUS,),
-            lambda p: _status(lambda: p.set_state_vector(x)),
+            lambda p: _status(lambda: p.set_states(x)),
         ),
-        "GetContinuousStates": (values, lambda p: _status(p.state_vector)),
-        "GetDerivatives": (rates, lambda p: _status(p.rate_vector)),
+        "GetContinuousStates": (values, lambda p: _status(p.vector)),
+        "GetDerivatives": (rates, lambda p: _status(p.rates)),
     }
+
+
+def _completed_integrator_step(probe: Probe) -> int:
+    event, terminate = probe.fmu.BOOLEAN(), probe.fmu.BOOLEAN()
+    places = ctypes.byref(event), ctypes.byref(terminate)
+    return probe.call("CompletedIntegratorStep", 1, *places)
 
 
 def _status(action: Callable[[], object]) -> int:

@@ -12,16 +12,17 @@ from fmpy import fmi2, fmi3
 from fmpy.model_description import ValidationError
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.fmu.importer.elements import FmpyDescription
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.xml_text import check_size, xml_root
+from m4e_fmi.fmu.export.description.terminals import TERMINALS
+from m4e_fmi.fmu.importer.elements import FmpyDescription, array_name
 from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
 from m4e_fmi.fmu.importer.reading import told_by_fmpy
-from m4e_fmi.fmu.validation.description.elf import SharedLibrary, read_elf
-from m4e_fmi.fmu.validation.description.terminals import check_terminals
-from m4e_fmi.fmu.validation.description.units import check_units
-from m4e_fmi.fmu.validation.description.variables import check_names, check_variables
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, TooLargeError
+from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
+from m4e_fmi.fmu.validation.findings import Finding, about, some
+from m4e_fmi.fmu.validation.subject import FmuUnderTest, TooLargeError
+from m4e_fmi.fmu.validation.variables import check_names, check_units, check_variables
 
 LIBRARIES = {
     "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
@@ -29,6 +30,7 @@ LIBRARIES = {
 }
 """Prefix of functions, and FMPy's classes that have all of them as methods."""
 
+TERMINALS_BASIS = "FMI 3.0.2, section 2.4.9"
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _NOT_LOADED = ("library.identifier", "library.missing", "library.exports")
 
@@ -59,7 +61,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)
-    found += check_terminals(subject)
+    found += _terminals(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in _NOT_LOADED]
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
@@ -120,6 +122,30 @@ def _experiment(subject: FmuUnderTest) -> Iterator[Finding]:
             yield Finding("capabilities.serialise", "error", message, "FMI 2.0.4, section 2.1.8")
 
 
+def _terminals(subject: FmuUnderTest) -> Iterator[Finding]:
+    """Terminals and icons of FMI 3.0: their file can be read, and their variables are there."""
+    path = subject.folder / TERMINALS
+    if not (subject.fmi_3 and path.is_file()):
+        return
+    try:
+        check_size(path.stat().st_size, TERMINALS)
+        root = xml_root(path.read_bytes(), TERMINALS)
+    except InputError as error:
+        message = f"{TERMINALS} {error.problems[0].message}"
+        yield Finding("terminals.invalid", "error", message, TERMINALS_BASIS)
+        return
+    names = {v.name for v in subject.raw.modelVariables} | set(
+        map(array_name, subject.raw.modelVariables)
+    )
+    absent = [
+        f"{member.get('variableName')} (line {member.sourceline})"
+        for member in root.iterfind(".//TerminalMemberVariable")
+        if member.get("variableName") not in names
+    ]
+    message = f"{TERMINALS} names variables that are not there"
+    yield from about(absent, "terminals.variables", "error", message, TERMINALS_BASIS)
+
+
 def _library(subject: FmuUnderTest) -> Iterator[Finding]:
     binaries = subject.folder / "binaries"
     platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
@@ -153,10 +179,9 @@ def _elf(subject: FmuUnderTest, elf: SharedLibrary) -> Iterator[Finding]:
         basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.3"
         yield Finding("library.exports", "error", message, basis)
     foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
-    if foreign:
-        message = f"the library exports {len(foreign)} symbols besides FMI's: {some(foreign)}"
-        remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
-        yield Finding("library.symbols", "note", message, remedy)
+    message = "the library exports {count} symbols besides FMI's"
+    remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
+    yield from about(foreign, "library.symbols", "note", message, remedy)
     libc = [v for v in elf.versions if re.fullmatch(r"GLIBC_[\d.]+", v)]
     newest = max(libc, key=lambda v: [int(n) for n in v[6:].split(".")], default="no C library")
     message = f"needs {newest}; libraries: {', '.join(elf.needs) or 'none'}"

@@ -2,76 +2,75 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
+import fmpy
 import numpy as np
+from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.functions import ERROR
+from m4e_fmi.fmu.importer.messages import ERROR
 from m4e_fmi.fmu.importer.missing_library import remedy_for
-from m4e_fmi.fmu.validation.checks.simulated import check_simulated
-from m4e_fmi.fmu.validation.context import Context, Facts
-from m4e_fmi.fmu.validation.findings import Failure, Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, scale, start
-from m4e_fmi.fmu.validation.probe import INSTANTIATE, FatalError, Probe, RefusedError
+from m4e_fmi.fmu.validation.findings import Failure, Finding, about
+from m4e_fmi.fmu.validation.probe import (
+    TOLERANCE,
+    Context,
+    Facts,
+    Probe,
+    RefusedError,
+    refused,
+)
+from m4e_fmi.fmu.validation.subject import WRITTEN, scale, start
 
 STEPS = 10
+SIMULATED_STEPS = 20
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
 EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
+WAYS = {"coSimulation": "CoSimulation", "modelExchange": "ModelExchange"}
 
 
 def check(context: Context) -> Iterator[Finding | Failure | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
-    if context.subject.fmi_3:
-        yield from check_simulated(context)
+    subject = context.subject
+    if subject.fmi_3:
+        yield from _simulations(context)
     try:
         version = _version(context)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
-        text = str(error).replace(str(context.subject.folder), "")
-        remedy = remedy_for(text, context.subject.raw.fmiVersion)
+        text = str(error).replace(str(subject.folder), "")
+        remedy = remedy_for(text, subject.raw.fmiVersion)
         yield Finding("start.library", "error", f"cannot be loaded: {text}", remedy)
         return
-    if version != (context.subject.raw.fmiVersion, "default"):
+    if version != (subject.raw.fmiVersion, "default"):
         message = f"GetVersion and GetTypesPlatform answer {version}"
         yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
-    facts = Facts()
-    others: dict[str, None] = {}
-    for exchange in context.subject.ways:
+    facts, others = Facts(), list[str]()
+    for exchange in subject.ways:
         try:
             facts = _first_steps(context, facts, exchange=exchange)
         except RefusedError as error:
-            if context.subject.step_is_assumed and error.call.partition("(")[0].endswith("DoStep"):
+            how = " (model exchange)" if exchange else " (co-simulation)"
+            assumed = subject.steps and not subject.variable_steps and not subject.declared_step
+            if assumed and error.call.partition("(")[0].endswith("DoStep"):
                 yield _assumed_step(context, error)
             else:
-                yield refused("start", error, exchange=exchange)
+                yield refused("start", error, how)
             return
         with suppress(RefusedError):  # which `phases` tells
-            others |= dict.fromkeys(_other_starts(context, exchange=exchange))
+            others += _other_starts(context, exchange=exchange)
         yield from _finite(context, exchange=exchange)
-    if others:
-        message = f"a new instance has other values than declared: {some(others)}"
-        basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
-        yield Finding("start.values", "error", message, basis)
+    message = "a new instance has other values than declared"
+    basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
+    yield from about(others, "start.values", "error", message, basis)
     yield from _guid(context)
-    for exchange in context.subject.ways:
+    for exchange in subject.ways:
         works: list[str] = []
         yield from _capabilities(context, works, exchange=exchange)
         facts = replace(facts, works=(*facts.works, *works))
     yield from _event_mode(context)
     yield facts
-
-
-def refused(group: str, error: RefusedError, *, exchange: bool | None = None) -> Finding:
-    """The finding that an allowed call was refused."""
-    how = {None: "", True: " (model exchange)", False: " (co-simulation)"}[exchange]
-    basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
-    name = "fatal" if isinstance(error, FatalError) else "refused"
-    if error.call == INSTANTIATE:
-        basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
-    return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
 
 
 def _assumed_step(context: Context, error: RefusedError) -> Finding:
@@ -86,8 +85,8 @@ def _assumed_step(context: Context, error: RefusedError) -> Finding:
 
 
 def _version(context: Context) -> tuple[str, str]:
-    dll = context.library.functions(exchange=context.subject.exchanges)
-    context.library.journal.write("GetVersion()")
+    dll = context.loaded(exchange=context.subject.exchanges).dll
+    context.journal.write("GetVersion()")
     if context.subject.fmi_3:
         return _text(dll.fmi3GetVersion()), "default"
     return _text(dll.fmi2GetVersion()), _text(dll.fmi2GetTypesPlatform())
@@ -119,11 +118,11 @@ def _through(context: Context, probe: Probe) -> None:
     for row in context.random_inputs(STEPS):
         probe.put(context.subject.inputs, row)
         if probe.exchange:
-            probe.rate_vector()
+            probe.rates()
         else:
             probe.advance(context.subject.step_size)
         probe.read(context.subject.outputs)
-    probe.terminate()
+    probe.fmu.do("Terminate")
 
 
 def _other_starts(context: Context, *, exchange: bool) -> list[str]:
@@ -138,7 +137,7 @@ def _other_starts(context: Context, *, exchange: bool) -> list[str]:
     ]
     with context.probe(exchange=exchange) as probe:
         probe.setup()
-        probe.enter_initialization()
+        probe.fmu.enter_initialization()
         values = probe.read(declared)
     return [
         f"{v.name} has {value:.9g}, start is {start(v):.9g}"
@@ -149,26 +148,41 @@ def _other_starts(context: Context, *, exchange: bool) -> list[str]:
 
 def _finite(context: Context, *, exchange: bool) -> Iterator[Finding]:
     outputs = context.subject.outputs
-    with context.probe(exchange=exchange) as probe:
-        probe.begin()
-        seen = [probe.read(outputs)]
-        for _ in range(0 if exchange else STEPS):
-            probe.advance(context.subject.step_size)
-            seen.append(probe.read(outputs))
-        values = np.array(seen)
-        wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
-        if wrong:
-            message = f"with its own start values, not finite: {some(wrong)}"
-            yield Finding("start.not_finite", "error", message, "check its start values")
+    sizes = [] if exchange else [context.subject.step_size] * STEPS
+    values = context.course(outputs, sizes, exchange=exchange)
+    wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
+    yield from _not_finite(wrong, "")
+
+
+def _not_finite(names: list[str], where: str) -> Iterator[Finding]:
+    message = f"{where}with its own start values, not finite"
+    yield from about(names, "start.not_finite", "error", message, "check its start values")
 
 
 def _guid(context: Context) -> Iterator[Finding]:
     way = not context.subject.steps
-    probe = context.library.attempt(exchange=way, name="stranger", guid=WRONG_GUID)
-    if probe.component:
+    probe = Probe(context, exchange=way, name="stranger", guid=WRONG_GUID)
+    if probe.fmu.component:
         probe.free()
         message = "any GUID is accepted: a stale modelDescription.xml would not be noticed"
         yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
+
+
+def _capabilities(context: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
+    """Declared capabilities that are not there; what is there goes to `works`."""
+    for name, test in _tests(context, exchange=exchange).items():
+        try:
+            with context.probe(exchange=exchange) as probe:
+                probe.begin()
+                if not exchange:
+                    probe.advance(context.subject.step_size)
+                test(probe)
+        except RefusedError as error:
+            message = f"{name} is declared, but the functions it stands for are refused"
+            basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
+            yield Finding("capabilities.missing", "error", message, basis, error.words)
+        else:
+            works.append(f"{name} (model exchange)" if exchange else name)
 
 
 def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
@@ -188,50 +202,10 @@ def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], o
         if context.subject.fmi_3:
             tests["providesAdjointDerivatives"] = lambda p: p.adjoint(outputs, inputs, one)
     if not exchange and outputs:
-        tests["maxOutputDerivativeOrder"] = lambda p: p.output_derivatives(outputs, 1)
+        tests["maxOutputDerivativeOrder"] = lambda p: p.output_derivatives(outputs)
     if not exchange and inputs and not context.subject.fmi_3:
         tests["canInterpolateInputs"] = lambda p: p.set_input_derivatives(inputs, np.zeros(1))
     return {name: test for name, test in tests.items() if getattr(kind, name)}
-
-
-def _capabilities(context: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
-    """Declared capabilities that are not there; what is there goes to `works`."""
-    for name, test in _tests(context, exchange=exchange).items():
-        found, words = _possible(context, test, exchange=exchange)
-        if found:
-            works.append(f"{name} (model exchange)" if exchange else name)
-        else:
-            message = f"{name} is declared, but the functions it stands for are refused"
-            basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
-            yield Finding("capabilities.missing", "error", message, basis, words)
-
-
-def _event_mode(context: Context) -> Iterator[Finding]:
-    """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
-    stepping = context.subject.raw.coSimulation
-    if stepping is None or not stepping.hasEventMode:
-        return
-    probe = context.library.attempt(exchange=False, name="validation", events=True)
-    if probe.component:
-        probe.free()
-        return
-    message = "hasEventMode is declared, but an instance with event mode is refused"
-    basis = "FMI 3.0.2, section 4.3.2, eventModeUsed"
-    yield Finding("capabilities.missing", "error", message, basis, probe.words())
-
-
-def _possible(
-    context: Context, test: Callable[[Probe], object], *, exchange: bool
-) -> tuple[bool, tuple[str, ...]]:
-    try:
-        with context.probe(exchange=exchange) as probe:
-            probe.begin()
-            if not exchange:
-                probe.advance(context.subject.step_size)
-            test(probe)
-    except RefusedError as error:
-        return False, error.words
-    return True, ()
 
 
 def _saves(probe: Probe) -> None:
@@ -241,8 +215,57 @@ def _saves(probe: Probe) -> None:
 
 
 def _serialises(probe: Probe) -> None:
-    state, size = probe.save(), ctypes.c_size_t()
-    probe.must("SerializedFMUstateSize", state, ctypes.byref(size))
-    if not size.value:
+    state = probe.save()
+    if not probe.fmu.state_size(state):
         raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
     probe.free_state(state)
+
+
+def _event_mode(context: Context) -> Iterator[Finding]:
+    """Of FMI 3.0: whether there are instances with event mode in co-simulation, if declared."""
+    stepping = context.subject.raw.coSimulation
+    if stepping is None or not stepping.hasEventMode:
+        return
+    probe = Probe(context, exchange=False, name="validation", events=True)
+    words, has_events = probe.words(), probe.fmu.events.has_events
+    probe.free()
+    if not has_events:
+        message = "hasEventMode is declared, but an instance with event mode is refused"
+        basis = "FMI 3.0.2, section 4.3.2, eventModeUsed"
+        yield Finding("capabilities.missing", "error", message, basis, words)
+
+
+def _simulations(context: Context) -> Iterator[Finding | Failure]:
+    """An FMU of FMI 3.0, simulated by FMPy in every way twice: finite values, the same bits."""
+    raw = context.subject.raw
+    for way in (text for key, text in WAYS.items() if getattr(raw, key) is not None):
+        context.journal.write(f"fmpy.simulate_fmu(fmi_type={way!r})")
+        try:
+            first, second = (_simulated(context, way) for _ in range(2))
+        except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
+            if not (isinstance(error, FMICallException | OSError) or type(error) is Exception):
+                yield Failure.of(error)  # FMPy's own
+                continue
+            message = f"{way} cannot be simulated with its own start values: {error}"
+            yield Finding("start.refused", "error", message, "`fmpy simulate` tells more")
+            continue
+        if first.tobytes() != second.tobytes():
+            message = f"{way}: a second run gives other bits"
+            yield Finding("start.not_repeatable", "warning", message, "is there a global state?")
+        reals = [n for n in first.dtype.names or () if first.dtype[n].base.kind == "f"]
+        wrong = [name for name in reals if not np.isfinite(first[name]).all()]
+        yield from _not_finite(wrong, f"{way}, ")
+
+
+def _simulated(context: Context, way: str) -> np.ndarray:
+    subject = context.subject
+    return fmpy.simulate_fmu(
+        str(subject.folder),
+        validate=False,
+        fmi_type=way,
+        start_time=subject.start_time,
+        stop_time=subject.start_time + SIMULATED_STEPS * subject.step_size,
+        output_interval=subject.step_size,
+        relative_tolerance=TOLERANCE,
+        record_events=False,
+    )
