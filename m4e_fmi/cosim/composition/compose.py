@@ -19,7 +19,7 @@ from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
 IN_WAVES = "make_in_waves"

@@ -16,8 +16,8 @@ from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu import Description, PythonSource, read_description
-from m4e_fmi.fmu.export.expected import expected_description
-from m4e_fmi.fmu.export.program_files import carried_program
+from m4e_fmi.fmu.export.description import expected_description
+from m4e_fmi.fmu.export.native_fmu import carried_program
 from m4e_fmi.fmu.importer.reading import resized
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Program

@@ -21,7 +21,7 @@ from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.fmu import Description, read_description
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.fmu.importer.reading import resized
 
 

@@ -165,7 +165,7 @@ def _found(source: FmuFile, folder: Path) -> Path:
 
 
 def _library_is_there(tell: Tell) -> bool:
-    from m4e_fmi.fmu.export.native import shell_binaries
+    from m4e_fmi.fmu.export.native_fmu import shell_binaries
     from m4e_fmi.runtime.platforms import this_platform
 
     why = "there is none for this machine"
