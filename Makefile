@@ -7,8 +7,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-JOBS ?= 2
-# the tests run side by side, and their matrices are small: threads would only get in the way
+JOBS ?= 3
+# many tests wait for processes: three of them keep two processors busy. Their matrices are small:
+# threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
 # hundreds of their processes import the package: each would compile it again
 unexport PYTHONDONTWRITEBYTECODE
