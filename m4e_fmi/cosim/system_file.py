@@ -31,18 +31,13 @@ from m4e_fmi.cosim.system.processes import (
 )
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
-    NS_PER_SECOND,
     Simulation,
     SimulationSection,
-    Time,
-    count_problems,
-    simulation_problems,
 )
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, check_keys
-from m4e_fmi.files.limits import LONGEST_RUN
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
@@ -70,13 +65,6 @@ class _SystemSection(_PortsSection):
     simulation: SimulationSection
     limits: LimitsSection = LimitsSection()
     environment: EnvironmentSection = EnvironmentSection()
-
-
-class _PartOfSimulation(SimulationSection):
-    """A simulation with values in place of missing ones, which fit whatever the others are."""
-
-    stop_time: Time = LONGEST_RUN
-    step_size: Time = 1 / NS_PER_SECOND
 
 
 _OTHERS = tuple(_SystemSection.model_fields.keys() - _PortsSection.model_fields.keys())
@@ -194,23 +182,17 @@ def _read_simulation(document: Document, problems: list[Problem]) -> Simulation 
     if not isinstance(written, dict):
         return None
     unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
-    sound = True
     try:
         section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
-    except InputError:
-        sound = False
-        section = document.valid_part(_PartOfSimulation, at=("simulation",))
-    if section is None:
+    except InputError:  # told of the document as a whole
         return None
-    found = simulation_problems(section)
-    if sound and not found:
-        found = [*count_problems(section)]
-    problems += [
-        document.problem(("simulation", *p.keys), p.message, p.remedy)
-        for p in found
-        if section.model_fields_set.issuperset(map(str, p.keys))
-    ]
-    return Simulation(**section.model_dump()) if sound and not found else None
+    try:
+        return Simulation(**section.model_dump())
+    except InputError as error:
+        problems += [
+            document.problem(("simulation", *p.keys), p.message, p.remedy) for p in error.problems
+        ]
+        return None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from m4e_fmi.cosim.scenario.amounts import Amounts
 from m4e_fmi.cosim.scenario.effects import Effect, Freeze, Offset, Replace
 from m4e_fmi.cosim.system.condition_text import COMPARISONS, parse_condition
 from m4e_fmi.cosim.system.scenario_section import Action
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -121,8 +121,8 @@ class Planner:
         else:
             effects = list(self._effects(name, action))
         condition = self._condition(name, action.when) if action.when is not None else None
-        at = None if action.at is None else round(action.at * NS_PER_SECOND)
-        duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
+        at = None if action.at is None else nanoseconds(action.at)
+        duration = None if action.duration is None else nanoseconds(action.duration)
         return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
 
     def _condition(self, name: str, text: str) -> Condition | None:
@@ -178,7 +178,7 @@ class Planner:
 
     def _settings(self, name: str, action: Action) -> Iterator[Setting]:
         """Values that are set in FMUs."""
-        within = round((action.within or 0.0) * NS_PER_SECOND)
+        within = nanoseconds(action.within or 0.0)
         given: Mapping[str, object] = (action.set if action.kind == "set" else action.ramp) or {}
         for line in action.broken_line or ():
             given = {**given, f"{line}.{PARTED}": 1.0}

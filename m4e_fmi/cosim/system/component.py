@@ -15,7 +15,7 @@ from types import ModuleType
 
 from m4e_fmi.cosim.system.component_step import common_step, seconds
 from m4e_fmi.cosim.system.processes import Limits, check_process
-from m4e_fmi.cosim.system.simulation import TICK, Simulation
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.limits import beyond_limits
@@ -136,7 +136,7 @@ def step_problems(components: Sequence[Component], simulation: Simulation) -> li
         for _, message, remedy in beyond_limits(span, step_size=float(step)):
             found[name] = Problem(message, remedy)
     fitting = {name: step for name, step in steps.items() if name not in found}
-    found |= common_step(simulation.step, fitting, TICK)[1]
+    found |= common_step(simulation.step, fitting)[1]
     return [
         Problem(
             f"component {c.name!r}: {found[c.name].message}",
