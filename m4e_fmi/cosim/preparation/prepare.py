@@ -59,9 +59,10 @@ def prepare(
     they are there already.
 
     InputError with all problems of the FMU files, then of connections, start values and components'
-    own steps; RunError for a build that failed, or without the C library. `tell` receives a line per step of a build. FMUs
-    that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
-    that say they can go back, or take derivatives of inputs, are tried (`state_trials`).
+    own steps; RunError for a build that failed, or without the C library. `tell` receives a line
+    per step of a build. FMUs that declare no dependencies and have connected inputs are probed
+    (`probing`), and foreign ones that say they can go back, or take derivatives of inputs, are
+    tried (`state_trials`).
     """
     with ONE_RUN:
         return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)
