@@ -8,14 +8,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from m4e_fmi.fmu.export.build import build_fmu, described, shown
-    from m4e_fmi.fmu.export.description.description import (
+    from m4e_fmi.fmu.export.build import build_fmu
+    from m4e_fmi.fmu.export.description import (
         FmuVariable,
         ModelDescription,
+        Options,
         PythonSource,
+        describe,
+        described,
+        shown,
     )
-    from m4e_fmi.fmu.export.from_program import describe
-    from m4e_fmi.fmu.export.options import Options
     from m4e_fmi.fmu.export.selection import matching, renamed
     from m4e_fmi.fmu.importer.contents import fmu_contents
     from m4e_fmi.fmu.importer.reading import Description, read_description
@@ -42,10 +44,16 @@ __all__ = [
 ]
 
 _NAMES = {
-    "export.build": ("build_fmu", "described", "shown"),
-    "export.description.description": ("FmuVariable", "ModelDescription", "PythonSource"),
-    "export.from_program": ("describe",),
-    "export.options": ("Options",),
+    "export.build": ("build_fmu",),
+    "export.description": (
+        "FmuVariable",
+        "ModelDescription",
+        "Options",
+        "PythonSource",
+        "describe",
+        "described",
+        "shown",
+    ),
     "export.selection": ("matching", "renamed"),
     "importer.contents": ("fmu_contents",),
     "importer.reading": ("Description", "read_description"),

@@ -14,10 +14,9 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.xml_text import check_size, xml_root
-from m4e_fmi.fmu.export.description.terminals import TERMINALS
 from m4e_fmi.fmu.importer.elements import FmpyDescription, array_name
 from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
-from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
+from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, TERMINALS
 from m4e_fmi.fmu.importer.reading import told_by_fmpy
 from m4e_fmi.fmu.validation.elf import SharedLibrary, read_elf
 from m4e_fmi.fmu.validation.findings import Finding, about, some
