@@ -39,7 +39,6 @@ from m4e_fmi.fmu.importer.calls import (
     STANDARDS,
     WARNING,
     Access,
-    Call,
     Fmi2,
     RawCall,
     Standard,
@@ -224,13 +223,14 @@ class Instance:
         """The C function that asks for a step, where the FMU is in another process; else None."""
         return self._fmu.step_beginner() if self._binary.worker else None
 
-    def own_derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
-        """A call that gives the Real input `name` a time derivative for the next step.
+    def set_derivative(self, name: str, order: int, value: float) -> Status:
+        """Give the Real input `name` a time derivative of an `order` for the next step.
 
-        `view` (1,), in the FMU's own unit per s or s², holds that of the `order`.
+        `value` is in the FMU's own unit per s or s².
         """
         assert isinstance(self._fmu, Fmi2)  # which alone declare that they interpolate inputs
-        return self._fmu.derivative_setter(name, order, view)
+        reference = self.description.variables[name].value_reference
+        return self._fmu.set_input_derivatives([reference], order, np.array([value]))
 
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
@@ -241,7 +241,7 @@ class Instance:
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
         self._check_usable()
-        status = self.rollback.saver(self.slot(place))()
+        status = self.rollback.save(self.slot(place))
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
@@ -263,7 +263,7 @@ class Instance:
         """
         self._broken = self._fmu.component is None
         self._check_usable()
-        status = self.rollback.restorer(self.slot(place))()
+        status = self.rollback.restore(self.slot(place))
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
         self.time = time

@@ -107,7 +107,7 @@ def _order(new: Instances, description: Description, inputs: Sequence[str]) -> i
         try:
             with setting_up(), new.instance() as instance, not_lost():
                 for order, name in product(range(1, most + 1), reals):
-                    status = instance.own_derivative_setter(name, order, np.zeros(1))()
+                    status = instance.set_derivative(name, order, 0.0)
                     if status := status or instance.flush():  # those that warn ignore it
                         instance.fail(status, "fmi2SetRealInputDerivatives")
                 stepped(instance, new.step)

@@ -430,7 +430,8 @@ class Probe:
         """Set first time derivatives of inputs to `rates` (n_inputs,), in SI; for FMI 2.0 only."""
         assert isinstance(self.fmu, Fmi2)
         data = np.ascontiguousarray(rates, dtype=np.float64)
-        self.fmu.set_input_derivatives(self._arrays(inputs), data)
+        references = [v.valueReference for v in inputs]
+        self.require(self.fmu.set_input_derivatives(references, 1, data))
 
     def _arrays(self, variables: Sequence[ModelVariable]) -> Arrays:
         return self.fmu.arrays([v.valueReference for v in variables])

@@ -7,14 +7,12 @@ and only then gives values. Here that happens when the first value is read.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 
-import numpy as np
 from fmpy import fmi1
 
 from m4e_fmi.fmu.importer.calls.fmi2 import Fmi2
 from m4e_fmi.fmu.importer.calls.parts import Layout
-from m4e_fmi.fmu.importer.calls.standard import Call, CFunction
+from m4e_fmi.fmu.importer.calls.standard import CFunction
 from m4e_fmi.fmu.importer.messages import Messages, Status
 
 _NAMES = {
@@ -65,15 +63,6 @@ class Fmi1(Fmi2):
             return 0
         self._initialised = True
         return self.call("ExitInitializationMode", *self._experiment)
-
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        call = super().getter(names, view)
-
-        def get() -> Status:
-            self.exit_initialization()
-            return call()
-
-        return get
 
     def wants_end(self) -> bool:
         return False

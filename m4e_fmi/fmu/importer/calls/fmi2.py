@@ -5,36 +5,25 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.fmu.importer.calls.parts import Arrays, Layout, guarded
+from m4e_fmi.fmu.importer.calls.parts import Layout
 from m4e_fmi.fmu.importer.calls.standard import (
-    Call,
     RawCall,
     SerializedState,
     Standard,
     Value,
     pointer_to,
-    view_pointer,
 )
 from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
 from m4e_fmi.fmu.importer.reading import Variable
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 """Of fmi2StatusKind."""
-_SET_DERIVATIVES = ctypes.CFUNCTYPE(
-    ctypes.c_int,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-    ctypes.c_size_t,
-    ctypes.c_void_p,
-    ctypes.c_void_p,
-)
 
 
 class Fmi2(Standard):
@@ -112,22 +101,17 @@ class Fmi2(Standard):
         references = np.array(references, dtype=np.uint32)
         return RawCall(self.address(function), self.component, references)
 
-    def derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
-        """A call that sets the time derivative of an `order` of an input.
+    def set_input_derivatives(
+        self, references: Sequence[int], order: int, rates: np.ndarray
+    ) -> Status:
+        """Set time derivatives of an `order` of inputs, `rates` (n_inputs,).
 
-        `view` (1,) holds it, in the input's unit per s or s².
+        In the inputs' units per s or s².
         """
-        raw = self.raw("fmi2SetRealInputDerivatives", [name])
-        orders = pointer_to(np.array([order], dtype=np.int32))
-        arguments = pointer_to(raw.references), 1, orders, view_pointer(view, 1)
-        return partial(guarded(_SET_DERIVATIVES, raw.function), raw.component, *arguments)
-
-    def set_input_derivatives(self, inputs: Arrays, rates: np.ndarray) -> None:
-        """Set first time derivatives of inputs, `rates` (n_inputs,), in their units per second."""
-        count = len(inputs.references)
-        references = (ctypes.c_uint * count)(*inputs.references)
-        orders = (ctypes.c_int * count)(*[1] * count)
-        self.do("SetRealInputDerivatives", references, count, orders, pointer_to(rates))
+        count = len(references)
+        orders = (ctypes.c_int * count)(*[order] * count)
+        arguments = (ctypes.c_uint * count)(*references), count, orders, pointer_to(rates)
+        return self.call("SetRealInputDerivatives", *arguments)
 
     # ---- steps ----
 
@@ -157,23 +141,13 @@ class Fmi2(Standard):
     def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
         return slot
 
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        save, place = super().saver(slot), ctypes.addressof(slot)
+    def save(self, slot: ctypes.c_void_p) -> Status:
+        self._ended[ctypes.addressof(slot)] = self.events.ended
+        return super().save(slot)
 
-        def save_with_events() -> Status:
-            self._ended[place] = self.events.ended
-            return save()
-
-        return save_with_events
-
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        restore, place = super().restorer(slot), ctypes.addressof(slot)
-
-        def restore_with_events() -> Status:
-            self.events.ended = self._ended.get(place, math.inf)
-            return restore()
-
-        return restore_with_events
+    def restore(self, slot: ctypes.c_void_p) -> Status:
+        self.events.ended = self._ended.get(ctypes.addressof(slot), math.inf)
+        return super().restore(slot)
 
     def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
         ended = self._ended.get(ctypes.addressof(slot), math.inf)

@@ -49,7 +49,7 @@ Failed = Callable[[Status, str], NoReturn]
 """Called with a status above Warning, and FMI 2.0's name of the function."""
 
 _POINTER, _COUNT = ctypes.c_void_p, ctypes.c_size_t
-_GET_OR_SET = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _COUNT, _POINTER)
+_GET = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _COUNT, _POINTER)
 _DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, ctypes.c_double, ctypes.c_double, ctypes.c_int)
 _SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER)
 
@@ -80,8 +80,8 @@ class Standard(ABC):
 
     `component` is what the FMU calls the instance; None if there is none, or none that may be
     called any more. `events` is what it has told of events. `failed` raises for statuses above
-    Warning; calls that answer with a status leave that to their caller. `sizes` are the numbers of
-    elements of arrays by value reference, `last_call` is the last call for a journal.
+    Warning; functions that answer with a status leave that to their caller. `sizes` are the numbers
+    of elements of arrays by value reference, `last_call` is the last call for a journal.
     """
 
     VERSION: ClassVar[int]
@@ -165,20 +165,6 @@ class Standard(ABC):
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
         """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
 
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads Reals into `view` (n_names,), float64, in the variables' units."""
-        return self._bound("fmi2GetReal", names, view)
-
-    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets Reals from `view` (n_names,), float64, in the variables' units."""
-        return self._bound("fmi2SetReal", names, view)
-
-    def _bound(self, function: str, names: Sequence[str], view: np.ndarray) -> Call:
-        raw = self.raw(function, names)
-        references, values = pointer_to(raw.references), view_pointer(view, len(names))
-        call = guarded(_GET_OR_SET, raw.function)
-        return partial(call, raw.component, references, len(names), values)
-
     def typed(
         self,
         names: Sequence[str],
@@ -203,9 +189,12 @@ class Standard(ABC):
 
     def real(self, name: str) -> float:
         """The present value of a Real, in its unit."""
+        self.check(self.ready(), "fmi2ExitInitializationMode")
         if name not in self._reals:
-            place = np.zeros(1)
-            self._reals[name] = self.getter([name], place), place
+            raw, place = self.raw("fmi2GetReal", [name]), np.zeros(1)
+            arguments = pointer_to(raw.references), 1, pointer_to(place)
+            call = partial(guarded(_GET, raw.function), raw.component, *arguments)
+            self._reals[name] = call, place
         call, value = self._reals[name]
         self.check(call(), "fmi2GetReal")
         return float(value[0])
@@ -274,13 +263,8 @@ class Standard(ABC):
 
     # ---- steps ----
 
-    def stepper(self) -> Callable[[float, float, int], Status]:
-        """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
-        raw = self.raw("fmi2DoStep")
-        return partial(guarded(_DO_STEP, raw.function), raw.component)
-
     def step_beginner(self) -> int:
-        """The C function that asks for a step of an FMU in a worker, with `stepper`'s arguments."""
+        """The C function that asks for a step of an FMU in a worker, ``(t, h, 1)`` [s]."""
         return runtime_function(f"m4e_remote_begin_{self.VERSION}")
 
     @abstractmethod
@@ -305,17 +289,17 @@ class Standard(ABC):
     def slot(self) -> ctypes.c_void_p:
         """A new place for a state of the FMU, to stay where it is."""
 
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        """A call that keeps the FMU's state in a slot, instead of the one that is there."""
-        raw = self.raw("fmi2GetFMUstate")
-        call = guarded(_SAVE_OR_RESTORE, raw.function)
-        return partial(call, raw.component, ctypes.addressof(slot))
+    def save(self, slot: ctypes.c_void_p) -> Status:
+        """Keep the FMU's state in a slot, instead of the one that is there."""
+        return self._at_state("fmi2GetFMUstate", ctypes.addressof(slot))
 
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        """A call that brings the FMU back to the state in a slot, which stays there."""
-        raw = self.raw("fmi2SetFMUstate")
-        call = guarded(_SAVE_OR_RESTORE, raw.function)
-        return lambda: call(raw.component, slot.value)
+    def restore(self, slot: ctypes.c_void_p) -> Status:
+        """Bring the FMU back to the state in a slot, which stays there."""
+        return self._at_state("fmi2SetFMUstate", slot.value)
+
+    def _at_state(self, function: str, place: int | None) -> Status:
+        raw = self.raw(function)
+        return guarded(_SAVE_OR_RESTORE, raw.function)(raw.component, place)
 
     @abstractmethod
     def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
@@ -411,11 +395,3 @@ def pointer_to(values: np.ndarray) -> object:
     """A pointer to `values` (n,), contiguous, in any units; they are kept as it is."""
     kind = ctypes.c_double if values.dtype == np.float64 else ctypes.c_uint
     return values.ctypes.data_as(ctypes.POINTER(kind))
-
-
-def view_pointer(view: np.ndarray, *shape: int) -> object:
-    """A pointer to `view`, in the variables' units: float64, contiguous, of the shape `shape`."""
-    assert view.dtype == np.float64
-    assert view.flags.c_contiguous
-    assert view.shape == shape
-    return pointer_to(view)
