@@ -47,19 +47,12 @@ class Finding:
         return replace(self, message=message, basis=basis)
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A check of ours that broke down: a defect of m4e_fmi, which says nothing about the FMU."""
-
-    error: str
-
-    @classmethod
-    def of(cls, error: BaseException) -> Failure:
-        """Kind and text of the error, and the line of ours where it came up."""
-        frames = traceback.extract_tb(error.__traceback__)
-        own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
-        place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
-        return cls(f"{type(error).__name__}: {error}{place}")
+def failure(error: BaseException) -> str:
+    """How a check of ours broke down, which says nothing about the FMU: kind, text, our line."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
+    place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
+    return f"{type(error).__name__}: {error}{place}"
 
 
 @short

@@ -27,7 +27,7 @@ from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
 from m4e_fmi.fmu.validation.description import description_findings
-from m4e_fmi.fmu.validation.findings import Failure, Finding, Group, Report
+from m4e_fmi.fmu.validation.findings import Finding, Group, Report, failure
 from m4e_fmi.fmu.validation.probe import Context, Facts, RefusedError, refused
 from m4e_fmi.fmu.validation.subject import FmuUnderTest
 
@@ -99,7 +99,7 @@ def validate_fmu(
         try:
             findings, reason = description_findings(unpacked.folder)
         except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
-            failed = Failure.of(error).error
+            failed = failure(error)
         seconds = time.monotonic() - began
         groups = [Group("description", findings, seconds=seconds, failed=failed)]
         running = [name for name in wanted if name != "description"]
@@ -218,7 +218,7 @@ def _outcome(name: str, work: Path, ending: Ending, seconds: float) -> Group:
         findings.append(asdict(Finding(kind, "error", ending.message, _UNFINISHED, said)))
     unique = [one for k, one in enumerate(findings) if one not in findings[:k]]
     skipped = next((one["skipped"] for one in told if "skipped" in one), "")
-    failed = next((one["failed"] for one in reversed(told) if "failed" in one), "")
+    failed = next((one["failed"] for one in told if "failed" in one), "")
     group = {"name": name, "findings": unique, "skipped": skipped, "failed": failed}
     return Group.from_dict({**group, "seconds": seconds})
 
@@ -247,7 +247,7 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
             for told in _told(group, folder, Path(fmu)):
                 tell(told)
         except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
-            tell({"failed": Failure.of(error).error})
+            tell({"failed": failure(error)})
         tell(ENDED)
 
 
@@ -263,8 +263,6 @@ def _told(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
         for found in check(context):
             if isinstance(found, Facts):
                 known.write_text(json.dumps(asdict(found)))
-            elif isinstance(found, Failure):
-                yield {"failed": found.error}
             elif isinstance(found, str):
                 yield {"skipped": found}
             else:

@@ -6,15 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
-import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
 
 from m4e_fmi.fmu.importer.messages import ERROR
 from m4e_fmi.fmu.importer.missing_library import remedy_for
-from m4e_fmi.fmu.validation.findings import Failure, Finding, about
+from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import (
-    TOLERANCE,
     Context,
     Facts,
     Probe,
@@ -24,18 +21,14 @@ from m4e_fmi.fmu.validation.probe import (
 from m4e_fmi.fmu.validation.subject import WRITTEN, scale, start
 
 STEPS = 10
-SIMULATED_STEPS = 20
 AMPLITUDES = (1.0, 0.1, 0.01, 1e-4, 0.0)
 EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
-WAYS = {"coSimulation": "CoSimulation", "modelExchange": "ModelExchange"}
 
 
-def check(context: Context) -> Iterator[Finding | Failure | Facts]:
+def check(context: Context) -> Iterator[Finding | Facts]:
     """Findings, and last the facts for the other groups, unless the FMU does not even start."""
     subject = context.subject
-    if subject.fmi_3:
-        yield from _simulations(context)
     try:
         version = _version(context)
     except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
@@ -60,7 +53,7 @@ def check(context: Context) -> Iterator[Finding | Failure | Facts]:
             return
         with suppress(RefusedError):  # which `phases` tells
             others += _other_starts(context, exchange=exchange)
-        yield from _finite(context, exchange=exchange)
+        yield from _own_runs(context, exchange=exchange)
     message = "a new instance has other values than declared"
     basis = "a start value is that of the FMU until another is set: FMI 2.0.4, section 2.2.7"
     yield from about(others, "start.values", "error", message, basis)
@@ -146,17 +139,17 @@ def _other_starts(context: Context, *, exchange: bool) -> list[str]:
     ]
 
 
-def _finite(context: Context, *, exchange: bool) -> Iterator[Finding]:
-    outputs = context.subject.outputs
+def _own_runs(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    """With its own start values: finite values, and the same bits twice."""
+    outputs, way = context.subject.outputs, "ModelExchange" if exchange else "CoSimulation"
     sizes = [] if exchange else [context.subject.step_size] * STEPS
-    values = context.course(outputs, sizes, exchange=exchange)
+    values, again = (context.course(outputs, sizes, exchange=exchange) for _ in range(2))
+    if values.tobytes() != again.tobytes():
+        message = f"{way}: a second run gives other bits"
+        yield Finding("start.not_repeatable", "warning", message, "is there a global state?")
     wrong = [v.name for k, v in enumerate(outputs) if not np.isfinite(values[:, k]).all()]
-    yield from _not_finite(wrong, "")
-
-
-def _not_finite(names: list[str], where: str) -> Iterator[Finding]:
-    message = f"{where}with its own start values, not finite"
-    yield from about(names, "start.not_finite", "error", message, "check its start values")
+    message, remedy = "with its own start values, not finite", "check its start values"
+    yield from about(wrong, "start.not_finite", "error", message, remedy)
 
 
 def _guid(context: Context) -> Iterator[Finding]:
@@ -233,39 +226,3 @@ def _event_mode(context: Context) -> Iterator[Finding]:
         message = "hasEventMode is declared, but an instance with event mode is refused"
         basis = "FMI 3.0.2, section 4.3.2, eventModeUsed"
         yield Finding("capabilities.missing", "error", message, basis, words)
-
-
-def _simulations(context: Context) -> Iterator[Finding | Failure]:
-    """An FMU of FMI 3.0, simulated by FMPy in every way twice: finite values, the same bits."""
-    raw = context.subject.raw
-    for way in (text for key, text in WAYS.items() if getattr(raw, key) is not None):
-        context.journal.write(f"fmpy.simulate_fmu(fmi_type={way!r})")
-        try:
-            first, second = (_simulated(context, way) for _ in range(2))
-        except Exception as error:  # noqa: BLE001  FMPy raises plain exceptions
-            if not (isinstance(error, FMICallException | OSError) or type(error) is Exception):
-                yield Failure.of(error)  # FMPy's own
-                continue
-            message = f"{way} cannot be simulated with its own start values: {error}"
-            yield Finding("start.refused", "error", message, "`fmpy simulate` tells more")
-            continue
-        if first.tobytes() != second.tobytes():
-            message = f"{way}: a second run gives other bits"
-            yield Finding("start.not_repeatable", "warning", message, "is there a global state?")
-        reals = [n for n in first.dtype.names or () if first.dtype[n].base.kind == "f"]
-        wrong = [name for name in reals if not np.isfinite(first[name]).all()]
-        yield from _not_finite(wrong, f"{way}, ")
-
-
-def _simulated(context: Context, way: str) -> np.ndarray:
-    subject = context.subject
-    return fmpy.simulate_fmu(
-        str(subject.folder),
-        validate=False,
-        fmi_type=way,
-        start_time=subject.start_time,
-        stop_time=subject.start_time + SIMULATED_STEPS * subject.step_size,
-        output_interval=subject.step_size,
-        relative_tolerance=TOLERANCE,
-        record_events=False,
-    )
