@@ -159,8 +159,8 @@ def test_nothing_is_run_of_what_cannot_be_understood(sound: Path, tmp_path: Path
         report = validate_fmu(planted(sound, tmp_path / "faulty.fmu", old, new))
         assert not report.ok
         assert all(group.skipped for group in report.groups if group.name != "description")
-    report = validate_fmu(sound, only=("description", "phases"), skip=("description",))
-    assert [group.name for group in report.groups] == ["phases"]
+    report = validate_fmu(sound, only=("description", "state"), skip=("description",))
+    assert [group.name for group in report.groups] == ["state"]
 
 
 def test_a_crash_names_the_call_and_spares_the_other_groups(tmp_path: Path):
@@ -254,7 +254,7 @@ def test_an_fmu_that_cannot_run_here_fails(
     assert ("sources are enough for the standard" in printed) == (folder == "sources")
 
 
-@pytest.mark.parametrize("group", ["description", "parameters"])
+@pytest.mark.parametrize("group", ["description", "derivatives"])
 def test_a_defect_of_ours_is_not_laid_at_the_door_of_the_fmu(
     group: str, sound: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):

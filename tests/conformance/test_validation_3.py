@@ -92,14 +92,6 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'instantiationToken="{1',
         {"start.refused"},
     ),
-    "inputs that are called fixed parameters": (
-        "parameters",
-        'causality="input" variability="continuous" intermediateUpdate="true" '
-        'declaredType="SI.Torque"',
-        'causality="parameter" variability="fixed" intermediateUpdate="true" '
-        'declaredType="SI.Torque"',
-        {"parameters.settable"},
-    ),
 }
 """Fault → group that finds it, text in the description, what it becomes, errors and warnings."""
 

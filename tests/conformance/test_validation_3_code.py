@@ -100,13 +100,6 @@ FAULTS: dict[str, Fault] = {
         "solution",
         {"solution.exchange"},
     ),
-    "steps before initialization": (
-        "fmi3.c",
-        "ENTER(STEP);\n    (void)no_return;\n    NEEDS_ANSWERS(event && terminate && early",
-        "ENTER(ANY);\n    (void)no_return;\n    NEEDS_ANSWERS(event && terminate && early",
-        "phases",
-        {"phases.accepted"},
-    ),
     "another version": ("fmi3.c", 'return "3.0";', 'return "2.0";', "start", {"start.version"}),
     "a function is not exported": (
         "fmi3.c",

@@ -71,9 +71,6 @@ DEFECTS: dict[str, Defect] = {
         "EULER", "derivatives.rough", "solution.exchange", "solution.step_size"
     ),
     "fixed steps of its own": _code("OWN_STEP", "derivatives.rough", "solution.exchange"),
-    "steps before initialization": _code("EARLY_STEP", "phases.accepted"),
-    "a tunable parameter is ignored": _code("TUNABLE_IGNORED", "parameters.tunable_ignored"),
-    "a fixed parameter can be set": _code("FIXED_ACCEPTED", "parameters.settable"),
     "a function is not exported": _code("NO_EXPORT", "library.exports"),
     # ---- the description ----
     "a dependency is missing": _text(

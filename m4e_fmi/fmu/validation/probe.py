@@ -212,7 +212,6 @@ class Probe:
     ) -> None:
         self.subject, self.exchange, self.time = context.subject, exchange, 0.0
         self._overruns = context.overruns
-        self._told: list[tuple[Status, str]] = []
         self._messages = Messages()
         self._held: dict[int, np.ndarray] = {}
         starts = self.subject.array_starts if self.subject.fmi_3 else {}
@@ -253,15 +252,9 @@ class Probe:
 
     def words(self) -> tuple[str, ...]:
         """The FMU's messages since the last time, troubles only if there are any."""
-        self.listen()
-        told, self._told = self._told, []
+        told = self._messages.take()
         trouble = [text for status, text in told if status != OK]
         return tuple(text[:300] for text in (trouble or [text for _, text in told])[-3:])
-
-    def listen(self) -> Status:
-        """The worst status among the messages not yet asked for with `words`."""
-        self._told += self._messages.take()
-        return max((status for status, _ in self._told), default=OK)
 
     # ---- the life of an instance ----
 
@@ -328,7 +321,7 @@ class Probe:
 
     # ---- values ----
 
-    def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> Status:
+    def set(self, references: Sequence[int], values: np.ndarray) -> Status:
         """Set Reals by value reference to `values` (n_references,), in their units."""
         if not len(references):
             return OK
@@ -336,7 +329,7 @@ class Probe:
         last = [self._held.get(r, starts.get(r, np.zeros(1))) for r in arrays.references]
         data = np.concatenate([row[:n] for row, n in zip(last, arrays.sizes, strict=True)])
         data[list(arrays.places)] = values
-        status = self._heard(self.fmu.set_reals(arrays, data, note))
+        status = self._heard(self.fmu.set_reals(arrays, data))
         if status <= WARNING:
             parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
             self._held |= dict(zip(arrays.references, parts, strict=True))

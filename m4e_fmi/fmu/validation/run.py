@@ -41,8 +41,6 @@ MODULES = {
     "state_elsewhere": "repeats",
     "instances": "repeats",
     "solution": "solutions",
-    "phases": "phases",
-    "parameters": "parameters",
 }
 """Group → module with its `check`, or `check_GROUP`, in the order in which they are run."""
 FOLLOWS = {"state_elsewhere": "state"}

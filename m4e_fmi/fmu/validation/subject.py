@@ -146,11 +146,6 @@ class FmuUnderTest:
         return [v for v in self.reals() if v.causality != "independent"]
 
     @cached_property
-    def parameters(self) -> list[ModelVariable]:
-        """Parameters of type Real."""
-        return self.reals("parameter")
-
-    @cached_property
     def rates(self) -> list[ModelVariable]:
         """The derivatives of the continuous states, in the order of the states."""
         return [unknown.variable for unknown in self.raw.derivatives]

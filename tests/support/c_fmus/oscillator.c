@@ -18,7 +18,7 @@ static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001, OWN_STEP = 
 typedef struct {
     double r[N];
     double slope; /* of the force during the next step */
-    double t, stop, used_stiffness, own; /* own: the time that steps of its own have reached */
+    double t, stop, own; /* own: the time that steps of its own have reached */
     int phase;
 } Values;
 typedef struct {
@@ -46,11 +46,7 @@ static double shared;
 #endif
 
 static double stiffness(const Model *m) {
-#ifdef DEFECT_TUNABLE_IGNORED
-    double k = m->now.used_stiffness;
-#else
     double k = m->now.r[STIFFNESS];
-#endif
 #ifdef DEFECT_CS_DIFFERS
     if (m->type == fmi2CoSimulation) k *= 1.02;
 #endif
@@ -66,12 +62,8 @@ static void rates(const Model *m, double force, const double s[3], double ds[3])
 
 static void update(Model *m) {
     double *r = m->now.r, s[3] = {r[X], r[V], FILTERED(m)}, ds[3];
-    if (m->now.phase & (INSTANTIATED | INITIALIZATION)) m->now.used_stiffness = r[STIFFNESS];
     rates(m, r[FORCE], s, ds);
     r[RATIO] = r[STIFFNESS] / r[MASS];
-#ifdef DEFECT_TUNABLE_IGNORED
-    r[RATIO] = m->now.used_stiffness / r[MASS];
-#endif
     r[A] = ds[1];
     r[RATE] = ds[2];
     r[POWER] = r[FORCE] * r[V];
@@ -174,9 +166,6 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 static int settable(const Model *m, fmi2ValueReference i) {
     int starting = m->now.phase & (INSTANTIATED | INITIALIZATION);
-#ifdef DEFECT_FIXED_ACCEPTED
-    if (i <= DAMPING) return 1;
-#endif
     if (i == FORCE || i == STIFFNESS) return 1;
     return starting && (i <= DAMPING || i == X || i == V || i == Z);
 }
@@ -280,11 +269,7 @@ static int integrate(Model *m, double h) {
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final) {
-#ifdef DEFECT_EARLY_STEP
-    ENTER(INSTANTIATED | STEP);
-#else
     ENTER(STEP);
-#endif
     CHECK(!(h <= 0), "no step");
     CHECK(isfinite(h), "no step");
     CHECK(t + h <= m->now.stop + 1e-9, "past the stop time");

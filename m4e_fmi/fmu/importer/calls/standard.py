@@ -230,9 +230,9 @@ class Standard(ABC):
         note = f"{len(values)} values"
         return self.call("GetReal", *_references(arrays), *self._values(values), note=note)
 
-    def set_reals(self, arrays: Arrays, values: np.ndarray, note: str = "") -> Status:
+    def set_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
         """Set all elements from `values` (n_elements,), in the variables' units."""
-        return self.call("SetReal", *_references(arrays), *self._values(values), note=note)
+        return self.call("SetReal", *_references(arrays), *self._values(values))
 
     def sensitivity(
         self,

@@ -51,7 +51,7 @@ def check(context: Context) -> Iterator[Finding | Facts]:
             else:
                 yield refused("start", error, how)
             return
-        with suppress(RefusedError):  # which `phases` tells
+        with suppress(RefusedError):  # values need not be there before the first step
             others += _other_starts(context, exchange=exchange)
         yield from _own_runs(context, exchange=exchange)
     message = "a new instance has other values than declared"
