@@ -68,3 +68,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'm4e_fmi.fmu' has no attribute {name!r}")
     value = globals()[name] = getattr(import_module(f"m4e_fmi.fmu.{_PLACES[name]}"), name)
     return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -18,7 +18,7 @@ a loop that a step leaves as it is, and that setting inputs brings then, is take
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -65,7 +65,7 @@ def probed(
     result, trials = dict(descriptions), Trials(system, descriptions, hosts)
     unknown = {name: assumed(description) for name, description in descriptions.items()}
     driven = {name: inputs for name, inputs in driven_inputs(wiring).items() if unknown[name]}
-    looped = dict(_looped(descriptions, wiring, unknown)) if driven else {}
+    looped = _looped(descriptions, wiring, unknown) if driven else {}
     for component in (c for c in system.components if c.name in driven):
         description = descriptions[component.name]
         outputs, inputs = looped.get(component.name, ((), ()))
@@ -76,7 +76,7 @@ def probed(
         result[component.name] = resolve(description, needs, found.how)
         text = _line(found, outputs, f"none of {', '.join(inputs)}" if rest else "no input")
         if text:
-            trials.tell(f"no dependencies are declared; {text}", component)
+            trials.note(f"no dependencies are declared; {text}", component)
     return result, trials.lines()
 
 
@@ -84,7 +84,7 @@ def _looped(
     descriptions: Mapping[str, Description],
     wiring: Wiring,
     unknown: Mapping[str, frozenset[str]],
-) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
+) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
     """Components with outputs that are assumed to close a loop: these outputs, and its inputs.
 
     `unknown` are the outputs of whose dependencies nothing is known.
@@ -98,8 +98,7 @@ def _looped(
                 outputs, all_inputs = found.setdefault(port.component, (set(), set()))
                 outputs.add(port.variable)
                 all_inputs |= inputs
-    for name, (outputs, inputs) in found.items():
-        yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
+    return {name: (tuple(sorted(a)), tuple(sorted(b))) for name, (a, b) in found.items()}
 
 
 def _line(found: Probe, outputs: Sequence[str], none: str) -> str:

@@ -96,7 +96,7 @@ def without_refused(
         if order < description.input_order:
             result[component.name] = replace(description, input_order=order)
             text = _UNTRIED if alone else _REFUSED[order]
-            trials.tell(text.format(description.path.name), component)
+            trials.note(text.format(description.path.name), component)
     return result, trials.lines()
 
 
@@ -140,12 +140,12 @@ def without_forgetful(
         advice = _ADVICE_ON_CODE if coded else _ADVICE.format(file)
         if fault := trials.ask(component, _fault, driven.get(component.name, ()), coded):
             result[component.name] = replace(description, saves_state=False)
-            trials.tell(f"{file} declares {_ROLLBACK.format(fault)}; {advice}", component)
+            trials.note(f"{file} declares {_ROLLBACK.format(fault)}; {advice}", component)
             continue
         saves = saved and description.serializes_state and component.name in hosts
         if saves and (lost := trials.ask(component, _fault_of_bytes)):
             result[component.name] = replace(description, serializes_state=False)
-            trials.tell(f"{file} declares {_BYTES.format(lost)}; {advice}", component)
+            trials.note(f"{file} declares {_BYTES.format(lost)}; {advice}", component)
     return result, trials.lines()
 
 

@@ -103,7 +103,7 @@ class Trials:
     ) -> None:
         self._system, self._descriptions, self._hosts = system, descriptions, hosts
         self._known: dict[object, Any] = {}
-        self._told: dict[str, list[str]] = {}
+        self._notes: dict[str, list[str]] = {}
 
     def ask(
         self, component: Component, question: Callable[..., Answer], *asked: Hashable
@@ -117,13 +117,13 @@ class Trials:
             self._known[key] = question(new, description, *asked)
         return self._known[key]
 
-    def tell(self, text: str, component: Component) -> None:
+    def note(self, text: str, component: Component) -> None:
         """Note a text about a component."""
-        self._told.setdefault(text, []).append(component.name)
+        self._notes.setdefault(text, []).append(component.name)
 
     def lines(self) -> list[str]:
         """One line for each text, with all components that it is about."""
-        return [f"{', '.join(names)}: {text}" for text, names in self._told.items()]
+        return [f"{', '.join(names)}: {text}" for text, names in self._notes.items()]
 
 
 class Subject:

@@ -6,10 +6,7 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from fmpy.model_description import (
-    DefaultExperiment,
-    InterfaceType,
-)
+from fmpy.model_description import InterfaceType
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
 from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional, unit_of
@@ -67,7 +64,11 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
         "sources": any(p[0] == "sources" for p in parts),
         "size": path.stat().st_size,
         "unpacked": sum(info.file_size for info in zipfile.ZipFile(path).infolist()),
-        "experiment": _experiment(raw.defaultExperiment),
+        "experiment": {
+            key: float(value)
+            for key in _EXPERIMENT
+            if (value := getattr(raw.defaultExperiment, key, None))
+        },
         "kinds": {
             text: _capabilities(kind, _FMI_3 if fmi_3 else {})
             for text, kind in kinds.items()
@@ -79,11 +80,6 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
             for key in ("outputs", "derivatives", "initialUnknowns")
         },
     }
-
-
-def _experiment(raw: DefaultExperiment | None) -> dict[str, float]:
-    told = ((key, getattr(raw, key, None)) for key in _EXPERIMENT)
-    return {key: float(value) for key, value in told if value}
 
 
 def _capabilities(kind: InterfaceType, names: dict[str, str]) -> dict[str, object]:

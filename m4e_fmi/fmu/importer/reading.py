@@ -183,10 +183,10 @@ def raw_description(path: Path, text: bytes) -> FmpyDescription:
     try:
         return fmpy.read_model_description(path, validate=False)
     except Exception as error:
-        raise refusal(path, f"{cannot}: {told_by_fmpy(error)}", _REBUILD) from error
+        raise refusal(path, f"{cannot}: {fmpy_message(error)}", _REBUILD) from error
 
 
-def told_by_fmpy(error: Exception) -> str:
+def fmpy_message(error: Exception) -> str:
     """Text of an error of FMPy's: its words, or where it has none, its kind and text."""
     own = type(error) is Exception or isinstance(error, ValidationError)
     text = str(error) if own else f"FMPy stops with {type(error).__name__}: {error}"

@@ -44,6 +44,8 @@ TOLERANCE = 1e-8
 """Relative tolerance that the FMU is asked for."""
 MOST_ITERATIONS = 100
 """Event iterations at one time."""
+FACTS = "facts.json"
+"""File of what the first group has found for the others; without it, the FMU does not start."""
 SEED = 20
 PATIENCE = 8.0
 """Seconds after which a group leaves out repetitions, for FMUs that are slow to start or step."""
@@ -67,41 +69,30 @@ class RefusedError(Exception):
         super().__init__(f"{call} answered {STATUS.get(status, status)}")
 
 
-class FatalError(RefusedError):
-    """A call was answered with fmi2Fatal: this instance must not be called any more."""
-
-
 def refused(group: str, error: RefusedError, how: str = "") -> Finding:
     """The finding that an allowed call was refused."""
     basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
-    name = "fatal" if isinstance(error, FatalError) else "refused"
+    name = "fatal" if error.status in (FATAL, NO_STATUS) else "refused"
     if error.call == INSTANTIATE:
         basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
     return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
-
-
-@dataclass(frozen=True)
-class Facts:
-    """Results of the first group: inputs may vary by `amplitude` times their scale, `works` names
-    the declared capabilities that are really there."""
-
-    amplitude: float = 0.0
-    works: tuple[str, ...] = ()
 
 
 @dataclass
 class Context:
     """One group's process: `folder` is for files that the next group reads.
 
-    `overruns` are the calls that wrote outside their array. `pace` is by how much inputs and
-    communication steps are smaller than the FMU's own, `holds` whether its values hold between
-    steps of a solver inside: see `excitation`.
+    From the first group, inputs may vary by `amplitude` times their scale, and `works` names the
+    declared capabilities that are really there. `overruns` are the calls that wrote outside their
+    array. `pace` is by how much inputs and communication steps are smaller than the FMU's own,
+    `holds` whether its values hold between steps of a solver inside: see `samples`.
     """
 
     subject: FmuUnderTest
     journal: Journal
-    facts: Facts
     folder: Path
+    amplitude: float = 0.0
+    works: list[str] = field(default_factory=list)
     overruns: list[str] = field(default_factory=list)
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
     began: float = field(default_factory=time.monotonic)
@@ -186,7 +177,7 @@ class Context:
 
     def random(self, variables: list[ModelVariable], count: int = 1) -> np.ndarray:
         """Random values (count, n_variables) around the start values and in the limits, in SI."""
-        size = self.pace * self.facts.amplitude * np.array([scale(v) for v in variables])
+        size = self.pace * self.amplitude * np.array([scale(v) for v in variables])
         middle = np.array([start(v) for v in variables])
         values = middle + size * self.rng.uniform(-1, 1, (count, len(variables)))
         for k, variable in enumerate(variables):
@@ -213,7 +204,7 @@ class Probe:
         self.subject, self.exchange, self.time = context.subject, exchange, 0.0
         self._overruns = context.overruns
         self._messages = Messages()
-        self._held: dict[int, np.ndarray] = {}
+        self._last_set: dict[int, np.ndarray] = {}
         starts = self.subject.array_starts if self.subject.fmi_3 else {}
         self.fmu = STANDARDS[self.subject.raw.fmiVersion](
             context.loaded(exchange=exchange),
@@ -229,25 +220,24 @@ class Probe:
     # ---- calls ----
 
     def _refused(self, status: Status, _: str = "") -> NoReturn:
-        if status != FATAL and OK <= status <= PENDING:
-            raise RefusedError(self.fmu.last_call, status, self.words())
-        self.fmu.component = None
-        status = FATAL if status == FATAL else NO_STATUS
-        raise FatalError(self.fmu.last_call, status, self.words())
+        status = status if OK <= status <= PENDING else NO_STATUS
+        if status in (FATAL, NO_STATUS):
+            self.fmu.component = None  # which must not be called any more
+        raise RefusedError(self.fmu.last_call, status, self.words())
 
-    def _heard(self, status: Status) -> Status:
-        """The status; FatalError after fmi2Fatal."""
+    def _checked(self, status: Status) -> Status:
+        """The status; RefusedError after fmi2Fatal."""
         if status == FATAL or not OK <= status <= PENDING:
             self._refused(status)
         return status
 
     def call(self, function: str, *arguments: object, note: str = "") -> Status:
-        """Status of `function` of this instance. FatalError after fmi2Fatal."""
-        return self._heard(self.fmu.call(function, *arguments, note=note))
+        """Status of `function` of this instance; RefusedError after fmi2Fatal."""
+        return self._checked(self.fmu.call(function, *arguments, note=note))
 
     def require(self, status: Status, deed: str = "") -> None:
         """RefusedError about an allowed `deed`, the last call, if its status is above Warning."""
-        if self._heard(status) > WARNING:
+        if self._checked(status) > WARNING:
             raise RefusedError(deed or self.fmu.last_call, status, self.words())
 
     def words(self) -> tuple[str, ...]:
@@ -300,7 +290,7 @@ class Probe:
 
     def step(self, size: float) -> Status:
         """One communication step of `size` [s]."""
-        status = self._heard(self.fmu.do_step(self.time, size))
+        status = self._checked(self.fmu.do_step(self.time, size))
         if status <= WARNING:
             self.time += size
         return status
@@ -312,7 +302,7 @@ class Probe:
     def reset(self) -> None:
         """Bring the instance back to where it was when it was made."""
         self.fmu.do("Reset")
-        self._held.clear()
+        self._last_set.clear()
 
     def free(self) -> None:
         """Free the instance, if there is one."""
@@ -326,13 +316,13 @@ class Probe:
         if not len(references):
             return OK
         arrays, starts = self.fmu.arrays(references), self.subject.array_starts
-        last = [self._held.get(r, starts.get(r, np.zeros(1))) for r in arrays.references]
+        last = [self._last_set.get(r, starts.get(r, np.zeros(1))) for r in arrays.references]
         data = np.concatenate([row[:n] for row, n in zip(last, arrays.sizes, strict=True)])
         data[list(arrays.places)] = values
-        status = self._heard(self.fmu.set_reals(arrays, data))
+        status = self._checked(self.fmu.set_reals(arrays, data))
         if status <= WARNING:
             parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
-            self._held |= dict(zip(arrays.references, parts, strict=True))
+            self._last_set |= dict(zip(arrays.references, parts, strict=True))
         return status
 
     def get(self, references: Sequence[int]) -> tuple[Status, np.ndarray]:
@@ -357,7 +347,7 @@ class Probe:
     def _written(self, count: int, fill: _Fill) -> tuple[Status, np.ndarray]:
         """Status of `fill`, which writes into an array with a guard behind it; the array."""
         room = np.concatenate([np.full(count, np.nan), np.frombuffer(GUARD)])
-        status = self._heard(fill(room[:count]))
+        status = self._checked(fill(room[:count]))
         if room[count:].tobytes() != GUARD:
             self._overruns.append(self.fmu.last_call.partition("(")[0])
         return status, room[:count]
@@ -416,7 +406,7 @@ class Probe:
     def output_derivatives(self, outputs: Sequence[ModelVariable]) -> np.ndarray:
         """First time derivatives (n_outputs,) of outputs, in SI."""
         y = self._arrays(outputs)
-        found = self._required(y.count, lambda to: self.fmu.output_derivatives(y, 1, to))
+        found = self._required(y.count, lambda to: self.fmu.output_derivatives(y, to))
         return found[list(y.places)]
 
     def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:

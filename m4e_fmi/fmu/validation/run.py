@@ -28,7 +28,7 @@ from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
 from m4e_fmi.fmu.validation.description import description_findings
 from m4e_fmi.fmu.validation.findings import Finding, Group, Report, failure
-from m4e_fmi.fmu.validation.probe import Context, Facts, RefusedError, refused
+from m4e_fmi.fmu.validation.probe import FACTS, Context, RefusedError, refused
 from m4e_fmi.fmu.validation.subject import FmuUnderTest
 
 PACKAGE = "m4e_fmi.fmu.validation.checks"
@@ -50,7 +50,6 @@ CALL_LIMIT = 20.0
 """Seconds of wall time after which a call that has not returned is said to hang."""
 GROUP_LIMIT = 300.0
 """Seconds after which a group of checks is given up, though every single call returns."""
-FACTS = "facts.json"
 ENDED: dict[str, object] = {"ended": True}
 """The last that a group tells, if the FMU does not end its process before."""
 _HOST = "import sys; from m4e_fmi.fmu.validation.run import host; host(*sys.argv[1:])"
@@ -242,26 +241,24 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
             file.flush()
 
         try:
-            for told in _told(group, folder, Path(fmu)):
+            for told in _results(group, folder, Path(fmu)):
                 tell(told)
         except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
             tell({"failed": failure(error)})
         tell(ENDED)
 
 
-def _told(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
-    """What a group tells: findings, why there is nothing to check, what failed to run."""
+def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
+    """Findings of a group, why there is nothing to check, what failed to run."""
     module = import_module(f"{PACKAGE}.{MODULES[group]}")
     check = getattr(module, f"check_{group}", None) or module.check
     subject = FmuUnderTest.read(fmu)
     version, known = subject.raw.fmiVersion, folder / FACTS
-    facts = Facts(**json.loads(known.read_text())) if known.exists() else Facts()
-    context = Context(subject, Journal(_file(folder, group, "journal")), facts, folder)
+    facts = json.loads(known.read_text()) if known.exists() else {}
+    context = Context(subject, Journal(_file(folder, group, "journal")), folder, **facts)
     try:
         for found in check(context):
-            if isinstance(found, Facts):
-                known.write_text(json.dumps(asdict(found)))
-            elif isinstance(found, str):
+            if isinstance(found, str):
                 yield {"skipped": found}
             else:
                 yield asdict(found.of(version))

@@ -30,7 +30,7 @@ class Fmi2(Standard):
     """One instance of FMI 2.0; `TRUTH` is how a Boolean lies in memory."""
 
     VERSION = 2
-    BOOLEAN = fmi2.fmi2Boolean
+    BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]] = fmi2.fmi2Boolean
     BYTE = ctypes.c_char
     TRUTH: ClassVar[Layout] = Layout.I32
 

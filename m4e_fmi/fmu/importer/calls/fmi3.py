@@ -21,7 +21,7 @@ import numpy as np
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.parts import Caller, Layout, Part, RawPart, runtime_function
+from m4e_fmi.fmu.importer.calls.parts import Caller, Layout, RawPart, parts_of, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
     RESTLESS,
     RawCall,
@@ -106,7 +106,6 @@ class Fmi3(Standard):
     """One instance of FMI 3.0."""
 
     VERSION = 3
-    BOOLEAN = ctypes.c_bool
     BYTE = ctypes.c_uint8
     SIZED = True
 
@@ -249,11 +248,7 @@ class Fmi3(Standard):
     def _access(self, names: tuple[str, ...]) -> _RawAccess:
         """The record with which the runtime moves these Reals."""
         if names not in self._accesses:
-            variables, kinds = self.variables(names), dict[tuple[str, bool], list[int]]()
-            for k, v in enumerate(variables):
-                kinds.setdefault((v.fmi_type, v.variability == "continuous"), []).append(k)
-            caller = self.caller()
-            parts = [Part([variables[k] for k in one], one, caller) for one in kinds.values()]
+            parts = parts_of(self.variables(names), self.caller())
             raw = (_RawPart3 * len(parts))(
                 *(
                     _RawPart3(

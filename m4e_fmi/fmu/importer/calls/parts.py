@@ -189,6 +189,7 @@ class Part:
         self._buffer = np.zeros(arrays.count, dtype=self.layout.value[1])
         self.partial = len(set(keys)) < arrays.count
         self.discrete = variables[0].variability != "continuous"
+        self.truth = variables[0].type == "Boolean"
         self.raw_fields = {
             "get": caller.address(self.get_name),
             "set": caller.address(self.set_name),
@@ -200,3 +201,14 @@ class Part:
             "value_count": arrays.count,
             "count": len(self._places),
         }
+
+
+def parts_of(variables: Sequence[Variable], caller: Caller) -> list[Part]:
+    """The parts of some variables: by type, and those last that are set in event mode."""
+    kinds: dict[tuple[bool, str], list[int]] = {}
+    for k, v in enumerate(variables):
+        kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
+    return [
+        Part([variables[k] for k in members], members, caller)
+        for _, members in sorted(kinds.items())
+    ]

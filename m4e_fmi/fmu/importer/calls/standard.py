@@ -85,7 +85,6 @@ class Standard(ABC):
     """
 
     VERSION: ClassVar[int]
-    BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char | ctypes.c_bool]]
     BYTE: ClassVar[type[ctypes.c_char | ctypes.c_uint8]]
     """Of a serialised state."""
     SIZED: ClassVar[bool] = False
@@ -159,7 +158,7 @@ class Standard(ABC):
 
     @abstractmethod
     def layout(self, variable: Variable) -> tuple[str, Layout]:
-        """What stands behind Get or Set in its function's name, and how values lie in memory."""
+        """The end of its functions' names, as Real of fmi2GetReal, and how values lie in memory."""
 
     @abstractmethod
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
@@ -251,10 +250,10 @@ class Standard(ABC):
         values = *self._values(seed), *self._values(found)
         return self.call(function, *variables, *values, note=f"{len(found)} values")
 
-    def output_derivatives(self, outputs: Arrays, order: int, found: np.ndarray) -> Status:
-        """Time derivatives of an order of the outputs, into `found` (n_elements,), in SI."""
+    def output_derivatives(self, outputs: Arrays, found: np.ndarray) -> Status:
+        """First time derivatives of the outputs, into `found` (n_elements,), in SI."""
         references, count = _references(outputs)
-        arguments = references, count, (ctypes.c_int32 * count)(*[order] * count)
+        arguments = references, count, (ctypes.c_int32 * count)(*[1] * count)
         note = f"{len(found)} values"
         return self.call("GetRealOutputDerivatives", *arguments, *self._values(found), note=note)
 
@@ -303,7 +302,7 @@ class Standard(ABC):
 
     @abstractmethod
     def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
-        """What the FMU calls the state in a slot; null if there is none."""
+        """The pointer by which the FMU knows the state in a slot; null if there is none."""
 
     def free_state(self, slot: ctypes.c_void_p) -> None:
         """Free the state in a slot, if there is one."""

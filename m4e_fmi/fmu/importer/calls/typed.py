@@ -15,7 +15,7 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.parts import Caller, Part, RawPart, guarded, runtime_function
+from m4e_fmi.fmu.importer.calls.parts import Caller, RawPart, guarded, parts_of, runtime_function
 from m4e_fmi.fmu.importer.messages import WARNING, Status
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.runtime.library import library
@@ -168,14 +168,7 @@ class Access:
         self._ready, self._holds = caller.ready, (texts, changed, caller)
         functions = ("m4e_get_typed", "m4e_set_typed")
         self._get, self._set = (guarded(_MOVE, runtime_function(name)) for name in functions)
-        kinds: dict[tuple[bool, str], list[int]] = {}
-        for k, v in enumerate(variables):
-            kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
-        self._parts = tuple(
-            Part([variables[k] for k in members], members, caller)
-            for _, members in sorted(kinds.items())  # those set in event mode are the last
-        )
-        truths = [variables[members[0]].type == "Boolean" for _, members in sorted(kinds.items())]
+        self._parts = parts_of(variables, caller)
         self._raw_parts = (_RawTypedPart * len(self._parts))(
             *(
                 _RawTypedPart(
@@ -184,9 +177,9 @@ class Access:
                     sized=caller.component is not None,
                     partial=part.partial,
                     discrete=part.discrete,
-                    truth=truth,
+                    truth=part.truth,
                 )
-                for part, truth in zip(self._parts, truths, strict=True)
+                for part in self._parts
             )
         )
         self._raw_taken = (_RawTaken * len(self.taken))(

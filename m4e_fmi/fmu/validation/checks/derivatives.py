@@ -41,11 +41,11 @@ def check(context: Context) -> Iterator[Finding | str]:
         yield from _nominals(context)
     context = paced(context)
     pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
-    orders = subject.steps and "maxOutputDerivativeOrder" in context.facts.works
+    orders = subject.steps and "maxOutputDerivativeOrder" in context.works
     if subject.steps and (pairs or orders):
         yield from _along_a_run(context, pairs, subject.outputs if orders else [])
     shorter = subject.variable_steps and not context.holds
-    if subject.steps and "canInterpolateInputs" in context.facts.works and shorter:
+    if subject.steps and "canInterpolateInputs" in context.works and shorter:
         yield from _input_derivatives(context)
 
 

@@ -238,7 +238,7 @@ def _varies(measured: _Measured, row: int, k: int) -> bool:
 
 def check_directional(context: Context) -> Iterator[Finding | str]:
     """Directional derivatives that contradict differences."""
-    works = context.facts.works
+    works = context.works
     if not any(name.startswith((CAPABILITY, ADJOINT)) for name in works):
         yield f"{CAPABILITY} is not declared, or not there"
         return

@@ -108,7 +108,7 @@ def _differences(
 
 def check_state(context: Context) -> Iterator[Finding | str]:
     """Saved states that do not repeat a run."""
-    works = context.facts.works
+    works = context.works
     if not context.subject.steps or "canGetAndSetFMUstate" not in works:
         yield "canGetAndSetFMUstate is not declared for co-simulation, or not there"
         return
@@ -267,7 +267,7 @@ def _reset(context: Context, *, exchange: bool) -> Iterator[Finding]:
 
 def _perturbed(context: Context, probe: Probe) -> Probe:
     """Begin with other parameters and inputs than the start values."""
-    change = 0.01 * context.facts.amplitude
+    change = 0.01 * context.amplitude
     given = [v for v in context.subject.given if v.causality != "input"]
     return probe.begin({v.valueReference: within(v, start(v) + change * scale(v)) for v in given})
 

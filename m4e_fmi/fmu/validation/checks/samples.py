@@ -1,4 +1,4 @@
-"""What samples of an FMU's variables tell: derivatives, whether a solver is coarse, at which pace.
+"""Samples of an FMU's variables: derivatives from them, signs of a coarse solver, their pace.
 
 Derivatives from values have an error estimate from the values themselves (Richardson). Solvers
 inside FMUs that advance in fixed steps of their own are coarse, but not wrong: between two samples

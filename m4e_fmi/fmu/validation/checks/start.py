@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from m4e_fmi.fmu.importer.messages import ERROR
 from m4e_fmi.fmu.importer.missing_library import remedy_for
 from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import (
+    FACTS,
     Context,
-    Facts,
     Probe,
     RefusedError,
     refused,
@@ -26,8 +26,8 @@ EPS = float(np.finfo(float).eps)
 WRONG_GUID = "{00000000-not-the-guid-of-this-fmu}"
 
 
-def check(context: Context) -> Iterator[Finding | Facts]:
-    """Findings, and last the facts for the other groups, unless the FMU does not even start."""
+def check(context: Context) -> Iterator[Finding]:
+    """Findings; the file of facts for the other groups, unless the FMU does not even start."""
     subject = context.subject
     try:
         version = _version(context)
@@ -39,10 +39,10 @@ def check(context: Context) -> Iterator[Finding | Facts]:
     if version != (subject.raw.fmiVersion, "default"):
         message = f"GetVersion and GetTypesPlatform answer {version}"
         yield Finding("start.version", "error", message, "FMI 2.0.4, section 2.1.2 and 2.1.4")
-    facts, others = Facts(), list[str]()
+    others: list[str] = []
     for exchange in subject.ways:
         try:
-            facts = _first_steps(context, facts, exchange=exchange)
+            _first_steps(context, exchange=exchange)
         except RefusedError as error:
             how = " (model exchange)" if exchange else " (co-simulation)"
             assumed = subject.steps and not subject.variable_steps and not subject.declared_step
@@ -51,7 +51,7 @@ def check(context: Context) -> Iterator[Finding | Facts]:
             else:
                 yield refused("start", error, how)
             return
-        with suppress(RefusedError):  # values need not be there before the first step
+        with suppress(RefusedError):  # who gives no values yet is not asked for them
             others += _other_starts(context, exchange=exchange)
         yield from _own_runs(context, exchange=exchange)
     message = "a new instance has other values than declared"
@@ -59,11 +59,10 @@ def check(context: Context) -> Iterator[Finding | Facts]:
     yield from about(others, "start.values", "error", message, basis)
     yield from _guid(context)
     for exchange in subject.ways:
-        works: list[str] = []
-        yield from _capabilities(context, works, exchange=exchange)
-        facts = replace(facts, works=(*facts.works, *works))
+        yield from _capabilities(context, exchange=exchange)
     yield from _event_mode(context)
-    yield facts
+    facts = {"amplitude": context.amplitude, "works": context.works}
+    (context.folder / FACTS).write_text(json.dumps(facts))
 
 
 def _assumed_step(context: Context, error: RefusedError) -> Finding:
@@ -89,11 +88,11 @@ def _text(answer: bytes | None) -> str:
     return "NULL" if answer is None else answer.decode("utf-8", "replace")
 
 
-def _first_steps(context: Context, facts: Facts, *, exchange: bool) -> Facts:
-    """Twice through all phases; the largest amplitude of the inputs at which that is possible."""
-    amplitudes = (facts.amplitude,) if exchange and context.subject.steps else AMPLITUDES
+def _first_steps(context: Context, *, exchange: bool) -> None:
+    """Twice through all phases, at the largest amplitude of inputs at which that is possible."""
+    amplitudes = (context.amplitude,) if exchange and context.subject.steps else AMPLITUDES
     for amplitude in amplitudes:
-        context.facts = Facts(amplitude)
+        context.amplitude = amplitude
         try:
             for _ in range(2):
                 with context.probe(exchange=exchange) as probe:
@@ -102,8 +101,7 @@ def _first_steps(context: Context, facts: Facts, *, exchange: bool) -> Facts:
             if amplitude == amplitudes[-1]:
                 raise
         else:
-            return context.facts
-    raise AssertionError("the last amplitude returns or raises")
+            return
 
 
 def _through(context: Context, probe: Probe) -> None:
@@ -161,8 +159,8 @@ def _guid(context: Context) -> Iterator[Finding]:
         yield Finding("start.guid_unchecked", "note", message, "FMI 2.0.4, section 2.1.5")
 
 
-def _capabilities(context: Context, works: list[str], *, exchange: bool) -> Iterator[Finding]:
-    """Declared capabilities that are not there; what is there goes to `works`."""
+def _capabilities(context: Context, *, exchange: bool) -> Iterator[Finding]:
+    """Declared capabilities that are not there; the others work."""
     for name, test in _tests(context, exchange=exchange).items():
         try:
             with context.probe(exchange=exchange) as probe:
@@ -175,7 +173,7 @@ def _capabilities(context: Context, works: list[str], *, exchange: bool) -> Iter
             basis = "FMI 2.0.4, section 3.3.1 and 4.3.1"
             yield Finding("capabilities.missing", "error", message, basis, error.words)
         else:
-            works.append(f"{name} (model exchange)" if exchange else name)
+            context.works.append(f"{name} (model exchange)" if exchange else name)
 
 
 def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
