@@ -45,7 +45,7 @@ def overview(prepared: Prepared) -> str:
     lines += _unconnected(prepared) or ["  none"]
     lines.append(_times(system))
     _, note = thinned(system.simulation, prepared.columns)
-    lines.append(note or f"results: {volume(system.simulation, prepared.columns)}")
+    lines.append(note or f"results: {volume(system.simulation, prepared.columns)[1]}")
     return "\n".join(lines)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 from math import ceil
 
@@ -94,31 +94,21 @@ def _matches(descriptions: Mapping[str, Description], pattern: str) -> list[tupl
     ]
 
 
-@dataclass(frozen=True)
-class Volume:
-    """`rows` of `values` each, including the time; a lower bound if the steps are `adaptive`."""
+def volume(simulation: Simulation, values: int) -> tuple[int, str]:
+    """The number of rows of a run with so many values in each, the time included; and in words.
 
-    rows: int
-    values: int
-    adaptive: bool
-
-    @property
-    def size(self) -> int:
-        """Bytes."""
-        return 8 * self.rows * self.values
-
-    def __str__(self) -> str:
-        least = "at least " if self.adaptive else ""
-        return f"{least}{self.rows:,} rows of {self.values:,} values, {size_text(self.size)}"
-
-
-def volume(simulation: Simulation, values: int) -> Volume:
-    """The size of the results of a run with so many values in each row, including the time."""
+    It is a lower bound if the steps are adaptive.
+    """
     interval = simulation.output_interval
     span = simulation.stop_time - simulation.start_time
     rows = ceil(span / (interval or simulation.step_size)) + 1
-    adaptive = interval is None and simulation.coupling_tolerance is not None
-    return Volume(rows, values, adaptive)
+    least = "at least " if _ends_anywhere(simulation) else ""
+    return rows, f"{least}{rows:,} rows of {values:,} values, {size_text(8 * rows * values)}"
+
+
+def _ends_anywhere(simulation: Simulation) -> bool:
+    """True if steps are adaptive, and each is a row."""
+    return simulation.output_interval is None and simulation.coupling_tolerance is not None
 
 
 def thinned(simulation: Simulation, values: int) -> tuple[Simulation, str]:
@@ -127,20 +117,20 @@ def thinned(simulation: Simulation, values: int) -> tuple[Simulation, str]:
     Rows have so many `values`. The note is empty for results that are not LARGE. Adaptive steps are
     left as they are: they end where rows are due.
     """
-    whole = volume(simulation, values)
-    if whole.size <= LARGE:
+    rows, text = volume(simulation, values)
+    row = 8 * values
+    if rows * row <= LARGE:
         return simulation, ""
     remedy = "a longer output_interval, or fewer --variables, make them smaller"
-    if whole.size <= HUGE or whole.adaptive or simulation.output_interval:
-        return simulation, f"results: {whole}; {remedy}"
+    if rows * row <= HUGE or simulation.output_interval or _ends_anywhere(simulation):
+        return simulation, f"results: {text}; {remedy}"
     multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
-    row, steps = 8 * whole.values, whole.rows - 1
-    every = next(n for n in multiples if row * (ceil(steps / n) + 1) <= LARGE)
+    every = next(n for n in multiples if row * (ceil((rows - 1) / n) + 1) <= LARGE)
     step = round(simulation.step_size * NS_PER_SECOND)
     fewer = replace(simulation, output_interval=every * step / NS_PER_SECOND)
     return fewer, (
-        f"results of every step would be {whole.rows:,} rows, {size_text(whole.size)}: a row is "
-        f"written every {every} steps, {size_text(volume(fewer, values).size)}; "
+        f"results of every step would be {rows:,} rows, {size_text(rows * row)}: a row is "
+        f"written every {every} steps, {size_text(volume(fewer, values)[0] * row)}; "
         f"output_interval: {fewer.output_interval:g} does the same, "
         f"output_interval: {simulation.step_size:g} writes every step"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Axis, Bond, Port
+from m4e_fmi.cosim.connections.links import Bond, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.system.component import ModelFile
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
@@ -59,15 +59,14 @@ def record_of_system(prepared: Prepared) -> Record:
 
 
 def _flow(bond: Bond, prepared: Prepared) -> Flow:
-    force = bond.axes[0].force
-    products = tuple(_product(axis, prepared) for axis in bond.axes)
-    return Flow(bond.name, force.source.component, force.target.component, products, bond.adds)
-
-
-def _product(axis: Axis, prepared: Prepared) -> Product:
-    force, velocity = axis.force.source, axis.velocity.source
-    factor = axis.share * _to_si(force, prepared) * _to_si(velocity, prepared)
-    return Product(str(force), str(velocity), factor)
+    products = []
+    for axis in bond.axes:
+        force, velocity = axis.force.source, axis.velocity.source
+        factor = axis.share * _to_si(force, prepared) * _to_si(velocity, prepared)
+        products.append(Product(str(force), str(velocity), factor))
+    first = bond.axes[0].force
+    source, target = first.source.component, first.target.component
+    return Flow(bond.name, source, target, tuple(products), bond.adds)
 
 
 def _to_si(port: Port, prepared: Prepared) -> float:

@@ -16,7 +16,12 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark
-from m4e_fmi.cosim.run.checkpoint_file import Parts, read_checkpoint, results_of, write_checkpoint
+from m4e_fmi.cosim.run.checkpoint_file import (
+    CheckpointParts,
+    read_checkpoint,
+    results_of,
+    write_checkpoint,
+)
 from m4e_fmi.cosim.run.identity import check_identity
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
 from m4e_fmi.cosim.stepping.step_control import StepControlSnapshot
@@ -132,7 +137,7 @@ class Checkpoint:
 
     path: Path
     head: Head
-    _parts: Parts
+    _parts: CheckpointParts
 
     @classmethod
     def read(cls, path: Path) -> Checkpoint:

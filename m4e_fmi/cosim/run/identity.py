@@ -38,7 +38,11 @@ def identity(prepared: Prepared, *, certify: bool) -> dict[str, str]:
         content = f"{description.path.name}, SHA-256 {description.content}"
         found[f"the file of {name}'s FMU"] = content
         found |= {
-            f"start value {name}.{v}": _exactly(given) for v, given in component.start.items()
+            # a Quantity with all its digits
+            f"start value {name}.{v}": f"{given.value!r} {given.unit.text}"
+            if isinstance(given, Quantity)
+            else str(given)
+            for v, given in component.start.items()
         }
         found |= {f"unit of {name}.{v}": str(unit) for v, unit in component.units.items()}
         found[f"step_size of {name}"] = str(component.step_size)
@@ -82,8 +86,3 @@ def _shown(value: str | None) -> str:
         return "not given"
     value = _SHA_256.sub(r"\1", value)
     return value if len(value) <= _SHOWN else f"{value[:_SHOWN]} …"
-
-
-def _exactly(given: object) -> str:
-    """A start value with all its digits."""
-    return f"{given.value!r} {given.unit.text}" if isinstance(given, Quantity) else str(given)

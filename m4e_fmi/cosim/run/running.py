@@ -48,40 +48,40 @@ def running(prepared: Prepared, options: Options) -> Generator[Run]:
     found = {n: replace(d, path=d.path.absolute()) for n, d in prepared.descriptions.items()}
     run = Run(replace(prepared, descriptions=found), options)
     complete: list[str] = []
-    with ExitStack() as stack:
-        place = None
-        if options.results is not None:
-            check_export(given)
-            place = stack.enter_context(claimed(stream_of(given)))
-        try:
-            with ending_cleanly():
-                run.identity = identity(run.prepared, certify=options.certify)
-                if options.checkpoint:
-                    options.checkpoint.check(run.identity, run.simulation.stop_time)
-                with run:
-                    _look_at_start(run)
-                    if place:
-                        _open_results(run, place, file)
-                    try:
-                        with held():  # until all rows are on the disk
-                            yield from _stepped(run)
-                    except BaseException as error:
-                        _add_facts(error, _how_far(run, error, given, file))
-                        raise
-                    complete.append(_time(run))
-                    if run.results:
-                        complete.append(_where(run.results, given, file))
-                    run.outcome = _last_outcome(run, clock.perf_counter() - began, given)
-                    if run.results:
-                        complete[1] = _exported(run.outcome, run.results, given, file)
-        except (KeyboardInterrupt, Terminated) as error:
-            _add_facts(error, [] if getattr(error, "__notes__", ()) else complete)
-            raise
-        except ExportError:
-            raise
-        except RunError as error:
-            _add_facts(error, complete[1:])
-            raise
+    try:
+        with ExitStack() as stack:
+            stack.enter_context(ending_cleanly())
+            place = None
+            if options.results is not None:
+                check_export(given)
+                place = stack.enter_context(claimed(stream_of(given)))
+            run.identity = identity(run.prepared, certify=options.certify)
+            if options.checkpoint:
+                options.checkpoint.check(run.identity, run.simulation.stop_time)
+            stack.enter_context(run)
+            _look_at_start(run)
+            if place:
+                _open_results(run, place, file)
+            try:
+                with held():  # until all rows are on the disk
+                    yield from _stepped(run)
+            except BaseException as error:
+                _add_facts(error, _how_far(run, error, given, file))
+                raise
+            complete.append(_time(run))
+            if run.results:
+                complete.append(_where(run.results, given, file))
+            run.outcome = _last_outcome(run, clock.perf_counter() - began, given)
+            if run.results:
+                complete[1] = _exported(run.outcome, run.results, given, file)
+    except (KeyboardInterrupt, Terminated) as error:
+        _add_facts(error, [] if getattr(error, "__notes__", ()) else complete)
+        raise
+    except ExportError:
+        raise
+    except RunError as error:
+        _add_facts(error, complete[1:])
+        raise
     # what FMUs say at their end comes after the results are complete
     messages = run.journal.messages(run.network.instances.values())
     run.outcome = replace(run.outcome, messages=messages)
