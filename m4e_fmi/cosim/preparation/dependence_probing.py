@@ -44,7 +44,7 @@ LOST_AGAIN = 0.5
 
 
 @dataclass(frozen=True)
-class Probe:
+class Dependencies:
     """Result of moving inputs: the inputs that each output follows, and how that is known.
 
     Where it could not be done, `failure` says why.
@@ -101,7 +101,7 @@ def _looped(
     return {name: (tuple(sorted(a)), tuple(sorted(b))) for name, (a, b) in found.items()}
 
 
-def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
+def _line(found: Dependencies, outputs: Sequence[str], none: str) -> str:
     """A note on a component; empty where no loop depends on it."""
     if found.failure:
         return (
@@ -123,23 +123,23 @@ def _probe(
     inputs: Sequence[str],
     others: Sequence[str],
     driven: Sequence[str],
-) -> Probe:
+) -> Dependencies:
     """The result for `outputs` in loops by `inputs` there, and for those that are a step late.
 
     `others` are the other outputs, `driven` all connected inputs.
     """
     if description.once_per_process:
         failure = "its FMU allows one instance only, so that it is not probed"
-        return Probe({}, {}, failure if outputs else "")
+        return Dependencies({}, {}, failure if outputs else "")
     try:
         with setting_up():
             late = _late(new, (*outputs, *others), driven)
             needs = _moved_inputs(new, outputs, inputs) if outputs else {}
     except RunError as error:
-        return Probe({}, {}, f"probing it failed: {error.message}" if outputs else "")
+        return Dependencies({}, {}, f"probing it failed: {error.message}" if outputs else "")
     late -= {name for name, found in needs.items() if found}
     how = dict.fromkeys(outputs, PROBED) | dict.fromkeys(sorted(late), STEPPED)
-    return Probe(needs, how)
+    return Dependencies(needs, how)
 
 
 def _moved_inputs(

@@ -10,7 +10,7 @@ _SIZE = 512
 _HEAD = struct.Struct("<Q")
 
 
-class Journal:
+class CallJournal:
     """The file at `path` holds the number and the text of the last call."""
 
     def __init__(self, path: Path) -> None:

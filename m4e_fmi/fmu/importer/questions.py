@@ -15,7 +15,7 @@ _In = TypeVar("_In", contravariant=True)
 _Out = TypeVar("_Out", covariant=True)
 
 
-class Subject(Protocol[_In, _Out]):
+class SteppedFmu(Protocol[_In, _Out]):
     """An instance that is tried: its inputs can be set, its outputs be read."""
 
     def set(self, values: _In, /) -> None:
@@ -42,7 +42,7 @@ def moved(
 
 
 def trajectory(
-    subject: Subject[Values, Row], inputs: Iterable[Values | None], size: float
+    subject: SteppedFmu[Values, Row], inputs: Iterable[Values | None], size: float
 ) -> list[Row]:
     """The outputs after each of some steps of `size` [s].
 

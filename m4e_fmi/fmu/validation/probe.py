@@ -21,7 +21,7 @@ import numpy as np
 from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.call_journal import Journal
+from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
 from m4e_fmi.fmu.importer.calls.parts import Arrays
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
@@ -89,7 +89,7 @@ class Context:
     """
 
     subject: FmuUnderTest
-    journal: Journal
+    journal: CallJournal
     folder: Path
     amplitude: float = 0.0
     works: list[str] = field(default_factory=list)

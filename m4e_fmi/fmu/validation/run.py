@@ -21,7 +21,7 @@ from typing import Any
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.temporary import TemporaryFolder
-from m4e_fmi.fmu.importer.call_journal import Journal
+from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
@@ -124,11 +124,11 @@ def _in_processes(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -
             assert process.stdout is not None
             try:
                 for line in process.stdout:
-                    told = json.loads(line)
-                    if isinstance(told, str):
-                        tell(told)
+                    message = json.loads(line)
+                    if isinstance(message, str):
+                        tell(message)
                     else:
-                        found = [Group.from_dict(group) for group in told]
+                        found = [Group.from_dict(group) for group in message]
             except BaseException:
                 process.terminate()
                 process.wait(_PATIENCE)
@@ -202,10 +202,10 @@ def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Gro
 def _outcome(name: str, work: Path, ending: Ending, seconds: float) -> Group:
     path = _file(work, name, "findings")
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-    told: list[dict[str, Any]] = [json.loads(line) for line in lines]
-    if ending.kind == "done" and ENDED not in told:  # by exit(0), in a call
+    results: list[dict[str, Any]] = [json.loads(line) for line in lines]
+    if ending.kind == "done" and ENDED not in results:  # by exit(0), in a call
         ending = replace(ending, kind="ended")
-    findings = [one for one in told if "id" in one]
+    findings = [one for one in results if "id" in one]
     if ending.kind != "done":
         words = ""
         if ending.kind != "hang":
@@ -214,8 +214,8 @@ def _outcome(name: str, work: Path, ending: Ending, seconds: float) -> Group:
         kind = f"{name}.{ending.kind}"
         findings.append(asdict(Finding(kind, "error", ending.message, _UNFINISHED, said)))
     unique = [one for k, one in enumerate(findings) if one not in findings[:k]]
-    skipped = next((one["skipped"] for one in told if "skipped" in one), "")
-    failed = next((one["failed"] for one in told if "failed" in one), "")
+    skipped = next((one["skipped"] for one in results if "skipped" in one), "")
+    failed = next((one["failed"] for one in results if "failed" in one), "")
     group = {"name": name, "findings": unique, "skipped": skipped, "failed": failed}
     return Group.from_dict({**group, "seconds": seconds})
 
@@ -236,16 +236,16 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
     os.dup2(os.open(_file(folder, group, "stderr"), os.O_WRONLY | os.O_CREAT), 2)
     with _file(folder, group, "findings").open("w", encoding="utf-8") as file:
 
-        def tell(told: dict[str, object]) -> None:
-            file.write(json.dumps(told) + "\n")
+        def write(result: dict[str, object]) -> None:
+            file.write(json.dumps(result) + "\n")
             file.flush()
 
         try:
-            for told in _results(group, folder, Path(fmu)):
-                tell(told)
+            for result in _results(group, folder, Path(fmu)):
+                write(result)
         except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
-            tell({"failed": failure(error)})
-        tell(ENDED)
+            write({"failed": failure(error)})
+        write(ENDED)
 
 
 def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
@@ -255,7 +255,7 @@ def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]
     subject = FmuUnderTest.read(fmu)
     version, known = subject.raw.fmiVersion, folder / FACTS
     facts = json.loads(known.read_text()) if known.exists() else {}
-    context = Context(subject, Journal(_file(folder, group, "journal")), folder, **facts)
+    context = Context(subject, CallJournal(_file(folder, group, "journal")), folder, **facts)
     try:
         for found in check(context):
             if isinstance(found, str):

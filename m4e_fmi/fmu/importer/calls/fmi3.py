@@ -21,7 +21,7 @@ import numpy as np
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.parts import Caller, Layout, RawPart, parts_of, runtime_function
+from m4e_fmi.fmu.importer.calls.parts import Layout, RawPart, batches, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
     RESTLESS,
     RawCall,
@@ -232,11 +232,6 @@ class Fmi3(Standard):
         except FMICallException as error:
             self._failed(error.status, error.function)
 
-    def caller(self) -> Caller:
-        return Caller(
-            self.layout, self.address, self.component, self.sizes, self.ready, self.events
-        )
-
     def layout(self, variable: Variable) -> tuple[str, Layout]:
         kind = variable.fmi_type
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
@@ -248,7 +243,7 @@ class Fmi3(Standard):
     def _access(self, names: tuple[str, ...]) -> _RawAccess:
         """The record with which the runtime moves these Reals."""
         if names not in self._accesses:
-            parts = parts_of(self.variables(names), self.caller())
+            parts = batches(self.variables(names), self.caller())
             raw = (_RawPart3 * len(parts))(
                 *(
                     _RawPart3(

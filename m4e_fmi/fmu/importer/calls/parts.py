@@ -173,7 +173,7 @@ class RawPart(ctypes.Structure):
     ]
 
 
-class Part:
+class Batch:
     """Variables of one type: ``buffer[places[i]]`` is the value of the wanted ``members[i]``."""
 
     def __init__(
@@ -203,12 +203,12 @@ class Part:
         }
 
 
-def parts_of(variables: Sequence[Variable], caller: Caller) -> list[Part]:
+def batches(variables: Sequence[Variable], caller: Caller) -> list[Batch]:
     """The parts of some variables: by type, and those last that are set in event mode."""
     kinds: dict[tuple[bool, str], list[int]] = {}
     for k, v in enumerate(variables):
         kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
     return [
-        Part([variables[k] for k in members], members, caller)
+        Batch([variables[k] for k in members], members, caller)
         for _, members in sorted(kinds.items())
     ]

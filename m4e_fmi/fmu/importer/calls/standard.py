@@ -17,7 +17,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.call_journal import Journal
+from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.calls.parts import (
     Arrays,
     Caller,
@@ -97,7 +97,7 @@ class Standard(ABC):
         failed: Failed,
         *,
         sizes: Mapping[int, int] | None = None,
-        journal: Journal | None = None,
+        journal: CallJournal | None = None,
     ) -> None:
         self._fmpy = copy(loaded)
         self._dll: ctypes.CDLL = loaded.dll
@@ -180,7 +180,8 @@ class Standard(ABC):
 
     def caller(self) -> Caller:
         """How the variables are called."""
-        return Caller(self.layout, self.address, self.component, self.sizes, self.ready)
+        record = self.events if self.SIZED else None
+        return Caller(self.layout, self.address, self.component, self.sizes, self.ready, record)
 
     def ready(self) -> Status:
         """Do what values need before they are read."""

@@ -15,7 +15,7 @@ from weakref import finalize
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.parts import Caller, RawPart, guarded, parts_of, runtime_function
+from m4e_fmi.fmu.importer.calls.parts import Caller, RawPart, batches, guarded, runtime_function
 from m4e_fmi.fmu.importer.messages import WARNING, Status
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.runtime.library import library
@@ -168,7 +168,7 @@ class Access:
         self._ready, self._holds = caller.ready, (texts, changed, caller)
         functions = ("m4e_get_typed", "m4e_set_typed")
         self._get, self._set = (guarded(_MOVE, runtime_function(name)) for name in functions)
-        self._parts = parts_of(variables, caller)
+        self._parts = batches(variables, caller)
         self._raw_parts = (_RawTypedPart * len(self._parts))(
             *(
                 _RawTypedPart(

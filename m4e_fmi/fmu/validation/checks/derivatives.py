@@ -11,7 +11,7 @@ from m4e_fmi.fmu.validation.checks.samples import (
     CENTRE,
     SAFETY,
     SAMPLES,
-    Estimate,
+    Slope,
     at_centre,
     follows,
     paced,
@@ -137,7 +137,7 @@ def _sampled(
     return values, np.reshape(told, (WINDOWS, len(outputs)))
 
 
-def _estimate(rows: np.ndarray, spacing: float) -> Estimate:
+def _estimate(rows: np.ndarray, spacing: float) -> Slope:
     """Differences; the FMU's own error per step, relative, counts as an error of the samples.
 
     Exactly 0 for what changes by rounding only.
@@ -146,7 +146,7 @@ def _estimate(rows: np.ndarray, spacing: float) -> Estimate:
     spread = np.ptp(rows, axis=0)
     still = spread <= SAFETY * np.finfo(float).eps * np.max(np.abs(rows), axis=0)
     noise = TOLERANCE * spread / spacing
-    return Estimate(np.where(still, 0.0, found.value), found.error + noise)
+    return Slope(np.where(still, 0.0, found.value), found.error + noise)
 
 
 def _contradictions(
@@ -155,7 +155,7 @@ def _contradictions(
     basis: str,
     variables: list[ModelVariable],
     values: np.ndarray,
-    estimates: list[Estimate],
+    estimates: list[Slope],
     coarse: np.ndarray,
 ) -> Iterator[Finding]:
     """Variables that contradict the differences in most of the windows that tell something.

@@ -17,7 +17,7 @@ from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.elements import FmpyUnknown, owner
 from m4e_fmi.fmu.importer.questions import moved
-from m4e_fmi.fmu.validation.checks.samples import SAFETY, Estimate, central
+from m4e_fmi.fmu.validation.checks.samples import SAFETY, Slope, central
 from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import Context, Probe, RefusedError
 from m4e_fmi.fmu.validation.subject import limits, scale, within
@@ -46,7 +46,7 @@ ADJOINT = "providesAdjointDerivatives"
 
 
 @dataclass
-class Place:
+class WorkingPoint:
     """One of the three; `declared` are the entries of ModelStructure for its unknowns."""
 
     name: str
@@ -100,7 +100,7 @@ class Place:
         return np.allclose(variables, self.probe.vector(), rtol=1e-12, atol=0.0)
 
 
-def places(context: Context) -> Iterator[Place]:
+def places(context: Context) -> Iterator[WorkingPoint]:
     """Those that the FMU has, one after the other."""
     subject, raw = context.subject, context.subject.raw
     continuous = [e for e in raw.outputs if e.variable.variability == "continuous"]
@@ -113,7 +113,9 @@ def places(context: Context) -> Iterator[Place]:
         both = [*subject.states, *subject.inputs]
         wanted.append((EXCHANGE, both, [*continuous, *raw.derivatives]))
     for name, knowns, entries in wanted:
-        place = Place(name, context, knowns, [e for e in entries if e.variable.type == "Real"])
+        place = WorkingPoint(
+            name, context, knowns, [e for e in entries if e.variable.type == "Real"]
+        )
         try:
             if name != EXCHANGE or place.states_fit():
                 yield place
@@ -146,7 +148,7 @@ def check_dependencies(context: Context) -> Iterator[Finding | str]:
         yield "there is nothing that could depend on anything"
 
 
-def _measure(place: Place) -> _Measured:
+def _measure(place: WorkingPoint) -> _Measured:
     size = (len(place.unknowns), len(place.knowns))
     changes, bends = np.zeros(size, bool), np.zeros(size, bool)
     slopes: list[np.ndarray] = []
@@ -166,7 +168,7 @@ def _measure(place: Place) -> _Measured:
 
 
 def _column(
-    place: Place, values: np.ndarray, k: int
+    place: WorkingPoint, values: np.ndarray, k: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Of each unknown: whether it changes with known k, bends, and its slope."""
     known = place.knowns[k]
@@ -184,7 +186,7 @@ def _column(
     return differs, np.abs(straight - middle) > noise, (above - below) / span
 
 
-def _declared_findings(place: Place, measured: _Measured) -> Iterator[Finding]:
+def _declared_findings(place: WorkingPoint, measured: _Measured) -> Iterator[Finding]:
     undeclared, extra, unseen, wrong_kind = (list[str]() for _ in range(4))
     # arrays declare dependencies as a whole: one of a pair of elements is enough
     seen = {
@@ -250,7 +252,7 @@ def check_directional(context: Context) -> Iterator[Finding | str]:
             yield from _adjoint_findings(place)
 
 
-def _directional_findings(place: Place) -> Iterator[Finding]:
+def _directional_findings(place: WorkingPoint) -> Iterator[Finding]:
     wrong: list[str] = []
     not_linear: list[str] = []
     try:
@@ -270,7 +272,7 @@ def _directional_findings(place: Place) -> Iterator[Finding]:
         yield from about(not_linear, "directional.linear", "error", message, DIRECTIONAL_BASIS)
 
 
-def _adjoint_findings(place: Place) -> Iterator[Finding]:
+def _adjoint_findings(place: WorkingPoint) -> Iterator[Finding]:
     values = place.context.random(place.knowns)[0]
     try:
         wrong = _wrong_adjoint(place, values)
@@ -282,7 +284,7 @@ def _adjoint_findings(place: Place) -> Iterator[Finding]:
     yield from about(wrong, "directional.adjoint", "error", message, ADJOINT_BASIS)
 
 
-def _wrong_adjoint(place: Place, values: np.ndarray) -> list[str]:
+def _wrong_adjoint(place: WorkingPoint, values: np.ndarray) -> list[str]:
     """Knowns by which the derivative of a weighted sum of all unknowns is wrong."""
     estimates = [_differences(place, values, k) for k in range(len(place.knowns))]
     if place.evaluate(values) is None:
@@ -300,7 +302,7 @@ def _wrong_adjoint(place: Place, values: np.ndarray) -> list[str]:
     return found
 
 
-def _wrong_entries(place: Place, values: np.ndarray) -> list[str]:
+def _wrong_entries(place: WorkingPoint, values: np.ndarray) -> list[str]:
     found = []
     for k, known in enumerate(place.knowns):
         expected = _differences(place, values, k)
@@ -318,7 +320,7 @@ def _wrong_entries(place: Place, values: np.ndarray) -> list[str]:
     return found
 
 
-def _differences(place: Place, values: np.ndarray, k: int) -> Estimate | None:
+def _differences(place: WorkingPoint, values: np.ndarray, k: int) -> Slope | None:
     known = place.knowns[k]
     steps = scale(known) * STEPS
     low, high = limits(known)
@@ -336,7 +338,7 @@ def _differences(place: Place, values: np.ndarray, k: int) -> Estimate | None:
     return central(np.array(rows[:3]), np.array(rows[3:]), steps)
 
 
-def _not_linear(place: Place, values: np.ndarray) -> list[str]:
+def _not_linear(place: WorkingPoint, values: np.ndarray) -> list[str]:
     """Unknowns whose derivative for two knowns at once is not the sum of that for each."""
     if len(place.knowns) < 2 or place.evaluate(values) is None:
         return []

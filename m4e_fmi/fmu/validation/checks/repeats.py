@@ -35,7 +35,7 @@ _STATM = Path("/proc/self/statm")
 Rows = list[np.ndarray]
 
 
-class _Tried:
+class _Instance:
     """An instance that is asked whether it repeats a run: all Reals are what is read of it."""
 
     def __init__(self, probe: Probe) -> None:
@@ -114,18 +114,18 @@ def check_state(context: Context) -> Iterator[Finding | str]:
         return
     inputs = context.random_inputs(2 * STEPS)
     before, after = inputs[:STEPS], inputs[STEPS:]
-    with _after(context, before) as tried:
-        undisturbed = tried.run(after)
-    with _after(context, before) as tried:
-        tried.save()
-        first = tried.run(after)
-        tried.restore()
-        again = tried.run(after)
+    with _after(context, before) as instance:
+        undisturbed = instance.run(after)
+    with _after(context, before) as instance:
+        instance.save()
+        first = instance.run(after)
+        instance.restore()
+        again = instance.run(after)
         what = "saving a state changes the run"
         yield from _not_repeated(context, undisturbed, first, "disturbs", what)
         what = "a restored state does not repeat it"
         yield from _not_repeated(context, first, again, "rollback", what)
-        yield from _freed(tried)
+        yield from _freed(instance)
     if "canSerializeFMUstate" in works:
         yield from _serialised(context, before, after, first)
     if not _once(context):
@@ -133,12 +133,12 @@ def check_state(context: Context) -> Iterator[Finding | str]:
 
 
 @contextmanager
-def _after(context: Context, before: np.ndarray) -> Generator[_Tried, None, None]:
+def _after(context: Context, before: np.ndarray) -> Generator[_Instance, None, None]:
     """An instance after the steps with the inputs `before` (n_steps, n_inputs), in their units."""
     with context.probe() as probe:
-        tried = _Tried(probe.begin())
-        tried.run(before)
-        yield tried
+        instance = _Instance(probe.begin())
+        instance.run(before)
+        yield instance
 
 
 def _once(context: Context) -> bool:
@@ -153,31 +153,31 @@ def _not_repeated(
     yield from _differences(context, one, other, f"state.{name}", message)
 
 
-def _freed(tried: _Tried) -> Iterator[Finding]:
-    for what, given in (("a saved state", tried.state), ("no state (NULL)", ctypes.c_void_p())):
-        status = tried.probe.call("FreeFMUstate", ctypes.byref(given), note=what)
+def _freed(instance: _Instance) -> Iterator[Finding]:
+    for what, given in (("a saved state", instance.state), ("no state (NULL)", ctypes.c_void_p())):
+        status = instance.probe.call("FreeFMUstate", ctypes.byref(given), note=what)
         if status != OK:
             message = f"fmi2FreeFMUstate of {what} answered {status}"
-            yield Finding("state.free", "warning", message, BASIS, tried.probe.words())
+            yield Finding("state.free", "warning", message, BASIS, instance.probe.words())
 
 
 def _serialised(
     context: Context, before: np.ndarray, after: np.ndarray, expected: Rows
 ) -> Iterator[Finding]:
-    with _after(context, before) as tried:
-        time = tried.probe.time
-        content, fits = tried.to_bytes()
+    with _after(context, before) as instance:
+        time = instance.probe.time
+        content, fits = instance.to_bytes()
         if not fits:
             message = f"fmi2SerializeFMUstate wrote more than the {len(content)} bytes announced"
             yield Finding("state.serialised_size", "error", message, BASIS)
             return
-        tried.run(after)
+        instance.run(after)
         try:
-            tried.from_bytes(content, time)
+            instance.from_bytes(content, time)
         except RefusedError as error:
             yield Finding("state.serialised", "error", str(error), BASIS, error.words)
             return
-        again = tried.run(after)
+        again = instance.run(after)
         what = "a state from bytes does not repeat the run"
         yield from _not_repeated(context, expected, again, "serialised", what)
     left = {
@@ -193,14 +193,14 @@ def _into_another(
     context: Context, before: np.ndarray, after: np.ndarray, expected: Rows
 ) -> Iterator[Finding]:
     """A state of one instance in another: as bytes, and last as it is, which FMI leaves open."""
-    ways: dict[str, Callable[[_Tried, _Tried], None]] = {}
+    ways: dict[str, Callable[[_Instance, _Instance], None]] = {}
     if (context.folder / RESUME).exists():
         ways["bytes"] = lambda one, other: other.from_bytes(one.to_bytes()[0], one.probe.time)
     ways["handle"] = _handed_over
     for way, hand_over in ways.items():
         severity = "error" if way == "bytes" else "note"
         with _after(context, before) as one, context.probe(name="other") as probe:
-            other = _Tried(probe.begin())
+            other = _Instance(probe.begin())
             try:
                 hand_over(one, other)
             except RefusedError as error:
@@ -212,7 +212,7 @@ def _into_another(
             yield from _not_repeated(context, expected, again, "transfer", what)
 
 
-def _handed_over(one: _Tried, other: _Tried) -> None:
+def _handed_over(one: _Instance, other: _Instance) -> None:
     one.save()
     other.probe.restore(one.state)
     other.probe.time = one.probe.time
@@ -229,13 +229,13 @@ def check_state_elsewhere(context: Context) -> Iterator[Finding | str]:
     inputs = np.frombuffer(bytes.fromhex(left["inputs"])).reshape(STEPS, -1)
     expected = [np.frombuffer(bytes.fromhex(row)) for row in left["expected"]]
     with context.probe() as probe:
-        tried = _Tried(probe.begin())
+        instance = _Instance(probe.begin())
         try:
-            tried.from_bytes(bytes.fromhex(left["content"]), left["time"])
+            instance.from_bytes(bytes.fromhex(left["content"]), left["time"])
         except RefusedError as error:
             yield Finding("state_elsewhere.refused", "error", str(error), BASIS, error.words)
             return
-        again = tried.run(inputs)
+        again = instance.run(inputs)
     message = "in a new process, after {row} steps other bits in {names}"
     yield from _differences(context, expected, again, "state_elsewhere.differs", message)
 
@@ -255,11 +255,11 @@ def check_instances(context: Context) -> Iterator[Finding | str]:
 def _reset(context: Context, *, exchange: bool) -> Iterator[Finding]:
     inputs = context.random_inputs(STEPS)
     with context.probe(exchange=exchange) as probe:
-        fresh = _Tried(probe.begin()).run(inputs)
+        fresh = _Instance(probe.begin()).run(inputs)
     with context.probe(exchange=exchange) as probe:
-        _Tried(_perturbed(context, probe)).run(inputs[::-1])
+        _Instance(_perturbed(context, probe)).run(inputs[::-1])
         probe.reset()
-        again = _Tried(probe.begin()).run(inputs)
+        again = _Instance(probe.begin()).run(inputs)
     message = "after fmi2Reset a run is not that of a new instance: {names}, row {row}"
     basis = "FMI 2.0.4, section 2.1.6"
     yield from _differences(context, fresh, again, "instances.reset", message, basis)
@@ -275,12 +275,12 @@ def _perturbed(context: Context, probe: Probe) -> Probe:
 def _shared(context: Context, *, exchange: bool) -> Iterator[Finding]:
     inputs = context.random_inputs(STEPS)
     with context.probe(exchange=exchange) as probe:
-        expected = _Tried(probe.begin()).run(inputs)
+        expected = _Instance(probe.begin()).run(inputs)
     with (
         context.probe(exchange=exchange) as probe,
         context.probe(exchange=exchange, name="other") as stranger,
     ):
-        one, other = _Tried(probe.begin()), _Tried(_perturbed(context, stranger))
+        one, other = _Instance(probe.begin()), _Instance(_perturbed(context, stranger))
         seen = [one.read()]
         for row, opposite in zip(inputs, inputs[::-1], strict=True):
             seen += one.run(row[None])[1:]

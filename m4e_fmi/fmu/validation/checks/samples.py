@@ -37,14 +37,14 @@ CURVED = 0.1
 motion: an oscillation then has fewer than fourteen samples."""
 
 
-class Estimate(NamedTuple):
+class Slope(NamedTuple):
     """A derivative and a bound on its error, for each column."""
 
     value: np.ndarray
     error: np.ndarray
 
 
-def at_centre(samples: np.ndarray, spacing: float) -> Estimate:
+def at_centre(samples: np.ndarray, spacing: float) -> Slope:
     """Time derivative at the middle of `samples` (SAMPLES, n), in the variables' units.
 
     Rows are `spacing` [s] apart.
@@ -57,13 +57,13 @@ def at_centre(samples: np.ndarray, spacing: float) -> Estimate:
 
 def _extrapolated(
     fine: np.ndarray, middle: np.ndarray, coarse: np.ndarray, rounding: np.ndarray
-) -> Estimate:
+) -> Slope:
     """From central differences with steps 1, 2 and 4: the error terms are h², h⁴, …"""
     once, before = (4 * fine - middle) / 3, (4 * middle - coarse) / 3
-    return Estimate((16 * once - before) / 15, np.abs(once - before) + rounding)
+    return Slope((16 * once - before) / 15, np.abs(once - before) + rounding)
 
 
-def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Estimate:
+def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Slope:
     """∂/∂v from values at v ± each of three steps, in ratio 1 : 2 : 4, one row for each.
 
     `above` and `below` (3, n), in the units of the values; `steps` (3,), in v's unit.
@@ -74,7 +74,7 @@ def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Estimate
     differences = (above - below) / (2 * steps[:, None])
     rounding = np.max(_rounding(np.vstack([above, below]), float(steps[0])))
     found = _extrapolated(*differences, rounding=np.full(len(differences[0]), rounding))
-    return Estimate(found.value, found.error + np.ptp(differences, axis=0))
+    return Slope(found.value, found.error + np.ptp(differences, axis=0))
 
 
 def _rounding(values: np.ndarray, spacing: float) -> np.ndarray:
