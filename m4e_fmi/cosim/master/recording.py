@@ -9,7 +9,7 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.recorded_variables import chosen
-from m4e_fmi.cosim.connections.result_size import thinned as thinned_settings
+from m4e_fmi.cosim.connections.recorded_variables import thinned as thinned_settings
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.master.master import Master
 from m4e_fmi.cosim.results.run_record import record_of_system

@@ -11,11 +11,9 @@ from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect, sum_components
 from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.loop_breaking import broken
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
-from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
+from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import analyse
+from m4e_fmi.cosim.connections.structure import analyse, broken
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
