@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
-from m4e_fmi.cosim.connections.result_size import thinned, volume
+from m4e_fmi.cosim.connections.recording import thinned, volume
 from m4e_fmi.cosim.connections.timing import Timing, component_cycles
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.system import System
@@ -44,9 +44,8 @@ def overview(prepared: Prepared) -> str:
     lines.append("unconnected inputs, which keep their start values:")
     lines += _unconnected(prepared) or ["  none"]
     lines.append(_times(system))
-    recorded = (system.simulation, prepared.descriptions, (), wiring.sources)
-    _, note = thinned(*recorded)
-    lines.append(note or f"results: {volume(*recorded)}")
+    _, note = thinned(system.simulation, prepared.columns)
+    lines.append(note or f"results: {volume(system.simulation, prepared.columns)[1]}")
     return "\n".join(lines)
 
 

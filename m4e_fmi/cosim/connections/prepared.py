@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.overview import overview
+from m4e_fmi.cosim.connections.recording import chosen
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.connections.timing import Timing, timings
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.shown import listing
 
@@ -25,7 +26,8 @@ class Prepared:
     FMUs by component, with probed dependencies; `rates` the steps of the components that have their
     own, `hosts` the conditions of those that run in processes of their own. `notes` say what
     preparation has changed or found, `warnings` what seems to be wrong: missing connections, FMUs
-    whose saved states fail; one line each.
+    whose saved states fail; one line each. `recorded` are the variables by component that results
+    of a run have: none in a run without results.
     """
 
     system: System
@@ -36,6 +38,17 @@ class Prepared:
     hosts: Mapping[str, Host] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    recorded: Mapping[str, Sequence[Variable]] = field(default_factory=dict, repr=False)
+
+    def recording(self, patterns: Sequence[str] = ()) -> Prepared:
+        """The same system, whose runs record what `patterns` choose: see `chosen`."""
+        found = chosen(self.descriptions, patterns, self.wiring.sources)
+        return replace(self, recorded=found)
+
+    @property
+    def columns(self) -> int:
+        """The number of values in a row of the results, including the time."""
+        return 1 + sum(map(len, self.recorded.values()))
 
     @property
     def longer(self) -> dict[str, ComponentStep]:

@@ -108,7 +108,8 @@ def _prepared(
         *within_ramps(system, descriptions),
     )
     notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *refused, *late)
-    return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+    prepared = Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+    return prepared.recording()
 
 
 def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:

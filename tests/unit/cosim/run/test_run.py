@@ -10,6 +10,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
+from support.interrupted import tell_every_step
 from support.small_study import written_study
 from support.small_systems import Fmus, oscillator, system
 
@@ -78,7 +79,7 @@ def test_fmus_are_unpacked_below_a_plain_path(
 
 
 def test_progress_tells_simulated_time(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.master.ticking.PROGRESS_INTERVAL", 0.0)
+    tell_every_step(monkeypatch)
     told: list[float] = []
     run(oscillator(c_fmu, Simulation(1, 0.1)), progress=told.append)
     assert told == [k / 10 for k in range(1, 11)]

@@ -1,12 +1,16 @@
-"""Choice of the variables that a run records."""
+"""Variables that a run records, the size of its results, and rows left out if it is too large."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from math import ceil
 
 from m4e_fmi.cosim.connections.links import Port
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import TYPES
@@ -16,6 +20,10 @@ LARGEST_ARRAY = 9
 
 Scalar variables of FMI 1.0 and 2.0 that are called y[1], y[2], … are an array.
 """
+LARGE = 1e9
+"""Bytes of results above which their size is noted before the run; the aim where they are HUGE."""
+HUGE = 2e9
+"""Bytes of results above which not every step is a row, unless `output_interval` says so."""
 
 
 def chosen(
@@ -31,15 +39,15 @@ def chosen(
     variable, or an array. InputError for patterns that match nothing.
     """
     if not patterns:
-        arrays = {(port.component, array_of(port.variable)) for port in connected}
+        arrays = {(port.component, _array_of(port.variable)) for port in connected}
         result = {}
         for name, description in descriptions.items():
             outputs = _outputs(description)
-            sizes = Counter(array_of(v.name) for v in outputs)
+            sizes = Counter(_array_of(v.name) for v in outputs)
             result[name] = [
                 v
                 for v in outputs
-                if sizes[of := array_of(v.name)] <= LARGEST_ARRAY or (name, of) in arrays
+                if sizes[of := _array_of(v.name)] <= LARGEST_ARRAY or (name, of) in arrays
             ]
         return result
     found: dict[str, dict[str, Variable]] = {name: {} for name in descriptions}
@@ -58,7 +66,7 @@ def chosen(
     return {name: list(members.values()) for name, members in found.items()}
 
 
-def array_of(name: str) -> str:
+def _array_of(name: str) -> str:
     """The name of the array of an element; of a scalar, its own name."""
     return name.rpartition("[")[0] if name.endswith("]") else name
 
@@ -73,7 +81,7 @@ def _matches(descriptions: Mapping[str, Description], pattern: str) -> list[tupl
         variables = descriptions[exact].variables
         named = [variables[name]] if name in variables else []
         named = named or [v for v in variables.values() if v.name.endswith("]")]
-        found = [(exact, v) for v in named if name in (v.name, array_of(v.name))]
+        found = [(exact, v) for v in named if name in (v.name, _array_of(v.name))]
         if found:
             return [(c, v) for c, v in found if v.type in TYPES]
     # brackets are part of names
@@ -84,3 +92,53 @@ def _matches(descriptions: Mapping[str, Description], pattern: str) -> list[tupl
         for v in _outputs(description)
         if expression.fullmatch(f"{component}.{v.name}")
     ]
+
+
+def volume(simulation: Simulation, values: int) -> tuple[int, str]:
+    """The number of rows of a run with so many values in each, the time included; and in words.
+
+    It is a lower bound if the steps are adaptive.
+    """
+    interval = simulation.output_interval
+    span = simulation.stop_time - simulation.start_time
+    rows = ceil(span / (interval or simulation.step_size)) + 1
+    least = "at least " if _ends_anywhere(simulation) else ""
+    return rows, f"{least}{rows:,} rows of {values:,} values, {size_text(8 * rows * values)}"
+
+
+def _ends_anywhere(simulation: Simulation) -> bool:
+    """True if steps are adaptive, and each is a row."""
+    return simulation.output_interval is None and simulation.coupling_tolerance is not None
+
+
+def thinned(simulation: Simulation, values: int) -> tuple[Simulation, str]:
+    """The simulation, with an output interval if results would be HUGE without, and a note.
+
+    Rows have so many `values`. The note is empty for results that are not LARGE. Adaptive steps are
+    left as they are: they end where rows are due.
+    """
+    rows, text = volume(simulation, values)
+    row = 8 * values
+    if rows * row <= LARGE:
+        return simulation, ""
+    remedy = "a longer output_interval, or fewer --variables, make them smaller"
+    if rows * row <= HUGE or simulation.output_interval or _ends_anywhere(simulation):
+        return simulation, f"results: {text}; {remedy}"
+    multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
+    every = next(n for n in multiples if row * (ceil((rows - 1) / n) + 1) <= LARGE)
+    fewer = replace(simulation, output_interval=every * simulation.step_ns / NS_PER_SECOND)
+    return fewer, (
+        f"results of every step would be {rows:,} rows, {size_text(rows * row)}: a row is "
+        f"written every {every} steps, {size_text(volume(fewer, values)[0] * row)}; "
+        f"output_interval: {fewer.output_interval:g} does the same, "
+        f"output_interval: {simulation.step_size:g} writes every step"
+    )
+
+
+def size_text(size: float) -> str:
+    """A number of bytes with its unit, as ``"1.5 GB"``."""
+    for unit in ("B", "kB", "MB"):
+        if size < 1000:
+            return f"{size:.3g} {unit}"
+        size /= 1000
+    return f"{size:,.1f} GB"

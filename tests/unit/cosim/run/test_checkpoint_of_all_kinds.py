@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.interrupted import check_resumed, copied_at, differences
+from support.interrupted import check_resumed
 from support.small_systems import Fmus
 
-from m4e_fmi.cosim import Action, Component, FmuFile, Simulation, System, run
+from m4e_fmi.cosim import Action, Component, FmuFile, Simulation, System
 
 KINDS = ("int", "bool", "enum", "text")
 SAVES = "+state+bytes"
@@ -92,18 +92,3 @@ def test_the_bits_are_those_of_the_undisturbed_run(
 ) -> None:
     told = check_resumed(make(c_fmu), tmp_path, 0.3, [1.25, 2.75])
     assert told == [f"the run goes on at t = {time:g} s" for time in (1.2, 2.7)]
-
-
-def test_the_check_at_half_the_step_makes_the_run_again(c_fmu: Fmus, tmp_path: Path) -> None:
-    whole = replace(oscillator(c_fmu), simulation=Simulation(4, 0.1, checkpoint_interval=1))
-    plain, file, told = tmp_path / "plain.nc", tmp_path / "results.nc", list[str]()
-    first = run(whole, results=plain, check=True)
-    run(whole, results=file, observers=[copied_at(file, [2.5], tmp_path)])
-    again = tmp_path / "0" / file.name
-    outcome = run(whole, results=again, resume=True, check=True, tell=told.append)
-    assert told == [
-        "the run is made again from its start to t = 2 s, as the check at half the step compares "
-        "all points"
-    ]
-    assert str(outcome.checked) == str(first.checked)
-    assert differences(plain, again) == []

@@ -11,13 +11,14 @@ import time
 from pathlib import Path
 
 import pytest
-from support.interrupted import differences
+from support.interrupted import differences, tell_every_step
 from support.small_systems import Fmus, oscillator, system
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim import Network, Simulation, run, start
-from m4e_fmi.cosim.checkpoint.container import checkpoint_of
-from m4e_fmi.errors import RunError
+from m4e_fmi.cosim import Simulation, run, start
+from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
+from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
 
 SAVING = "+state+bytes"
@@ -25,19 +26,20 @@ SAVING = "+state+bytes"
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_leaves_a_checkpoint_at_the_last_point(
-    c_fmu: Fmus, tmp_path: Path, number: signal.Signals
+    c_fmu: Fmus, tmp_path: Path, number: signal.Signals, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    tell_every_step(monkeypatch)
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
     whole = oscillator(c_fmu, Simulation(3, 0.01), SAVING)
     saving = whole.changed(checkpoint_interval=1e3)
     run(whole, results=plain)
 
-    def end(time: float, _: Network) -> None:
+    def end(time: float) -> None:
         if time >= 1.234:
             os.kill(os.getpid(), number)
 
     with pytest.raises((Terminated, KeyboardInterrupt)) as caught:
-        run(saving, results=file, observers=[end])
+        run(saving, results=file, progress=end)
     notes = caught.value.__notes__
     assert notes[-1] == "--resume (in Python resume=True) goes on at t = 1.24 s"
     told: list[str] = []
@@ -46,27 +48,33 @@ def test_a_signal_leaves_a_checkpoint_at_the_last_point(
     assert differences(plain, file) == []
 
 
-def test_a_signal_in_a_repeated_window_leaves_one_before_it(c_fmu: Fmus, tmp_path: Path) -> None:
+def test_a_signal_in_a_repeated_window_leaves_one_before_it(
+    c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
     whole = oscillator(c_fmu, Simulation(22, 0.01, "gauss_seidel"), SAVING)
     saving = whole.changed(checkpoint_interval=1e3)
     run(whole, results=plain)
-    found: list[Network] = []
+    found: list[float] = []
+    prepare = TimeLoop.prepare
 
-    def end(time: float, network: Network) -> None:
-        pause = network.pause
+    def ending(loop: TimeLoop) -> None:
+        if loop.time == 20.48:  # after 2048 steps, which are repeated next
+            network = loop._network
+            pause = network.pause
 
-        def ending() -> None:
-            if not found:
-                found.append(network)
-                os.kill(os.getpid(), signal.SIGTERM)
-            pause()
+            def end() -> None:
+                if not found:
+                    found.append(network.time)
+                    os.kill(os.getpid(), signal.SIGTERM)
+                pause()
 
-        if time == 20.48:  # after 2048 steps, which are repeated next
-            network.pause = ending
+            network.pause = end
+        prepare(loop)
 
+    monkeypatch.setattr(TimeLoop, "prepare", ending)
     with pytest.raises(Terminated) as caught:
-        run(saving, results=file, observers=[end])
+        run(saving, results=file)
     assert found
     assert caught.value.__notes__[-1].endswith("goes on at t = 20.48 s")
     run(saving, results=file, resume=True)
@@ -91,14 +99,45 @@ def test_checkpoints_that_are_asked_for_and_not_taken_are_told(c_fmu: Fmus, tmp_
     saving = oscillator(c_fmu, Simulation(1, 0.1, "jacobi", checkpoint_interval=0.5), SAVING)
     told: list[str] = []
     run(saving, warn=told.append)
+    run(saving, results=tmp_path / "r.nc", observers=[lambda _, __: None], warn=told.append)
+    assert not checkpoint_of(tmp_path / "r.nc").exists()
     with start(saving, results=tmp_path / "r.nc", warn=told.append) as stepped:
         for _ in stepped:
             pass
     nothing = "warning: checkpoint_interval: no checkpoints are taken: "
     assert told == [
         nothing + "they lie beside results: give 'results'",
+        nothing + "observers may read outputs that a checkpoint does not have",
         nothing + "use 'run', or 'save' of this run in between",
     ]
+
+
+@pytest.mark.parametrize(("of", "options"), [("1:", ""), ("", "+state"), ("", "")])
+def test_fmus_without_states_in_bytes_have_no_checkpoints(
+    c_fmu: Fmus, tmp_path: Path, of: str, options: str
+) -> None:
+    """Which is said before the run, and a run is not resumed."""
+    saving = oscillator(c_fmu, Simulation(1, 0.1, checkpoint_interval=0.5), options, of)
+    file, told = tmp_path / "r.nc", list[str]()
+    run(saving, results=file, warn=told.append)
+    why = "body and spring cannot save states for another process (canSerializeFMUstate)"
+    assert told[0] == f"warning: checkpoint_interval: no checkpoints are taken: {why}"
+    with pytest.raises(InputError, match="no such file"):
+        run(saving, results=file, resume=True)
+    run(oscillator(c_fmu, saving.simulation, SAVING), results=file)
+    with pytest.raises(InputError, match="the run cannot be resumed: body and spring cannot save"):
+        run(saving, results=file, resume=True)
+
+
+def test_a_checked_run_and_one_with_observers_are_not_resumed(c_fmu: Fmus, tmp_path: Path) -> None:
+    saving, file = oscillator(c_fmu, Simulation(1, 0.1, checkpoint_interval=0.5), SAVING), "r.nc"
+    run(saving, results=tmp_path / file, check=True)
+    with pytest.raises(InputError, match="a check at half the step, which compares all points"):
+        run(saving, results=tmp_path / file, check=True, resume=True)
+    with pytest.raises(InputError, match="a run with observers, which have not seen its first"):
+        run(saving, results=tmp_path / file, observers=[lambda _, __: None], resume=True)
+    longer = run(saving.changed(stop_time=2.0), results=tmp_path / file, resume=True)
+    assert len(longer.results().time) == 21
 
 
 SYSTEM = """\

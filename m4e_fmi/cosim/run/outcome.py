@@ -13,6 +13,8 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.results.results_file import Results, load
 from m4e_fmi.shown import Displayed, listing
 
+NOT_ASKED = "it was not estimated, as asked (certify, --no-certify)"
+
 
 @dataclass(frozen=True)
 class Outcome(Displayed):

@@ -32,7 +32,7 @@ from m4e_fmi.files.writing import written
 
 SUFFIX = ".checkpoint"
 MAGIC = b"m4e_fmi checkpoint "
-VERSION = 4
+VERSION = 5
 """The number of the form; files of other numbers are refused."""
 _REMEDY = "take another checkpoint, or run again from the start"
 _Made = TypeVar("_Made")
@@ -53,7 +53,7 @@ def results_of(checkpoint: Path) -> Path:
 
 
 @dataclass(frozen=True)
-class Parts:
+class CheckpointParts:
     """The parts of a checkpoint at `path`, by name."""
 
     path: Path
@@ -93,7 +93,7 @@ def write_checkpoint(path: Path, parts: Mapping[str, object]) -> None:
         os.fsync(file.fileno())
 
 
-def read_checkpoint(path: Path) -> Parts:
+def read_checkpoint(path: Path) -> CheckpointParts:
     """The parts of the checkpoint at `path`.
 
     InputError if there is no such file, if it is cut off, altered or too large, or of a form that
@@ -110,7 +110,7 @@ def read_checkpoint(path: Path) -> Parts:
             raise DamagedError("it has no parts")
     except (DamagedError, ValueError, RecursionError) as error:
         raise InputError.single(f"is damaged: {error}", _REMEDY, str(path)) from error
-    return Parts(path, data, Decoder(memoryview(rest)[size:]))
+    return CheckpointParts(path, data, Decoder(memoryview(rest)[size:]))
 
 
 def _content(path: Path) -> bytes:

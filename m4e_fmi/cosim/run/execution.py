@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.connections.connect import Port, Wiring
-from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.run.checkpoint import State
+from m4e_fmi.cosim.run.outcome import Outcome
+from m4e_fmi.cosim.run.run import Run
 from m4e_fmi.cosim.scenario.plan import why_fixed
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.errors import InputError, RunError, UnknownNameError, suggestion
@@ -16,9 +17,6 @@ from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import TYPES
 from m4e_fmi.shown import listing
 from m4e_fmi.units import Quantity
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.master.outcome import Outcome
 
 
 class CommunicationPoint:
@@ -54,7 +52,7 @@ class Execution:
     """
 
     def __init__(
-        self, master: Master, descriptions: Mapping[str, Description], wiring: Wiring
+        self, master: Run, descriptions: Mapping[str, Description], wiring: Wiring
     ) -> None:
         self._master, self._descriptions = master, descriptions
         links = (*wiring.links, *wiring.initial_links)

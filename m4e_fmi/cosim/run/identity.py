@@ -11,7 +11,7 @@ from __future__ import annotations
 import platform
 import re
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import fields
 
 import m4e_fmi
@@ -26,13 +26,8 @@ _SHOWN = 60
 """Characters of a value that a message shows."""
 
 
-def identity(
-    prepared: Prepared, recorded: Mapping[str, Collection[str]], *, certify: bool
-) -> dict[str, str]:
-    """All that the results of a run follow from, by name.
-
-    `recorded` are the variables of its results by component; with `certify` the error is estimated.
-    """
+def identity(prepared: Prepared, *, certify: bool) -> dict[str, str]:
+    """All that the results of a run follow from, by name; with `certify` its error is estimated."""
     system = prepared.system
     found = {
         "the version of m4e_fmi": m4e_fmi.__version__,
@@ -43,14 +38,20 @@ def identity(
         content = f"{description.path.name}, SHA-256 {description.content}"
         found[f"the file of {name}'s FMU"] = content
         found |= {
-            f"start value {name}.{v}": _exactly(given) for v, given in component.start.items()
+            # a Quantity with all its digits
+            f"start value {name}.{v}": f"{given.value!r} {given.unit.text}"
+            if isinstance(given, Quantity)
+            else str(given)
+            for v, given in component.start.items()
         }
         found |= {f"unit of {name}.{v}": str(unit) for v, unit in component.units.items()}
         found[f"step_size of {name}"] = str(component.step_size)
         dependencies = {v: sorted(needs) for v, needs in component.dependencies.items()}
         found[f"dependencies of {name}"] = str(dependencies)
         found[f"rollback of {name}"] = str(description.saves_state)
-        found[f"recorded variables of {name}"] = ", ".join(recorded.get(name, ()))
+        found[f"recorded variables of {name}"] = ", ".join(
+            variable.name for variable in prepared.recorded.get(name, ())
+        )
     found["the order of the components"] = ", ".join(c.name for c in system.components)
     found["connections"] = "; ".join(system.connections)
     found |= {
@@ -70,12 +71,12 @@ def identity(
     return found
 
 
-def check_identity(path: str, kept: Mapping[str, str], present: Mapping[str, str]) -> None:
+def check_identity(path: str, saved: Mapping[str, str], present: Mapping[str, str]) -> None:
     """InputError that names all that differs between the checkpoint at `path` and the run."""
-    names = [n for n in {**kept, **present} if kept.get(n) != present.get(n)]
+    names = [n for n in {**saved, **present} if saved.get(n) != present.get(n)]
     if not names:
         return
-    differ = [f"{n} was {_shown(kept.get(n))}, and is {_shown(present.get(n))}" for n in names]
+    differ = [f"{n} was {_shown(saved.get(n))}, and is {_shown(present.get(n))}" for n in names]
     message = f"the checkpoint is of another run: {'; '.join(differ)}"
     raise InputError.single(message, "give it as it was, or run again from the start", path)
 
@@ -85,8 +86,3 @@ def _shown(value: str | None) -> str:
         return "not given"
     value = _SHA_256.sub(r"\1", value)
     return value if len(value) <= _SHOWN else f"{value[:_SHOWN]} …"
-
-
-def _exactly(given: object) -> str:
-    """A start value with all its digits."""
-    return f"{given.value!r} {given.unit.text}" if isinstance(given, Quantity) else str(given)

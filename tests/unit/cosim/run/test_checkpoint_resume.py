@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.forged import forge
-from support.interrupted import check_resumed, copied_at, differences
+from support.interrupted import check_resumed, differences
 from support.small_systems import Fmus, oscillator
 
 from m4e_fmi.cosim import Action, Simulation, System, run
-from m4e_fmi.cosim.checkpoint.container import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import load
 from m4e_fmi.units import parse_quantity
@@ -73,29 +73,6 @@ def test_a_checkpoint_of_a_whole_run_is_where_a_longer_one_goes_on(
     run(oscillator(c_fmu, Simulation(9, 0.01), SAVING), results=whole)
     assert [name for name in differences(branch, whole) if name != "/@changed"] == []
     assert [path.read_bytes() for path in files] == before
-
-
-@pytest.mark.parametrize(("of", "options"), [("1:", ""), ("", "+state"), ("", "")])
-def test_fmus_without_states_in_bytes_make_the_run_again(
-    c_fmu: Fmus, tmp_path: Path, of: str, options: str
-) -> None:
-    whole = oscillator(c_fmu, Simulation(12, 0.01), options, of)
-    saving = whole.changed(checkpoint_interval=1.0)
-    plain, file = tmp_path / "plain.nc", tmp_path / "results.nc"
-    told: list[str] = []
-    run(whole, results=plain)
-    run(saving, results=file, observers=[copied_at(file, [5.5], tmp_path)], tell=told.append)
-    assert told == [
-        "checkpoints have no states: body and spring cannot save states for another process "
-        "(canSerializeFMUstate); to go on, a run is made again up to there"
-    ]
-    again = tmp_path / "0" / file.name
-    run(saving, results=again, resume=True, tell=told.append)
-    assert told[1] == (
-        "the run is made again from its start to t = 5 s, as body and spring cannot save states "
-        "for another process (canSerializeFMUstate)"
-    )
-    assert differences(plain, again) == []
 
 
 def test_what_differs_is_named(
@@ -162,9 +139,9 @@ def test_a_new_run_takes_the_old_checkpoint_away(ended: tuple[System, Path]) -> 
 def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
     c_fmu: Fmus, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from m4e_fmi.cosim.master import checkpoints
+    from m4e_fmi.cosim.run import checkpoint
 
-    write, calls = checkpoints.write_checkpoint, list[float]()
+    write, calls = checkpoint.write_checkpoint, list[float]()
 
     def full(path: Path, parts: Mapping[str, object]) -> None:
         calls.append(0.0)
@@ -173,14 +150,13 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
         if len(calls) < 3:
             write(path, parts)
 
-    monkeypatch.setattr(checkpoints, "write_checkpoint", full)
+    monkeypatch.setattr(checkpoint, "write_checkpoint", full)
     told: list[str] = []
     settings = Simulation(4, 0.01, checkpoint_interval=1.0, algorithm="gauss_seidel")
     outcome = run(
         oscillator(c_fmu, settings, SAVING),
         results=tmp_path / "results.nc",
         warn=told.append,
-        observers=[lambda _, __: None],
     )
     assert told[0].startswith("warning: no checkpoint at t = 3 s: the disk is full; the last is of")
     assert outcome.steps == 400
@@ -195,9 +171,9 @@ def test_a_full_disk_leaves_the_checkpoint_before_and_is_told(
         (b'"most":', b'"must":'),
         (b'"class":"EnergySnapshot","sums"', b'"class":"LoopSnapshot","sums"  '),
         (b'"fmu_states":[[3,', b'"fmu_states":[[7,'),
-        (b'"time":2.0,"steps"', b'"time":NaN,"steps"'),
-        (b'"time":2.0,"steps"', b'"time":Infinity,"steps"'),
-        (b'"time":2.0,"steps"', b'"time":2.5,"steps"'),
+        (b'"time":2.0,"rows"', b'"time":NaN,"rows"'),
+        (b'"time":2.0,"rows"', b'"time":Infinity,"rows"'),
+        (b'"time":2.0,"rows"', b'"time":2.5,"rows"'),
         (b'"last":2.0,"digest"', b'"last":NaN,"digest"'),
         (b'"last":2.0,"digest"', b'"last":-5,"digest"'),
     ],

@@ -8,7 +8,7 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.master.outcome import Outcome
+from m4e_fmi.cosim.run.outcome import Outcome
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.program import Program

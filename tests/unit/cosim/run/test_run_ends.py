@@ -21,7 +21,7 @@ from m4e_fmi.cosim import (
     run,
     save_system,
 )
-from m4e_fmi.cosim.master.master import Observer
+from m4e_fmi.cosim.run.run import Observer
 from m4e_fmi.report.text.summaries import run_summary
 from m4e_fmi.signals import Terminated
 
@@ -88,10 +88,10 @@ NOT_YET = "the results are complete in r.nc (11 rows); r.csv is not written"
 ENDS = {  # what is called at the end of a run, and what is said if SIGTERM comes just before it
     "cosim.results.writer:ResultsWriter.close": KEPT,
     "cosim.results.writer:ResultsWriter._flush": KEPT,
-    "cosim.master.begun:closing_attributes": KEPT,
+    "cosim.run.running:closing_attributes": KEPT,
     "cosim.results.writer:write_netcdf": KEPT,
-    "cosim.master.begun:Outcome": NOT_YET,
-    "cosim.master.recording:export": NOT_YET,
+    "cosim.run.running:slow_code": NOT_YET,
+    "cosim.run.running:export": NOT_YET,
     "files.temporary:_leave": "the results are complete in r.csv (11 rows)",
 }
 
