@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import hashlib
 import json
 import os
 import unicodedata
@@ -17,7 +18,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -48,6 +49,7 @@ from m4e_fmi.threads import PROCESS
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+    from netCDF4 import Dataset, Variable
 
 NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
@@ -202,7 +204,7 @@ class _Stored:
     block by block: an array (n_rows,) for each of the columns, in its unit.
     """
 
-    attributes: dict[str, Any]
+    attributes: dict[str, str | int]
     columns: list[tuple[str, Column]]
     count: int
     blocks: Callable[[int], Iterator[list[np.ndarray]]]
@@ -233,7 +235,7 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Any], attributes: dict[str, Any]
+    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -245,10 +247,10 @@ def _of_rows(
     if (there := path.stat().st_size) < length:
         message = f"is cut off: it has {there} bytes of {length}"
         raise InputError.single(message, "copy it again, or run again", str(path))
-    lines = attributes.pop(TEXTS, "").split("\n")[:-1]  # one that broke off is in no row
+    lines = str(attributes.pop(TEXTS, "")).split("\n")[:-1]  # one that broke off is in no row
     texts = [json.loads(line) for line in lines]
-    ended = attributes.pop(ENDED).rstrip()
-    attributes |= {ENDED: ended, **json.loads(attributes.pop(CLOSING))}
+    ended = str(attributes.pop(ENDED)).rstrip()
+    attributes |= {ENDED: ended, **json.loads(str(attributes.pop(CLOSING)))}
     columns = []
     for name, one in variables.items():
         component, _, rest = name.partition(".")
@@ -264,7 +266,7 @@ def _of_rows(
     return _Stored(attributes, columns, count, blocks)
 
 
-def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
+def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     """A netCDF-4 file, with a group for each component."""
     groups = [("", file), *file.groups.items()]
     variables = [(name, one) for name, group in groups for one in group.variables.values()]
@@ -278,13 +280,13 @@ def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Any, name: str) -> Column:
+def _column(variable: Variable, name: str) -> Column:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
     return Column(name, told.get("units", "s"), told.get("long_name", ""), one)
 
 
-def _strange(file: Any) -> str:
+def _strange(file: Dataset) -> str:
     """The first difference of a netCDF-4 file from those of `write_netcdf`; empty if none."""
     if "time" not in file.variables:
         return "it has no variable `time`"
@@ -368,6 +370,14 @@ def rows_of(
     except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError) as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
+
+
+def digest_of(row: Sequence[np.ndarray]) -> str:
+    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
+    digest = hashlib.sha256()
+    for part in row:
+        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
 
 
 def write_netcdf(
