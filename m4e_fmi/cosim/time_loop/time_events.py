@@ -22,8 +22,9 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.operations import Get
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.fmu.importer.calls import WARNING
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit
 
@@ -81,19 +82,15 @@ def _reader(instance: Instance, values: np.ndarray, place: int | None) -> Callab
 
     It is at a `place` of `values`; where there is none, the FMU tells it.
     """
-    names, value = (NEXT_EVENT_TIME,), np.zeros(1)
-    call = instance.own_getter(names, value)
-    if place is not None:
-        value = values[place : place + 1]
+    value = np.zeros(1) if place is None else values[place : place + 1]
+    reading = Schedule([Get(instance, (NEXT_EVENT_TIME,), value)] if place is None else [])
     unit = instance.description.variables[NEXT_EVENT_TIME].dimension
     factor = 1.0 if unit is None else unit.factor
 
     def read() -> float:
-        status = call() if place is None else 0
-        if status > WARNING:
-            instance.fail(status, "fmi2GetReal")
+        reading.run(instance.time)
         if not math.isfinite(value[0]):
-            instance.not_finite(names, value)
+            instance.not_finite((NEXT_EVENT_TIME,), value)
         return factor * float(value[0])
 
     return read
