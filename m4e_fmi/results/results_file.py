@@ -22,12 +22,11 @@ from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Named, is_other
+from m4e_fmi.errors import InputError, Named, is_file, is_other
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
@@ -42,7 +41,7 @@ from m4e_fmi.results.row_file import (
     Section,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
@@ -194,6 +193,30 @@ def _instead(path: Path) -> str:
     if path.suffix.lower() in (".yaml", ".yml"):
         return "load_model, load_system or load_study reads it"
     return WRITTEN
+
+
+def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
+    """Dimensions of all variables of a netCDF-4 file, by name; those of groups as ``group.name``.
+
+    Empty for any other file, and for one that cannot be read.
+    """
+    from netCDF4 import Dataset
+
+    if not is_file(path):
+        return {}
+    with path.open("rb") as head:
+        if head.read(len(_HDF5)) != _HDF5:
+            return {}
+    try:
+        with PROCESS, Dataset(path) as file:
+            groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
+            return {
+                prefix + name: variable.dimensions
+                for prefix, group in groups.items()
+                for name, variable in group.variables.items()
+            }
+    except (OSError, RuntimeError):
+        return {}
 
 
 @dataclass(frozen=True)
