@@ -235,12 +235,7 @@ class Standard(ABC):
         return self.call("SetReal", *_references(arrays), *self._values(values))
 
     def sensitivity(
-        self,
-        unknowns: Arrays,
-        knowns: Arrays,
-        seed: np.ndarray,
-        found: np.ndarray,
-        function: str = "GetDirectionalDerivative",
+        self, function: str, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
     ) -> Status:
         """Write the change of the unknowns for a change of the knowns.
 
@@ -344,7 +339,8 @@ class Standard(ABC):
         z, v = (self.arrays([x.value_reference]) for x in (output, known))
         seed, found = np.zeros(v.count), np.zeros(z.count)
         seed[v.places[0]] = 1.0
-        self.check(self.sensitivity(z, v, seed, found), "fmi2GetDirectionalDerivative")
+        status = self.sensitivity("GetDirectionalDerivative", z, v, seed, found)
+        self.check(status, "fmi2GetDirectionalDerivative")
         return float(found[z.places[0]])
 
     # ---- functions of the library ----
