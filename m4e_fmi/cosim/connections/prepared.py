@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -11,14 +11,14 @@ import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
-from m4e_fmi.cosim.connections.recorded_variables import thinned, volume
+from m4e_fmi.cosim.connections.recording import chosen, thinned, volume
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.shown import listing
 
@@ -46,7 +46,8 @@ class Prepared:
     FMUs by component, with probed dependencies; `rates` the steps of the components that have their
     own, `hosts` the conditions of those that run in processes of their own. `notes` say what
     preparation has changed or found, `warnings` what seems to be wrong: missing connections, FMUs
-    whose saved states fail; one line each.
+    whose saved states fail; one line each. `recorded` are the variables by component that results
+    of a run have: none in a run without results.
     """
 
     system: System
@@ -57,6 +58,17 @@ class Prepared:
     hosts: Mapping[str, Host] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    recorded: Mapping[str, Sequence[Variable]] = field(default_factory=dict, repr=False)
+
+    def recording(self, patterns: Sequence[str] = ()) -> Prepared:
+        """The same system, whose runs record what `patterns` choose: see `chosen`."""
+        found = chosen(self.descriptions, patterns, self.wiring.sources)
+        return replace(self, recorded=found)
+
+    @property
+    def columns(self) -> int:
+        """The number of values in a row of the results, including the time."""
+        return 1 + sum(map(len, self.recorded.values()))
 
     @property
     def longer(self) -> dict[str, ComponentStep]:
@@ -200,9 +212,8 @@ def _overview(prepared: Prepared) -> str:
     lines.append("unconnected inputs, which keep their start values:")
     lines += _unconnected(prepared) or ["  none"]
     lines.append(_times(system))
-    recorded = (system.simulation, prepared.descriptions, (), wiring.sources)
-    _, note = thinned(*recorded)
-    lines.append(note or f"results: {volume(*recorded)}")
+    _, note = thinned(system.simulation, prepared.columns)
+    lines.append(note or f"results: {volume(system.simulation, prepared.columns)[1]}")
     return "\n".join(lines)
 
 

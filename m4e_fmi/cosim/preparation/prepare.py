@@ -97,7 +97,8 @@ def prepare(
             *within_ramps(system, descriptions),
         )
         notes = (*rounded(system.simulation), *finer, *wiring.notes, *found, *refused, *late)
-        return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+        prepared = Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+        return prepared.recording()
 
 
 def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:

@@ -211,11 +211,9 @@ class Scenario:
         return bool(self._actions)
 
     def with_watched(
-        self, recorded: Mapping[str, Collection[str]] | None
-    ) -> Mapping[str, Collection[str]] | None:
-        """`recorded` variables by component (None: all scalars), and those of conditions."""
-        if recorded is None:
-            return None
+        self, recorded: Mapping[str, Collection[str]]
+    ) -> Mapping[str, Collection[str]]:
+        """`recorded` variables by component, and those of conditions."""
         found = {component: set(names) for component, names in recorded.items()}
         for action in self._actions:
             if action.planned.condition:
