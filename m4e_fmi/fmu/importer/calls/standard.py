@@ -39,7 +39,6 @@ to end before it, events without end."""
 NEAR = 1.5e-9
 """Seconds; communication points are whole nanoseconds."""
 
-Call = Callable[[], Status]
 Value = float | int | bool | str
 FmpyInstance = Any
 """FMPy's object for an instance of any version, whose functions it makes as it loads them."""
@@ -107,7 +106,7 @@ class Standard(ABC):
         self.component: int | None = None
         self.events = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
         self.last_call = ""
-        self._reals: dict[str, tuple[Call, np.ndarray]] = {}
+        self._reals: dict[str, tuple[Callable[[], Status], np.ndarray]] = {}
         self._typed: dict[str, tuple[Access, np.ndarray]] = {}
         self._texts = Texts()
 
