@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame, carried
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.joints.turns import turned
+from m4e_fmi.joints.frame import Frame, Mount, carried, turned
+from m4e_fmi.joints.joint_type import Coordinate, JointType
 from m4e_fmi.space import ABOUT_Y, TURN, Component, Rotation, Y, scaled
 
 OWN_ANGLE = Component(TURN + Y, relative=False)

@@ -62,7 +62,9 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
             axis = assembly.frames[k].freedoms[-1].turning
             turn = at_joint = scaled(assembly.generalized_forces[k][-1], axis)
         else:
-            arm = assembly.frames[k].rotation(_back(assembly, k))
+            frame = assembly.frames[k]
+            ahead = evaluated(link, assembly.values, "joint_to_child")
+            arm = frame.rotation(subtracted(frame.local_arm, ahead))  # from the origin to the joint
             at_joint = subtracted(turn, cross(arm, force))
         found.append(Reaction(link.joint_name, *_shown(assembly, k, force, at_joint)))
         if link.parent >= 0:
@@ -106,9 +108,3 @@ def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[An
         motion = (*solved.of_point(frame, j, frame.arm), *solved.alphas[j])
         push = [dot(row, motion) for row in block]
         add_force(wrenches[i], force_of(push), assembly.frames[i].arm, moment_of(push))
-
-
-def _back(assembly: Assembly, k: int) -> Vector:
-    """From the origin of link k to the joint's point, in body axes."""
-    ahead = evaluated(assembly.tree.links[k], assembly.values, "joint_to_child")
-    return subtracted(assembly.frames[k].local_arm, ahead)

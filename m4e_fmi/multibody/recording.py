@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Protocol
 
 from m4e_fmi.joints import ATTITUDE, TURNING, attitude
 from m4e_fmi.model import (
@@ -75,13 +74,8 @@ SPATIAL = {
 }
 """Texts of measures in space."""
 RATES = {"distance_rate": "distance", "twist_rate": "twist"}
-
-
-class Outputs(Protocol):
-    """Receiver of outputs: a recorder, or one that reads them."""
-
-    def output(self, variable: Variable, value: AnyScalar) -> None:
-        """Take the value of an output."""
+Output = Callable[[Variable, AnyScalar], None]
+"""Takes the value of an output."""
 
 
 def model_program(model: Model | str | Path, *, inputs: Container[str] | None = None) -> Program:
@@ -137,7 +131,7 @@ def recorded(
             recorder.rate(name, rate)
         for name, j in zip(velocities, link.speeds, strict=True):
             recorder.rate(name, solved.rates[j])
-    add_outputs(recorder, assembly, solved)
+    add_outputs(recorder.output, assembly, solved)
     solutions = (solution,) if isinstance(solution, Recursion) else ()
     return recorder.program(solutions=solutions)
 
@@ -162,62 +156,62 @@ def mass_matrix_program(model: Model) -> Program:
     return recorder.program()
 
 
-def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def add_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     """All outputs of a model in motion, over any scalar."""
-    _add_body_outputs(recorder, assembly, solved)
-    _add_point_outputs(recorder, assembly, solved)
-    _add_load_outputs(recorder, assembly)
-    _add_reactions(recorder, assembly, solved)
+    _add_body_outputs(output, assembly, solved)
+    _add_point_outputs(output, assembly, solved)
+    _add_load_outputs(output, assembly)
+    _add_reactions(output, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
         ("kinetic", kinetic, "Kinetic energy, added mass included"),
         ("potential", potential, "Potential energy of gravity (0 at Z = 0) and springs"),
         ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
-        recorder.output(Variable(f"energy.{name}", "J", text), value)
+        output(Variable(f"energy.{name}", "J", text), value)
 
 
-def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def _add_body_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     axes, planar = _axes(assembly.tree), assembly.tree.is_planar
     about = [axis for axis in range(TURN) if TURN + axis in assembly.tree.components]
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name, body = f"body.{link.body}", assembly.model.bodies[link.body]
         states = [*chain(*state_names(link))]
         if not link.joint_type.is_free:  # whose states these are
-            _motion(recorder, name, "CG", body, frame.position, frame.velocity, axes)
+            _motion(output, name, "CG", body, frame.position, frame.velocity, axes)
         angles = (0, frame.angle, 0) if planar else attitude(frame.rotation)
         for axis in about:
             text = in_words(body, "Angle about +Y" if planar else ANGLES[axis])
             if f"{name}.{ATTITUDE[axis]}" not in states:
                 angle = Variable(f"{name}.{ATTITUDE[axis]}", "rad", text)
-                recorder.output(angle, angles[axis])
+                output(angle, angles[axis])
         for axis in about:
             text = in_words(body, f"Angular velocity about +{AXES[axis].upper()}")
             of = f"{name}.theta" if planar else None
             if f"{name}.{TURNING[axis]}" not in states:
                 omega = Variable(f"{name}.{TURNING[axis]}", "rad/s", text, derivative_of=of)
-                recorder.output(omega, frame.omega[axis])
-        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm), axes)
+                output(omega, frame.omega[axis])
+        _accelerations(output, name, "CG", body, solved.of_point(frame, k, frame.arm), axes)
         for axis in about:
             text = in_words(body, f"Angular acceleration about +{AXES[axis].upper()}")
             omega = f"{name}.{TURNING[axis]}"
             alpha = f"{name}.{ALPHAS[axis]}"
             variable = Variable(alpha, "rad/s2", text, derivative_of=omega)
-            recorder.output(variable, solved.alphas[k][axis])
+            output(variable, solved.alphas[k][axis])
 
 
-def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def _add_point_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for name, place in assembly.points.items():
         point = assembly.model.points[name]
         if point.body != GROUND:
             axes = _axes(assembly.tree)
-            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity, axes)
+            _motion(output, f"point.{name}", "point", point, place.position, place.velocity, axes)
             k = assembly.tree.index(point.body)
             acceleration = solved.of_point(assembly.frames[k], k, place.arm)
-            _accelerations(recorder, f"point.{name}", "point", point, acceleration, axes)
+            _accelerations(output, f"point.{name}", "point", point, acceleration, axes)
 
 
-def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def _add_reactions(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
         name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
         in_axes = "world" if joint.reaction_axes == "world" else "the child's"
@@ -226,15 +220,15 @@ def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations)
             letter = AXES[axis].upper()
             text = in_words(joint, f"Force of the joint on its child, {in_axes} {letter}")
             variable = Variable(f"{name}.reaction_{AXES[axis]}", "N", text)
-            recorder.output(variable, reaction.force[axis])
+            output(variable, reaction.force[axis])
         for axis, part in enumerate(("moment_x", "moment", "moment_z")):
             if TURN + axis in assembly.tree.components:
                 text = f"Moment of the joint on its child at the joint, {about}{AXES[axis].upper()}"
                 variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
-                recorder.output(variable, reaction.moment[axis])
+                output(variable, reaction.moment[axis])
 
 
-def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
+def _add_load_outputs(output: Output, assembly: Assembly) -> None:
     """Measures and power of every load, and the power of the inputs, if there are any."""
     powers = load_powers(assembly)
     for name, acting in assembly.loads.items():
@@ -246,16 +240,16 @@ def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
             variable = Variable(
                 f"load.{name}.{measure}", unit, in_words(load, text), derivative_of=of
             )
-            recorder.output(variable, value)
+            output(variable, value)
         if name in powers:
             text = "Power by which the load changes the total energy"
             if isinstance(load, TensionSpring | TorsionSpring):
                 text += ", in which it has no potential"
-            recorder.output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
+            output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
     power = input_power(assembly)
     if not isinstance(power, int):
         text = "Power of all forces, moments and efforts from outside"
-        recorder.output(Variable("inputs.power", "W", text), power)
+        output(Variable("inputs.power", "W", text), power)
 
 
 def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
@@ -282,7 +276,7 @@ def _axes(tree: Topology) -> list[int]:
 
 
 def _motion(
-    recorder: Outputs,
+    output: Output,
     name: str,
     what: str,
     owner: Body | Point,
@@ -292,15 +286,15 @@ def _motion(
 ) -> None:
     for c in axes:
         text = in_words(owner, f"Position of the {what}, world {AXES[c].upper()}")
-        recorder.output(Variable(f"{name}.{AXES[c]}", "m", text), position[c])
+        output(Variable(f"{name}.{AXES[c]}", "m", text), position[c])
     for c in axes:
         text, of = f"Velocity of the {what}, world {AXES[c].upper()}", f"{name}.{AXES[c]}"
         variable = Variable(f"{name}.v{AXES[c]}", "m/s", in_words(owner, text), derivative_of=of)
-        recorder.output(variable, velocity[c])
+        output(variable, velocity[c])
 
 
 def _accelerations(
-    recorder: Outputs,
+    output: Output,
     name: str,
     what: str,
     owner: Body | Point,
@@ -310,4 +304,4 @@ def _accelerations(
     for c in axes:
         text, of = f"Acceleration of the {what}, world {AXES[c].upper()}", f"{name}.v{AXES[c]}"
         variable = Variable(f"{name}.a{AXES[c]}", "m/s2", in_words(owner, text), derivative_of=of)
-        recorder.output(variable, acceleration[c])
+        output(variable, acceleration[c])
