@@ -37,7 +37,7 @@ class PlanarRevolute(Revolute):
         return carried(
             mount.parent,
             mount.to_joint(),
-            turn=(scaled(mount.u[0], ABOUT_Y), Rotation.about_y(mount.q[0])),
+            turn=(scaled(mount.u[0], ABOUT_Y), Rotation.about_axis(Y, mount.q[0])),
             local_arm=mount.vector("joint_to_child"),
             freedoms=(OWN_ANGLE,),
         )

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
 from m4e_fmi.joints import ATTITUDE, TURNING, attitude
 from m4e_fmi.model import (
-    Body,
     Bushing,
     JointEffort,
     JointFriction,
     JointStop,
     Model,
-    Point,
     TensionSpring,
     TorsionSpring,
     as_model,
@@ -33,7 +32,7 @@ from m4e_fmi.multibody.assembly import (
     potential_energy,
 )
 from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix
-from m4e_fmi.multibody.declaration import declared, in_words, state_names
+from m4e_fmi.multibody.declaration import Described, declared, in_words, state_names
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
@@ -46,6 +45,12 @@ ANGLES = (
     "Yaw, about the world's Z axis",
 )
 ALPHAS = ("alpha_x", "alpha", "alpha_z")
+MOTIONS = {
+    "": ("Position", "m", None),
+    "v": ("Velocity", "m/s", ""),
+    "a": ("Acceleration", "m/s2", "v"),
+}
+"""Letter of a vector → its word, its unit, and the letter of the vector that it is the rate of."""
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
 UNITS = ("kg", "kg.m", "kg.m2")
@@ -172,60 +177,80 @@ def add_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> No
 
 
 def _add_body_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
-    axes, planar = _axes(assembly.tree), assembly.tree.is_planar
+    planar = assembly.tree.is_planar
     about = [axis for axis in range(TURN) if TURN + axis in assembly.tree.components]
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name, body = f"body.{link.body}", assembly.model.bodies[link.body]
+        give = partial(_give, output, body)
         states = [*chain(*state_names(link))]
+        vectors = partial(_give_vector, give, name, "CG", assembly.tree)
         if not link.joint_type.is_free:  # whose states these are
-            _motion(output, name, "CG", body, frame.position, frame.velocity, axes)
+            vectors("", frame.position)
+            vectors("v", frame.velocity)
         angles = (0, frame.angle, 0) if planar else attitude(frame.rotation)
         for axis in about:
-            text = in_words(body, "Angle about +Y" if planar else ANGLES[axis])
-            if f"{name}.{ATTITUDE[axis]}" not in states:
-                angle = Variable(f"{name}.{ATTITUDE[axis]}", "rad", text)
-                output(angle, angles[axis])
+            if (angle := f"{name}.{ATTITUDE[axis]}") not in states:
+                give(angle, "rad", "Angle about +Y" if planar else ANGLES[axis], angles[axis])
         for axis in about:
-            text = in_words(body, f"Angular velocity about +{AXES[axis].upper()}")
-            of = f"{name}.theta" if planar else None
-            if f"{name}.{TURNING[axis]}" not in states:
-                omega = Variable(f"{name}.{TURNING[axis]}", "rad/s", text, derivative_of=of)
-                output(omega, frame.omega[axis])
-        _accelerations(output, name, "CG", body, solved.of_point(frame, k, frame.arm), axes)
+            if (omega := f"{name}.{TURNING[axis]}") not in states:
+                text = f"Angular velocity about +{AXES[axis].upper()}"
+                give(omega, "rad/s", text, frame.omega[axis], f"{name}.theta" if planar else None)
+        vectors("a", solved.of_point(frame, k, frame.arm))
         for axis in about:
-            text = in_words(body, f"Angular acceleration about +{AXES[axis].upper()}")
-            omega = f"{name}.{TURNING[axis]}"
-            alpha = f"{name}.{ALPHAS[axis]}"
-            variable = Variable(alpha, "rad/s2", text, derivative_of=omega)
-            output(variable, solved.alphas[k][axis])
+            text = f"Angular acceleration about +{AXES[axis].upper()}"
+            alpha, omega = f"{name}.{ALPHAS[axis]}", f"{name}.{TURNING[axis]}"
+            give(alpha, "rad/s2", text, solved.alphas[k][axis], omega)
+
+
+def _give(
+    output: Output,
+    owner: Described,
+    name: str,
+    unit: str,
+    text: str,
+    value: AnyScalar,
+    of: str | None = None,
+) -> None:
+    """Give an output of an element; `of` is the variable that it is the rate of."""
+    output(Variable(name, unit, in_words(owner, text), derivative_of=of), value)
+
+
+def _give_vector(
+    give: Callable[..., None], name: str, what: str, tree: Topology, letter: str, vector: Vector
+) -> None:
+    """Give a position (`letter` ""), velocity ("v") or acceleration ("a") of a body or point."""
+    word, unit, below = MOTIONS[letter]
+    for c in _axes(tree):
+        of = None if below is None else f"{name}.{below}{AXES[c]}"
+        text = f"{word} of the {what}, world {AXES[c].upper()}"
+        give(f"{name}.{letter}{AXES[c]}", unit, text, vector[c], of)
 
 
 def _add_point_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for name, place in assembly.points.items():
         point = assembly.model.points[name]
         if point.body != GROUND:
-            axes = _axes(assembly.tree)
-            _motion(output, f"point.{name}", "point", point, place.position, place.velocity, axes)
+            give = partial(_give, output, point)
+            vectors = partial(_give_vector, give, f"point.{name}", "point", assembly.tree)
             k = assembly.tree.index(point.body)
-            acceleration = solved.of_point(assembly.frames[k], k, place.arm)
-            _accelerations(output, f"point.{name}", "point", point, acceleration, axes)
+            vectors("", place.position)
+            vectors("v", place.velocity)
+            vectors("a", solved.of_point(assembly.frames[k], k, place.arm))
 
 
 def _add_reactions(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
-        name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
-        in_axes = "world" if joint.reaction_axes == "world" else "the child's"
-        about = "about +" if joint.reaction_axes == "world" else "about the child's +"
+        joint = assembly.model.joints[reaction.joint]
+        give, name = partial(_give, output, joint), f"joint.{reaction.joint}.reaction_"
+        whose, of = ("world ", "") if joint.reaction_axes == "world" else ("the child's ",) * 2
         for axis in _axes(assembly.tree):
-            letter = AXES[axis].upper()
-            text = in_words(joint, f"Force of the joint on its child, {in_axes} {letter}")
-            variable = Variable(f"{name}.reaction_{AXES[axis]}", "N", text)
-            output(variable, reaction.force[axis])
+            text = f"Force of the joint on its child, {whose}{AXES[axis].upper()}"
+            give(f"{name}{AXES[axis]}", "N", text, reaction.force[axis])
         for axis, part in enumerate(("moment_x", "moment", "moment_z")):
             if TURN + axis in assembly.tree.components:
-                text = f"Moment of the joint on its child at the joint, {about}{AXES[axis].upper()}"
-                variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
-                output(variable, reaction.moment[axis])
+                about = f"about {of}+{AXES[axis].upper()}"
+                text = f"Moment of the joint on its child at the joint, {about}"
+                give(f"{name}{part}", "N.m", text, reaction.moment[axis])
 
 
 def _add_load_outputs(output: Output, assembly: Assembly) -> None:
@@ -233,26 +258,24 @@ def _add_load_outputs(output: Output, assembly: Assembly) -> None:
     powers = load_powers(assembly)
     for name, acting in assembly.loads.items():
         load = assembly.model.loads[name]
+        give = partial(_give, output, load)
         for measure, value in acting.measures.items():
-            unit, text = _told(assembly, load, measure)
+            unit, text = _measure(assembly, load, measure)
             whole = RATES.get(measure)
             of = f"load.{name}.{whole}" if whole in acting.measures else None
-            variable = Variable(
-                f"load.{name}.{measure}", unit, in_words(load, text), derivative_of=of
-            )
-            output(variable, value)
+            give(f"load.{name}.{measure}", unit, text, value, of)
         if name in powers:
             text = "Power by which the load changes the total energy"
             if isinstance(load, TensionSpring | TorsionSpring):
                 text += ", in which it has no potential"
-            output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
+            give(f"load.{name}.power", "W", text, powers[name])
     power = input_power(assembly)
     if not isinstance(power, int):
         text = "Power of all forces, moments and efforts from outside"
         output(Variable("inputs.power", "W", text), power)
 
 
-def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
+def _measure(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
     if isinstance(load, JointEffort | JointFriction | JointStop):
@@ -273,35 +296,3 @@ def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
 def _axes(tree: Topology) -> list[int]:
     """The axes along which bodies move."""
     return [c for c in tree.components if c < TURN]
-
-
-def _motion(
-    output: Output,
-    name: str,
-    what: str,
-    owner: Body | Point,
-    position: Vector,
-    velocity: Vector,
-    axes: Sequence[int],
-) -> None:
-    for c in axes:
-        text = in_words(owner, f"Position of the {what}, world {AXES[c].upper()}")
-        output(Variable(f"{name}.{AXES[c]}", "m", text), position[c])
-    for c in axes:
-        text, of = f"Velocity of the {what}, world {AXES[c].upper()}", f"{name}.{AXES[c]}"
-        variable = Variable(f"{name}.v{AXES[c]}", "m/s", in_words(owner, text), derivative_of=of)
-        output(variable, velocity[c])
-
-
-def _accelerations(
-    output: Output,
-    name: str,
-    what: str,
-    owner: Body | Point,
-    acceleration: Vector,
-    axes: Sequence[int],
-) -> None:
-    for c in axes:
-        text, of = f"Acceleration of the {what}, world {AXES[c].upper()}", f"{name}.v{AXES[c]}"
-        variable = Variable(f"{name}.a{AXES[c]}", "m/s2", in_words(owner, text), derivative_of=of)
-        output(variable, acceleration[c])
