@@ -66,7 +66,10 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
             ahead = evaluated(link, assembly.values, "joint_to_child")
             arm = frame.rotation(subtracted(frame.local_arm, ahead))  # from the origin to the joint
             at_joint = subtracted(turn, cross(arm, force))
-        found.append(Reaction(link.joint_name, *_shown(assembly, k, force, at_joint)))
+        shown, back = (force, at_joint), assembly.frames[k].rotation.back
+        if link.joint.reaction_axes == "body":
+            shown = back(force), back(at_joint)
+        found.append(Reaction(link.joint_name, *shown))
         if link.parent >= 0:
             parent = wrenches[link.parent]
             parent[:TURN] = added(force_of(parent), force)
@@ -74,14 +77,6 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
                 handed = added(turn, cross(assembly.frames[k].reach, force))
                 parent[TURN:] = added(moment_of(parent), handed)
     return found[::-1]
-
-
-def _shown(assembly: Assembly, k: int, force: Vector, moment: Vector) -> tuple[Vector, Vector]:
-    """A force and a moment in the axes in which the reaction of link k is given."""
-    if assembly.tree.links[k].joint.reaction_axes == "world":
-        return force, moment
-    back = assembly.frames[k].rotation.back
-    return back(force), back(moment)
 
 
 def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScalar]:
