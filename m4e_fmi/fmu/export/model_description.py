@@ -373,7 +373,7 @@ def build_description_xml(model_identifier: str, sources: Sequence[str]) -> byte
 
 
 def terminals_xml(variables: Sequence[Grouped]) -> bytes | None:
-    """The XML text (UTF-8) of `TERMINALS`, for importers that connect whole groups; None if none.
+    """The XML text (UTF-8) of terminals, for importers that connect whole groups; None if none.
 
     There is a terminal for each connector: inputs and outputs whose names begin alike, such as
     `body.buoy.position`, `body.buoy.force`. Members of two terminals belong together if their names
