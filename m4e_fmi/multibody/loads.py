@@ -125,11 +125,11 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
         wind = subtracted(velocity, _vector(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
         if isinstance(load, BodyDrag):
+            resistance = -_value(load, "moment_coefficient", motion)
             parts = [part for part in frame.omega if not is_zero(part)]
             # |ω|; of a turn about one coordinate axis without a root
             speed = abs(parts[0]) if len(parts) == 1 else norm(frame.omega)
-            resistance = -_value(load, "moment_coefficient", motion) * speed
-            torque = scaled(resistance, frame.omega)
+            torque = scaled(resistance * speed, frame.omega)
     else:
         force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):

@@ -305,6 +305,7 @@ def _add_structure(
         for m in v.members
         if m.causality in ("input", "independent") or m.name in states
     }
+    text = {k: str(k) for k in number.values()}
     exact = {number[v.first.name] for v in variables if v.first.initial == "exact"}
 
     def unknowns(title: str, listed: Sequence[Grouped], *, initial: bool = False) -> None:
@@ -317,10 +318,10 @@ def _add_structure(
             if found is None:
                 continue
             long = form.is_2 and len(found) > LONG
-            plain = long and all(kind == KINDS[-1] for kind in found.values())
+            plain = long and {*found.values()} == {KINDS[-1]}
             if plain and everything <= found.keys():
                 continue
-            element.set("dependencies", " ".join(map(str, found)))
+            element.set("dependencies", " ".join([text[k] for k in found]))
             kinds = v.first.initial_kinds if initial else v.first.kinds
             if kinds is not None and not plain:
                 element.set("dependenciesKind", " ".join(found.values()))
@@ -353,10 +354,11 @@ def _union(
         needs = dependencies(member, initial=initial)
         if needs is None:
             return None
-        for name, kind in needs.items():
-            if (k := numbers.get(name)) is not None and _RANK[kind] >= _RANK[found.get(k, "")]:
-                found[k] = kind
-    return dict(sorted(found.items()))
+        own = {numbers[name]: kind for name, kind in needs if name in numbers}
+        for k in found.keys() & own.keys():
+            own[k] = max(own[k], found[k], key=_RANK.__getitem__)
+        found = {**found, **own} if found else own
+    return {k: found[k] for k in sorted(found)}
 
 
 def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
