@@ -142,7 +142,11 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    path = as_path(path)
+    with PROCESS:  # a run may have changed the working folder
+        return _loaded(as_path(path))
+
+
+def _loaded(path: Path) -> Results:
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -156,7 +160,7 @@ def load(path: str | Path) -> Results:
         raise InputError.single(message, _instead(path), str(path))
     try:
         with _stored(path) as stored:
-            return _loaded(path, stored)
+            return _results_of(path, stored)
     except MemoryError:
         raise InputError.single("takes more memory than there is", _SMALLER, str(path)) from None
     except _DAMAGED as error:
@@ -321,7 +325,7 @@ def _strange(file: Dataset) -> str:
     return "" if file["time"].ndim == 1 else "its `time` has no dimension, or several"
 
 
-def _loaded(path: Path, stored: _Stored) -> Results:
+def _results_of(path: Path, stored: _Stored) -> Results:
     """All rows; ValueError unless the times are finite and increase, InputError beyond limits."""
     count, columns = stored.count, stored.columns
     if count * len(columns) > MOST_RESULTS:
