@@ -377,22 +377,25 @@ def rows_of(
             if stored.count < count:
                 raise ValueError(f"{count} rows, and it has {stored.count}")
             for block in stored.blocks(count):
-                columns, parts = iter(block), []
-                for section in sections:
-                    part = np.zeros((len(block[0]), len(section.columns)), section.kind)
-                    for k, (column, values) in enumerate(
-                        zip(section.columns, columns, strict=False)
-                    ):
-                        if column.recorded.is_text:
-                            values = [place(text.encode()) for text in values]
-                        part[:, k] = values
-                    parts.append(part)
-                yield parts
+                columns = iter(block)
+                yield [_cells(one, columns, len(block[0]), place) for one in sections]
     except FileNotFoundError:
         raise InputError.single("no such file of results", _BELONG, str(path)) from None
     except _DAMAGED as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
+
+
+def _cells(
+    section: Section, columns: Iterator[np.ndarray], count: int, place: Callable[[bytes], int]
+) -> np.ndarray:
+    """The next of the `columns` (count,) in one array (count, n_columns) of a section."""
+    found = np.zeros((count, len(section.columns)), section.kind)
+    for k, column in enumerate(section.columns):
+        values = next(columns)
+        is_text = column.recorded.is_text
+        found[:, k] = [place(text.encode()) for text in values] if is_text else values
+    return found
 
 
 def digest_of(row: Sequence[np.ndarray]) -> str:
