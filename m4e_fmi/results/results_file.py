@@ -142,11 +142,11 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    with PROCESS:  # a run may have changed the working folder
-        return _loaded(as_path(path))
+    with PROCESS:  # paths are found while the working folder is the user's
+        return _load(as_path(path))
 
 
-def _loaded(path: Path) -> Results:
+def _load(path: Path) -> Results:
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -242,7 +242,7 @@ def _stored(path: Path) -> Generator[_Stored]:
     """
     from netCDF4 import Dataset
 
-    with opened(path) as rows, PROCESS, Dataset(path) as file:
+    with PROCESS, opened(path) as rows, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         if (number := int(attributes.get(FORMAT, 0))) > FORMAT_NUMBER:
