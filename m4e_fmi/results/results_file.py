@@ -200,13 +200,13 @@ def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
 
     Empty for any other file, and for one that cannot be read.
     """
-    from netCDF4 import Dataset
-
     if not is_file(path):
         return {}
     with path.open("rb") as head:
         if head.read(len(_HDF5)) != _HDF5:
             return {}
+    from netCDF4 import Dataset
+
     try:
         with PROCESS, Dataset(path) as file:
             groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
