@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
+from m4e_fmi.cosim.exchange.operations import Get
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener
@@ -148,14 +150,11 @@ class _Reader:
     """Reads Real outputs of an instance; RunError if one is not finite."""
 
     def __init__(self, instance: Instance, names: Sequence[str]) -> None:
-        self._instance, self._names = instance, names
+        self._instance = instance
         self._view = np.zeros(len(names))
-        self._get = instance.own_getter(names, self._view)
+        reading = [Get(instance, tuple(names), self._view)] if names else []
+        self._schedule = Schedule(reading)
 
     def __call__(self) -> np.ndarray:
-        status = self._get() if self._names else 0
-        if status > WARNING:
-            self._instance.fail(status, "fmi2GetReal")
-        if not np.isfinite(self._view).all():
-            self._instance.not_finite(self._names, self._view)
+        self._schedule.run(self._instance.time)
         return self._view.copy()

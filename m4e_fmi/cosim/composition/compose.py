@@ -12,14 +12,14 @@ from m4e_fmi.cosim.composition.parts import Made, Named, Parts, look_at
 from m4e_fmi.cosim.composition.settled import stand_ins
 from m4e_fmi.cosim.connections.connect import connect, sum_components
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.input_checks.drafts import drafted
 from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.preparation.inputs import drafted
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
 IN_WAVES = "make_in_waves"

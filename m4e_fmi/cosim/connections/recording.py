@@ -126,8 +126,7 @@ def thinned(simulation: Simulation, values: int) -> tuple[Simulation, str]:
         return simulation, f"results: {text}; {remedy}"
     multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
     every = next(n for n in multiples if row * (ceil((rows - 1) / n) + 1) <= LARGE)
-    step = round(simulation.step_size * NS_PER_SECOND)
-    fewer = replace(simulation, output_interval=every * step / NS_PER_SECOND)
+    fewer = replace(simulation, output_interval=every * simulation.step_ns / NS_PER_SECOND)
     return fewer, (
         f"results of every step would be {rows:,} rows, {size_text(rows * row)}: a row is "
         f"written every {every} steps, {size_text(volume(fewer, values)[0] * row)}; "

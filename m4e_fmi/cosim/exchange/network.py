@@ -36,7 +36,6 @@ from m4e_fmi.cosim.exchange.operations import (
     GetTyped,
     Operation,
     Transferring,
-    choose,
     gather,
     setting,
 )
@@ -491,6 +490,18 @@ class SolvedLoop:
             for one in network.rereadings(transfer.component)[:1]
             if transfer.variables[0] in one.names
         ]
+        self._choose = Schedule(
+            [
+                Choose(
+                    network.instances[transfer.component],
+                    transfer.variables,
+                    np.zeros(len(transfer.variables)),
+                    readings,
+                    checked=False,
+                )
+                for transfer, readings in self._readings
+            ]
+        )
 
     def run(self, time: float) -> None:
         """Solve the loop at the present point, `time` [s].
@@ -506,10 +517,9 @@ class SolvedLoop:
         self._network.inputs[self._inputs] = self.equations.input_values
         for transfer, readings in self._readings:
             start = self._network.index(Port(transfer.component, transfer.variables[0]))
-            values = self._network.values[start : start + len(transfer.variables)]
-            first, second, before, _, size, lost = readings
-            readings[3] = values
-            choose(Choose(self._network.instances[transfer.component], (), values.copy(), readings))
+            readings[3] = self._network.values[start : start + len(transfer.variables)]
+        self._choose.run(time)
+        for transfer, (first, second, before, _, size, lost) in self._readings:
             gross = np.isfinite(before) & ~(np.abs(second - first) <= LOST * size)
             for name in np.array(transfer.variables)[(lost > 0) & gross]:
                 raise RunError(

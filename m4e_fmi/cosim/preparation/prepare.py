@@ -16,9 +16,7 @@ from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
 from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
-from m4e_fmi.cosim.input_checks.drafts import Draft
-from m4e_fmi.cosim.input_checks.inputs import no_component
-from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.exchange.native_executor import loop_library
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
@@ -29,12 +27,13 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
+from m4e_fmi.cosim.preparation.inputs import Draft, no_component
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.importer.opening import replaced
@@ -58,9 +57,10 @@ def prepare(
     they are there already.
 
     InputError with all problems of the FMU files, then of connections, start values and components'
-    own steps; RunError for a build that failed. `tell` receives a line per step of a build. FMUs
-    that declare no dependencies and have connected inputs are probed (`probing`), and foreign ones
-    that say they can go back, or take derivatives of inputs, are tried (`state_trials`).
+    own steps; RunError for a build that failed, or without the C library. `tell` receives a line
+    per step of a build. FMUs that declare no dependencies and have connected inputs are probed
+    (`probing`), and foreign ones that say they can go back, or take derivatives of inputs, are
+    tried (`state_trials`).
     """
     with ONE_RUN:
         return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)
@@ -77,6 +77,7 @@ def _prepared(
     """The same, by one thread at a time."""
     if not system.components:
         raise InputError([no_component(system)])
+    loop_library()
     if fmus is None:
         fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
     descriptions = _described(system, fmus)
@@ -122,7 +123,7 @@ def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Descri
             description = resized(read(fmu.path), component.start)
             if fmu.content not in ("", description.content):
                 raise replaced(fmu.path)
-            descriptions[component.name] = with_units(component, description)
+            descriptions[component.name] = component.described(description)
         except InputError as error:
             problems += error.problems
     if problems:

@@ -14,11 +14,11 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Copy, Get, GetTyped, Operation, gather
+from m4e_fmi.cosim.exchange.operations import Get, GetTyped, Operation, gather
 from m4e_fmi.cosim.scenario.plan import COMPONENT
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.recorded import TEXT, Recorded
-from m4e_fmi.results.row_header import CELLS, Column, Section
+from m4e_fmi.results.row_file import CELLS, Column, Section
 
 ROUNDING = 1e-9
 """Share of its limits, nominal value or value by which an output may be outside by rounding."""
@@ -63,11 +63,9 @@ class Block:
         order = sorted(range(len(found)), key=lambda k: found[k] is None)
         self._order = np.argsort(order)
         self.operations: list[Operation] = []
-        if known and self._real:
-            self.operations.append(gather(self._known, network.values, known))
-        elif known:
-            places = np.array(known, dtype=np.uint32)
-            self.operations.append(Copy(network.discrete.cells, places, self._known))
+        if known:
+            source = network.values if self._real else network.discrete.cells
+            self.operations.append(gather(self._known, source, known))
         if asked and self._real:
             self.operations.append(Get(instance, asked, self._asked))
         elif asked:
@@ -112,8 +110,7 @@ class ScenarioBlock:
         columns = tuple(Column(n, "", f"true while the action {n} is active", truth) for n in names)
         self.section = Section(COMPONENT, columns, CELLS)
         self._rows = np.zeros((rows, len(names)), dtype=np.int64)
-        places = np.arange(len(names), dtype=np.uint32)
-        self.operations: list[Operation] = [Copy(cells, places, self._rows)]
+        self.operations: list[Operation] = [gather(self._rows, cells, range(len(names)))]
 
     def filled(self, rows: slice) -> np.ndarray:
         """Some of the rows (n_rows, n_actions) [1], 1 for true."""

@@ -7,6 +7,7 @@ see `m4e_fmi.results.results_file`.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -24,10 +25,8 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.fmu.importer.reading import Variable
-from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, write_netcdf
-from m4e_fmi.results.row_file import RowFile
-from m4e_fmi.results.row_header import Section
-from m4e_fmi.results.rows_again import digest_of, rows_again
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, rows_of, write_netcdf
+from m4e_fmi.results.row_file import RowFile, Section
 from m4e_fmi.signals import held, let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -128,7 +127,7 @@ class ResultsWriter:
         """Put the first rows into the file, and this where it belongs."""
         block: list[np.ndarray] = []
         with self._errors():
-            for block in rows_again(first.path, self._sections, first.rows, self._texts.place):
+            for block in rows_of(first.path, self._sections, first.rows, self._texts.place):
                 self._file.append(self._file.count, block)
             last = [part[-1:] for part in block]
             if not last or digest_of(last) != first.digest or last[0].item() != first.last:
@@ -336,3 +335,11 @@ class ResultsWriter:
             yield
         except OSError as error:
             raise cannot_write(self.path, error) from error
+
+
+def digest_of(row: Sequence[np.ndarray]) -> str:
+    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
+    digest = hashlib.sha256()
+    for part in row:
+        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()

@@ -41,7 +41,7 @@ from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
 from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.component_step import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
@@ -174,9 +174,10 @@ class Run:
         simulation = self.simulation
         self._control, self.algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
-            largest = round(simulation.step_size * NS_PER_SECOND)
             order = cast("ErrorEstimating", self.algorithm).estimate_order
-            self._control = StepControl(self.network, simulation.coupling_tolerance, largest, order)
+            self._control = StepControl(
+                self.network, simulation.coupling_tolerance, simulation.step_ns, order
+            )
         own = all(rate.shortens for rate in self.prepared.rates.values())
         self._shortens = own and not without_rollback(self.prepared.descriptions)
         if isinstance(self.algorithm, Undoing) and self._shortens:
@@ -239,8 +240,7 @@ class Run:
     @property
     def is_at_stop(self) -> bool:
         """True if the stop time is reached."""
-        stop = round(self.simulation.stop_time * NS_PER_SECOND)
-        return round(self.network.time * NS_PER_SECOND) >= stop
+        return nanoseconds(self.network.time) >= self.simulation.stop_ns
 
     def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors up to the present point, or why they are not known."""

@@ -1,20 +1,40 @@
-"""Operations performed by Python: where there is no C library, and what that is checked against."""
+"""Operations of the loop over steps, performed by Python: the oracle of the loop in C.
+
+FMUs are called by the same addresses; of FMI 3.0 and of values that are not Real, these are
+functions of the C library.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import math
 from collections.abc import Callable, Sequence
+from ctypes import c_double, c_int, c_size_t, c_void_p
 
 import numpy as np
+import pytest
 
 from m4e_fmi.cosim.exchange import operations as op
-from m4e_fmi.cosim.exchange.events import ended
-from m4e_fmi.cosim.exchange.instance import WARNING, Call, Instance
+from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, State
-from m4e_fmi.cosim.exchange.operations import Operation
+from m4e_fmi.cosim.exchange.operations import LOST, Operation
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.fmu.importer.calls.functions import guarded
 
 Action = Callable[[float, float, int], int]
 """Time [s], step [s], row of blocks → status."""
+GET_OR_SET = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p)
+SET_DERIVATIVES = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p)
+DO_STEP = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_double, c_int)
+SAVE_OR_RESTORE = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p)
+NOISE = 1e-9
+"""As in the runtime's loop.c."""
+
+
+def use_python(patch: pytest.MonkeyPatch) -> None:
+    """Have all operations be performed by Python from now on."""
+    patch.setattr("m4e_fmi.cosim.exchange.step_loop.NativeExecutor", PythonExecutor)
+    patch.setattr("m4e_fmi.cosim.exchange.step_loop.run_loop", run_loop)
 
 
 class PythonExecutor:
@@ -40,21 +60,16 @@ class PythonExecutor:
         return 0, 0
 
 
-def run(
-    step: PythonExecutor,
-    row: PythonExecutor,
-    state: State,
-    steps: int,
-    telling: Sequence[Instance],
-    stops: np.ndarray,
-) -> int:
+def run_loop(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> int:
     """Status of `steps` steps, as of `m4e_loop` of the runtime's loop.h.
 
-    They end early if one of `telling` has asked for the end, another thread for a halt, or one of
-    `stops` (n,) [1] is finite.
+    They end early if another thread has asked for a halt, or one of the `ends` is finite.
     """
+    ends = (c_void_p * state.end_count).from_address(state.ends) if state.end_count else ()
     for made in range(steps):
-        if ended(telling) or (made and state.halt) or np.isfinite(stops).any():
+        if (made and state.halt) or any(
+            math.isfinite(c_double.from_address(end).value) for end in ends if end
+        ):
             return 0
         time, size = state.now / NS_PER_SECOND, state.size / NS_PER_SECOND
         at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
@@ -88,54 +103,74 @@ def _action(operation: Operation) -> Action:
         case op.Get():
             return _get(operation)
         case op.Set(instance, names, values):
-            return _plain(instance.own_setter(names, values))
+            return _reals(instance, operation.function, names, values)
         case op.SetDerivatives(instance, names, values, order):
-            return _plain(instance.own_derivative_setter(names[0], order, values))
+            call = instance.raw(operation.function, names)
+            orders = np.array([order], dtype=np.int32)
+            references, function = call.references, guarded(SET_DERIVATIVES, call.function)
+            return lambda _t, _h, _row: function(
+                call.component, references.ctypes.data, 1, orders.ctypes.data, values.ctypes.data
+            )
         case op.DoStep(instance):
             return _step(instance, operation)
         case op.Save(instance):
-            return _plain(instance.state_calls()[0])
+            save, slot = _state_call(instance, operation.function), instance.slot()
+            return lambda _t, _h, _row: save(ctypes.addressof(slot))
         case op.Restore(instance):
-            return _plain(instance.state_calls()[1])
+            restore, slot = _state_call(instance, operation.function), instance.slot()
+            return lambda _t, _h, _row: restore(slot.value)
         case op.GetTyped(_, access, into):
             return lambda _t, _h, row: access.get(_row(into, row))
         case op.SetTyped(_, access, cells):
             return lambda _t, _h, _row: access.set(cells)
         case op.Choose():
-            return lambda _t, _h, _row: 0 if op.choose(operation) else NOT_A_NUMBER
-        case op.Copy(source, places, into):
-            return _take(into, source, places)
+            return lambda _t, _h, _row: 0 if choose(operation) else NOT_A_NUMBER
         case op.Combine():
             return _combine(operation)
-        case op.Gather(into, source, index):
-            return _take(into, source, index)
+        case op.Gather():
+            return _gather(operation)
         case op.Monitor():
             return _monitor(operation)
 
 
+def _state_call(instance: Instance, function: str) -> Callable[[int | None], int]:
+    call = instance.raw(function)
+    found = guarded(SAVE_OR_RESTORE, call.function)
+    return lambda place: found(call.component, place)
+
+
 def _step(instance: Instance, operation: op.DoStep) -> Action:
-    step, span, warned = instance.stepper(), operation.span, instance.warned
+    span, warned = operation.span, instance.warned
+    call = instance.raw(operation.function)
+    step = guarded(DO_STEP, call.function)
 
     def do_step(t: float, h: float, _row: int) -> int:
-        status = step(*span(t, h), 1)
+        status = step(call.component, *span(t, h), 1)
         if status == WARNING:
-            warned.note(t)
+            warned.first = warned.first if warned.count else t
+            warned.count, warned.last = warned.count + 1, t
         return status
 
     return do_step
 
 
-def _plain(call: Call) -> Action:
-    return lambda _t, _h, _row: call()
+def _reals(instance: Instance, function: str, names: Sequence[str], values: np.ndarray) -> Action:
+    call = instance.raw(function, names)
+    found, references = guarded(GET_OR_SET, call.function), call.references
+
+    def move(_t: float, _h: float, _row: int) -> int:
+        return found(call.component, references.ctypes.data, len(names), values.ctypes.data)
+
+    return move
 
 
 def _get(operation: op.Get) -> Action:
     into, checked = operation.into, operation.checked
     values = into if into.ndim == 1 else np.zeros(len(operation.names))
-    call = operation.instance.own_getter(operation.names, values)
+    call = _reals(operation.instance, operation.function, operation.names, values)
 
-    def get(_t: float, _h: float, row: int) -> int:
-        status = call()
+    def get(t: float, h: float, row: int) -> int:
+        status = call(t, h, row)
         if values is not into:
             into[row] = values
         if checked and status <= WARNING and not np.isfinite(values).all():
@@ -143,6 +178,29 @@ def _get(operation: op.Get) -> Action:
         return status
 
     return get
+
+
+def choose(operation: op.Choose) -> bool:
+    """Choose between two readings of each output; False if one is not finite, and should be."""
+    first, second, before, new, size, lost = operation.readings
+    into, changed = operation.into, operation.changed
+    off = _differ(second, first) & _differ(before, first)
+    if into.dtype == np.float64:
+        np.fmax(size, np.abs(first), out=size, where=np.isfinite(first))
+        with np.errstate(invalid="ignore"):
+            limit = np.fmax(LOST * np.abs(new - first), NOISE * size)
+            off &= ~(np.isfinite(second) & (np.abs(second - first) <= limit))
+    found = np.where(off, first, new)
+    if changed is not None and (found != into).any():
+        changed[0] = 0.0
+    into[:] = found
+    lost[off] = 1
+    return not operation.checked or bool(np.isfinite(into).all())
+
+
+def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """True where values differ, (n,) booleans; two that are nan do not."""
+    return (a != b) & ~(np.isnan(a) & np.isnan(b))
 
 
 SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
@@ -178,12 +236,12 @@ def _row(into: np.ndarray, row: int) -> np.ndarray:
     return into if into.ndim == 1 else into[row]
 
 
-def _take(into: np.ndarray, source: np.ndarray, index: np.ndarray) -> Action:
-    def take(_t: float, _h: float, row: int) -> int:
-        _row(into, row)[:] = source[index]
+def _gather(o: op.Gather) -> Action:
+    def gather(_t: float, _h: float, row: int) -> int:
+        _row(o.into, row)[:] = o.source[o.index]
         return 0
 
-    return take
+    return gather
 
 
 def _combine(o: op.Combine) -> Action:
