@@ -110,13 +110,12 @@ class Run:
         self.warnings: tuple[str, ...] = ()
         self.outcome: Outcome | None = None
         self._changes: list[Change] = []
+        self._loaded: Mapping[str, Binary] | None = None
         self._open = ExitStack()
 
     def __enter__(self) -> Run:
         with setting_up(), ExitStack() as stack:
-            prepared = self.prepared
-            self._loaded = binaries(prepared.descriptions, stack, None, prepared.hosts)
-            self.network = self._started(prepared, self._loaded, stack)
+            self.network = self._started(stack, self.prepared)
             self._prepare(stack)
             self._open = stack.pop_all()
         return self
@@ -130,18 +129,14 @@ class Run:
         with closing_down():
             self._open.__exit__(kind, error, trace)
 
-    def _started(
-        self,
-        prepared: Prepared,
-        loaded: Mapping[str, Binary],
-        stack: ExitStack,
-        *,
-        second: bool = False,
-    ) -> Network:
+    def _started(self, stack: ExitStack, prepared: Prepared) -> Network:
         """New instances of all components, connected, at the start time; `stack` closes them.
 
-        Messages of a `second` set of instances are dropped.
+        Messages of a second set of instances are dropped.
         """
+        second = self._loaded is not None
+        loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
+        self._loaded = self._loaded or loaded
         instances: dict[str, Instance] = {}
         for component in prepared.system.components:
             name, description = component.name, prepared.descriptions[component.name]
@@ -191,7 +186,7 @@ class Run:
                 self.network,
                 self._make,
                 self.prepared,
-                partial(self._second, stack),
+                partial(self._started, stack),
                 order=self.algorithm.order,
                 changeable=self.options.changeable,
             )
@@ -204,11 +199,6 @@ class Run:
         """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
         choose = made if self.simulation.coupling_tolerance is None else error_estimating
         return choose(self.simulation.algorithm, network)
-
-    def _second(self, stack: ExitStack, prepared: Prepared) -> Network:
-        """A second network at the start time; `stack` closes it."""
-        loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
-        return self._started(prepared, loaded, stack, second=True)
 
     @not_lost()
     def begin(self) -> None:
