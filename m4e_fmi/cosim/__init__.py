@@ -10,8 +10,7 @@ runs it all. See docs/architecture.md.
 from m4e_fmi.cosim.composition.compose import system_in_waves, system_program
 from m4e_fmi.cosim.composition.start_at_rest import at_equilibrium
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.timing import Timing
+from m4e_fmi.cosim.connections.prepared import Prepared, Timing
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network

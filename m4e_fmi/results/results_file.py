@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import hashlib
 import json
 import os
 import unicodedata
@@ -17,16 +18,15 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Named, is_other
+from m4e_fmi.errors import InputError, Named, is_file, is_other
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
@@ -41,13 +41,14 @@ from m4e_fmi.results.row_file import (
     Section,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+    from netCDF4 import Dataset, Variable
 
 NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
@@ -140,7 +141,11 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    path = as_path(path)
+    with PROCESS:  # within it the process is where its caller is
+        return _load(as_path(path))
+
+
+def _load(path: Path) -> Results:
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -194,6 +199,30 @@ def _instead(path: Path) -> str:
     return WRITTEN
 
 
+def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
+    """Dimensions of all variables of a netCDF-4 file, by name; those of groups as ``group.name``.
+
+    Empty for any other file, and for one that cannot be read.
+    """
+    from netCDF4 import Dataset
+
+    if not is_file(path):
+        return {}
+    with path.open("rb") as head:
+        if head.read(len(_HDF5)) != _HDF5:
+            return {}
+    try:
+        with PROCESS, Dataset(path) as file:
+            groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
+            return {
+                prefix + name: variable.dimensions
+                for prefix, group in groups.items()
+                for name, variable in group.variables.items()
+            }
+    except (OSError, RuntimeError):
+        return {}
+
+
 @dataclass(frozen=True)
 class _Stored:
     """An open file of results: its attributes, its variables, and the `count` of its rows.
@@ -202,7 +231,7 @@ class _Stored:
     block by block: an array (n_rows,) for each of the columns, in its unit.
     """
 
-    attributes: dict[str, Any]
+    attributes: dict[str, str | int]
     columns: list[tuple[str, Column]]
     count: int
     blocks: Callable[[int], Iterator[list[np.ndarray]]]
@@ -233,7 +262,7 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Any], attributes: dict[str, Any]
+    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -245,10 +274,10 @@ def _of_rows(
     if (there := path.stat().st_size) < length:
         message = f"is cut off: it has {there} bytes of {length}"
         raise InputError.single(message, "copy it again, or run again", str(path))
-    lines = attributes.pop(TEXTS, "").split("\n")[:-1]  # one that broke off is in no row
+    lines = str(attributes.pop(TEXTS, "")).split("\n")[:-1]  # one that broke off is in no row
     texts = [json.loads(line) for line in lines]
-    ended = attributes.pop(ENDED).rstrip()
-    attributes |= {ENDED: ended, **json.loads(attributes.pop(CLOSING))}
+    ended = str(attributes.pop(ENDED)).rstrip()
+    attributes |= {ENDED: ended, **json.loads(str(attributes.pop(CLOSING)))}
     columns = []
     for name, one in variables.items():
         component, _, rest = name.partition(".")
@@ -264,7 +293,7 @@ def _of_rows(
     return _Stored(attributes, columns, count, blocks)
 
 
-def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
+def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     """A netCDF-4 file, with a group for each component."""
     groups = [("", file), *file.groups.items()]
     variables = [(name, one) for name, group in groups for one in group.variables.values()]
@@ -278,13 +307,13 @@ def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Any, name: str) -> Column:
+def _column(variable: Variable, name: str) -> Column:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
     return Column(name, told.get("units", "s"), told.get("long_name", ""), one)
 
 
-def _strange(file: Any) -> str:
+def _strange(file: Dataset) -> str:
     """The first difference of a netCDF-4 file from those of `write_netcdf`; empty if none."""
     if "time" not in file.variables:
         return "it has no variable `time`"
@@ -368,6 +397,14 @@ def rows_of(
     except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError) as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
+
+
+def digest_of(row: Sequence[np.ndarray]) -> str:
+    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
+    digest = hashlib.sha256()
+    for part in row:
+        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
 
 
 def write_netcdf(

@@ -17,9 +17,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.added_mass.left_out import differing_bodies, lacking_flag
 from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
-from m4e_fmi.cosim.connections.buses import BUS
 from m4e_fmi.cosim.connections.link_checks import CARRIED_ONCE, CONSTANT_TO_INPUT
-from m4e_fmi.cosim.connections.links import Link, Port, Variables, conversion
+from m4e_fmi.cosim.connections.links import BUS, Link, Port, Variables, conversion
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection, unknown_component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion

@@ -19,6 +19,7 @@ from m4e_fmi.cosim.preparation.inputs import (
     checked_inputs,
     drafted,
     named_files,
+    silent,
     takes_long,
 )
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
@@ -77,7 +78,7 @@ def ready_fmus(
     """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
     folder, fmus = _places(system, build_directory)
     remove_leftovers(folder)
-    tell = _once(tell or _silent)
+    tell = _once(tell or silent)
     if native is None:
         native = NATIVE and _library_is_there(tell)
     if drafts is None:
@@ -121,7 +122,7 @@ def waiting(
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
     _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
+    native = NATIVE and _library_is_there(silent)
     drafts = _checked(system, fmus, native=native)
     long = {c.name for c in system.components if takes_long(c.source)}
     return tuple(n for n in _outdated(system, fmus, native=native) if n in long), drafts
@@ -130,7 +131,7 @@ def waiting(
 def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
     """Components whose FMU would be built: it is not there, or made from something else."""
     _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
+    native = NATIVE and _library_is_there(silent)
     return tuple(_outdated(system, fmus, native=native))
 
 
@@ -178,10 +179,6 @@ def _library_is_there(tell: Tell) -> bool:
         why = error.message
     tell(f"Python FMUs instead of native ones: {why}")
     return False
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _once(tell: Tell) -> Tell:

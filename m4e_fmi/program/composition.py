@@ -1,4 +1,4 @@
-"""Several connected programs as one.
+"""Several connected programs as one, and a program whose inputs follow a law.
 
 The parts are recorded anew, one after another, on one tape: an input that is connected becomes the
 expression that its source computes, in the order in which sources need inputs. Algebraic loops are
@@ -7,16 +7,15 @@ solved if they are linear (`loops`). All names get the name of their part in fro
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
-from m4e_fmi.errors import UnknownNameError
-from m4e_fmi.program.composition.loops import LinearLoop, LoopError
-from m4e_fmi.program.composition.moved_solution import MovedSolution
-from m4e_fmi.program.copying import TapeCopy
-from m4e_fmi.program.program import TIME, Loop, Part, Program, Recorder, Variable
-from m4e_fmi.program.tape import Scalar
+from m4e_fmi.errors import Named, UnknownNameError
+from m4e_fmi.program.loops import LoopError, solved_loop
+from m4e_fmi.program.program import TIME, Loop, Part, Program, Recorder, Solution, Variable
+from m4e_fmi.program.tape import Scalar, Tape, TapeCopy
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -25,6 +24,8 @@ Place = tuple[str, str]
 """Name of a part, and of a variable in it."""
 Graph: TypeAlias = "nx.DiGraph[Place]"
 """Connected inputs and parameters, with an edge to each that needs another."""
+Law = Callable[[Mapping[str, Scalar]], Scalar | float]
+"""The value of an input as a function of states, parameters, other inputs and `time` by name."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,12 @@ class _Composer:
     ) -> None:
         self.parts = parts
         self.recorder = Recorder(name, description)
-        self.nodes = {part: value_nodes(program) for part, program in parts.items()}
-        self.into = _by_target(connections)
+        self.nodes = {part: _value_nodes(program) for part, program in parts.items()}
+        self.into: dict[Place, Connection] = {}
+        for c in connections:
+            if c.target in self.into:
+                raise ValueError(f"{'.'.join(c.target)} has two sources")
+            self.into[c.target] = c
         self._check(connections)
         self.scalars: dict[Place, Scalar] = {}
         self.loops: list[Loop] = []
@@ -199,16 +204,16 @@ class _Composer:
         values, constants = (self._around(cuts, order, given) for given in (unknowns, zeros))
         start = {v.name: v.start for v in self.recorder.variables("parameters", "inputs", "states")}
         try:
-            solved = LinearLoop(unknowns, values, constants).solved({**start, TIME: 0.0})
+            solved, shares = solved_loop(unknowns, values, constants, {**start, TIME: 0.0})
         except LoopError as error:
             edges: list[tuple[Place, Place]] = list(nx.find_cycle(loop))
             cycle = [place for place, _ in edges]
             singular = error.is_singular
             raise AlgebraicLoopError(cycle, error.reason, is_singular=singular) from None
-        for place, scalar in zip(cuts, solved.unknowns, strict=True):
+        for place, scalar in zip(cuts, solved, strict=True):
             self._give(place, scalar)
-        shares = tuple(share.index for share in solved.shares)
-        self.loops.append(Loop(tuple(".".join(place) for place in cuts), shares))
+        names = tuple(".".join(place) for place in cuts)
+        self.loops.append(Loop(names, tuple(share.index for share in shares)))
         for place in order:
             self._give(place, self._value(place, self.copies))
 
@@ -246,60 +251,40 @@ class _Composer:
             else:  # of a parameter that a connection makes vary
                 r.output(v, scalar)
         for name, (part, source) in outputs.items():
-            v = next(v for v in value_variables(self.parts[part]) if v.name == source)
+            of = self.parts[part]
+            sources = (*of.states, *of.outputs, *of.calculated)
+            v = next(v for v in sources if v.name == source)
             variable = replace(v, name=name, derivative_of=None, local=False)
             r.output(variable, self.copies[part](self._node((part, source))))
-        solutions = tuple(
-            MovedSolution(solution, self.parts[part].tape, self.copies[part])
-            for part in self.parts
-            for solution in self.parts[part].solutions
-        )
-        parts = tuple(self._part(part, origins.get(part)) for part in self.parts)
-        inner = [self._loop(part, loop) for part in self.parts for loop in self.parts[part].loops]
-        loops = (*self.loops, *inner)
-        return replace(r.program(solutions=solutions), parts=parts, loops=loops)
-
-    def _loop(self, part: str, loop: Loop) -> Loop:
-        """A loop that a part has already."""
-        names = tuple(f"{part}.{name}" for name in loop.inputs)
-        return Loop(names, tuple(self.copies[part](node).index for node in loop.shares))
+        solutions: list[Solution] = []
+        parts, loops = list[Part](), [*self.loops]
+        for part, program in self.parts.items():
+            copy = self.copies[part]
+            solutions += [_MovedSolution(one, program.tape, copy) for one in program.solutions]
+            known = (*program.parameters, *program.inputs, *program.states)
+            given = {v.name: self.scalars[part, v.name].index for v in known}
+            parts.append(Part(part, program, given, origins.get(part)))
+            for loop in program.loops:
+                names = tuple(f"{part}.{name}" for name in loop.inputs)
+                loops.append(Loop(names, tuple(copy(node).index for node in loop.shares)))
+        whole = r.program(solutions=tuple(solutions))
+        return replace(whole, parts=tuple(parts), loops=tuple(loops))
 
     def _named(self, part: str, v: Variable) -> Variable:
         of = v.derivative_of
         known = of is not None and (part, of) not in self.into
         return replace(v, name=f"{part}.{v.name}", derivative_of=f"{part}.{of}" if known else None)
 
-    def _part(self, name: str, origin: object) -> Part:
-        program = self.parts[name]
-        given = {
-            v.name: self.scalars[name, v.name].index
-            for v in (*program.parameters, *program.inputs, *program.states)
-        }
-        return Part(name, program, given, origin)
 
-
-def value_variables(program: Program) -> list[Variable]:
-    """Sources of connections in a program: states, outputs, calculated parameters."""
-    return [*program.states, *program.outputs, *program.calculated]
-
-
-def value_nodes(program: Program) -> dict[str, int]:
-    """The node of each of these by name, and of the rate of each state as ``der(state)``."""
+def _value_nodes(program: Program) -> dict[str, int]:
+    """The node of each source of connections: states, their rates as ``der(state)``, outputs,
+    calculated parameters."""
     tape = program.tape
     found = {v.name: tape.node(("symbol", v.name)) for v in program.states}
     rates = zip(program.states, program.rates, strict=True)
     found |= {f"der({v.name})": node for v, node in rates}
     found |= {v.name: k for v, k in zip(program.outputs, program.results, strict=True)}
     return found | {v.name: k for v, k in zip(program.calculated, program.constants, strict=True)}
-
-
-def _by_target(connections: Sequence[Connection]) -> dict[Place, Connection]:
-    found: dict[Place, Connection] = {}
-    for c in connections:
-        if c.target in found:
-            raise ValueError(f"{'.'.join(c.target)} has two sources")
-        found[c.target] = c
-    return found
 
 
 def _in_order(graph: Graph) -> list[list[Place]]:
@@ -336,3 +321,83 @@ def _cuts(loop: Graph, members: Sequence[Place]) -> list[Place]:
         cut = max(looped, key=lambda place: inner.in_degree(place) * inner.out_degree(place))
         cuts.append(cut)
         graph.remove_node(cut)
+
+
+class _MovedSolution:
+    """A solution on the tape that `copy` copies to; `solution` is the original on `tape`.
+
+    The response to a drive is recorded once on the original tape, for symbols, and copied for each
+    drive: what has no effect folds away.
+    """
+
+    def __init__(self, solution: Solution, tape: Tape, copy: TapeCopy) -> None:
+        self._solution, self._tape, self._copy = solution, tape, copy
+
+    @property
+    def unknowns(self) -> Sequence[Scalar]:
+        """The scalars that are solved for."""
+        return [self._copy(s.index) for s in self._solution.unknowns]
+
+    def balance(self) -> Sequence[Scalar]:
+        """Scalars that the unknowns depend on."""
+        return [self._copy(s.index) for s in self._balance]
+
+    @cached_property
+    def _balance(self) -> Sequence[Scalar]:
+        return self._solution.balance()
+
+    @cached_property
+    def _response(self) -> Sequence[Scalar | int]:
+        """The response to a change of all of the balance, on the original tape."""
+        changes = {k: self._tape.symbol(_change(k)) for k in range(len(self._balance))}
+        return self._solution.response(self._solution.drive(changes))
+
+    def drive(self, change: Mapping[int, Scalar]) -> Mapping[int, Scalar]:
+        """The change itself: it becomes a drive in `response`."""
+        return change
+
+    def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
+        """Change of the unknowns for a `drive`."""
+        copy, zero = self._copy.fork(), self._copy.target.constant(0.0)
+        for k in range(len(self._balance)):
+            copy.give(_change(k), drive.get(k, zero))
+        return [copy(s.index) if isinstance(s, Scalar) else s for s in self._response]
+
+
+def _change(place: int) -> str:
+    return f"change of balance {place}"
+
+
+def with_feedback(program: Program, laws: Mapping[str, Law]) -> Program:
+    """`program` with the inputs named by `laws` replaced by what these record.
+
+    Such an input becomes an output of the same name. UnknownNameError for an input that is not
+    there, or if a law asks for a name that is not.
+
+    >>> brake = with_feedback(program, {"joint.wheel.effort": lambda x: -2.0 * x["joint.wheel.u"]})
+    """
+    known = {v.name for v in program.inputs}
+    unknown = sorted(set(laws) - known)
+    if unknown:
+        raise UnknownNameError.of(f"{program.name} has no input", unknown, known)
+    recorder = Recorder(program.name, program.description)
+    scalars = {TIME: recorder.time}
+    scalars |= {v.name: recorder.parameter(v) for v in program.parameters}
+    scalars |= {v.name: recorder.input(v) for v in program.inputs if v.name not in laws}
+    scalars |= {v.name: recorder.state(v) for v in program.states}
+    readable = Named("no law can depend on", scalars)
+    given: dict[str, Scalar] = {}
+    for name, law in laws.items():
+        value = law(readable)
+        given[name] = value if isinstance(value, Scalar) else recorder.tape.constant(value)
+    copy = TapeCopy(program.tape, recorder.tape, {**scalars, **given})
+    for v, rate in zip(program.states, program.rates, strict=True):
+        recorder.rate(v.name, copy(rate))
+    for v, result in zip(program.outputs, program.results, strict=True):
+        recorder.output(v, copy(result))
+    for v, constant in zip(program.calculated, program.constants, strict=True):
+        recorder.calculate(v, copy(constant))
+    for v in program.inputs:
+        if v.name in laws:
+            recorder.output(v, given[v.name])
+    return recorder.program()

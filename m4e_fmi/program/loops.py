@@ -4,20 +4,18 @@ The unknowns z of a loop are inputs that need themselves: z = f(z). Where ∂f/�
 z, f is linear, and elimination gives z = (1 − ∂f/∂z)⁻¹ f(0) as straight-line code. Its pivots are
 chosen for the start values, on the diagonal unless others are much larger, in a scale in which
 units of the unknowns do not matter. A pivot is compared with the terms it is the difference of:
-what is left of these is the condition of the loop. It is recorded, too (`SolvedLoop.shares`):
-later it may become zero, where the loop has no single solution.
+what is left of these is the condition of the loop. It is recorded, too, as its shares: later it may
+become zero, where the loop has no single solution.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from m4e_fmi.program.derivatives import slopes
-from m4e_fmi.program.evaluation import evaluated
 from m4e_fmi.program.program import Program
-from m4e_fmi.program.tape import Scalar
+from m4e_fmi.program.tape import Scalar, evaluated
 
 LEAST_PIVOT = 1e-10
 """Least pivot over the terms that it is the difference of: fewer than six digits are left below."""
@@ -38,33 +36,31 @@ class LoopError(ValueError):
         super().__init__(reason)
 
 
-@dataclass(frozen=True)
-class LinearLoop:
-    """z = f(z): the symbols that stand for z, f(z) recorded on them, and f(0), all of length n."""
+def solved_loop(
+    unknowns: Sequence[Scalar],
+    values: Sequence[Scalar],
+    constants: Sequence[Scalar],
+    start: Mapping[str, float],
+) -> tuple[list[Scalar], list[Scalar]]:
+    """Solution of z = f(z), and the shares [1]: what is left of the terms of each pivot, signed.
 
-    unknowns: Sequence[Scalar]
-    values: Sequence[Scalar]
-    constants: Sequence[Scalar]
-
-    def solved(self, start: Mapping[str, float]) -> SolvedLoop:
-        """The loop solved, without the symbols that stood for its unknowns.
-
-        `start` has start values of all other symbols, by name; they choose the order of pivots.
-        LoopError if f is not linear, or the loop is singular at the start.
-        """
-        tape = self.unknowns[0].tape
-        one, zero = tape.constant(1.0), tape.constant(0.0)
-        seeds = {z.index: {j: one} for j, z in enumerate(self.unknowns)}
-        rows = slopes(tape, [f.index for f in self.values], seeds)
-        own = {tape.operations[z.index][1] for z in self.unknowns}
-        entries = [slope.index for row in rows for slope in row.values()]
-        if any(names & own for names in tape.symbols_of_each(entries).values()):
-            raise LoopError("it is not linear in its inputs")
-        size = range(len(rows))
-        matrix = [[(one if i == j else zero) - rows[i].get(j, zero) for j in size] for i in size]
-        numbers = evaluated(tape, [e.index for row in matrix for e in row], start)
-        table = [[numbers[e.index] for e in row] for row in matrix]
-        return _eliminated(matrix, list(self.constants), _Pivots(table))
+    `unknowns` are the symbols that stand for z, `values` is f(z) recorded on them, `constants`
+    f(0), all of length n. `start` has start values of all other symbols, by name; they choose the
+    order of pivots. LoopError if f is not linear, or the loop is singular at the start.
+    """
+    tape = unknowns[0].tape
+    one, zero = tape.constant(1.0), tape.constant(0.0)
+    seeds = {z.index: {j: one} for j, z in enumerate(unknowns)}
+    rows = slopes(tape, [f.index for f in values], seeds)
+    own = {tape.operations[z.index][1] for z in unknowns}
+    entries = [slope.index for row in rows for slope in row.values()]
+    if any(names & own for names in tape.symbols_of_each(entries).values()):
+        raise LoopError("it is not linear in its inputs")
+    size = range(len(rows))
+    matrix = [[(one if i == j else zero) - rows[i].get(j, zero) for j in size] for i in size]
+    numbers = evaluated(tape, [e.index for row in matrix for e in row], start)
+    pivots = _Pivots([[numbers[e.index] for e in row] for row in matrix])
+    return _eliminated(matrix, list(constants), pivots)
 
 
 def singular_loop(
@@ -95,14 +91,6 @@ def is_singular(table: list[list[float]], *, least: float) -> bool:
     return False
 
 
-@dataclass(frozen=True)
-class SolvedLoop:
-    """`unknowns` of a loop, and `shares` [1]: what is left of the terms of each pivot, signed."""
-
-    unknowns: Sequence[Scalar]
-    shares: Sequence[Scalar]
-
-
 class _Pivots:
     """The elimination in numbers, which chooses the pivots."""
 
@@ -127,7 +115,12 @@ class _Pivots:
         if not sizes:
             reason = "it is singular at the start: its equations have no single solution"
             raise LoopError(reason, is_singular=True)
-        best = max(sizes, key=lambda place: (sizes[place] * (1.0 + _prefer(place)), _first(place)))
+
+        def preference(place: tuple[int, int]) -> tuple[float, int, int]:
+            i, j = place  # the first of those that are equal
+            return sizes[place] * (MUCH_LARGER if i == j else 1.0), -i, -j
+
+        best = max(sizes, key=preference)
         self._eliminate(*best)
         return best
 
@@ -151,14 +144,6 @@ class _Pivots:
                 self._terms[i][j] += abs(product)
 
 
-def _prefer(place: tuple[int, int]) -> float:
-    return MUCH_LARGER - 1.0 if place[0] == place[1] else 0.0
-
-
-def _first(place: tuple[int, int]) -> tuple[int, int]:
-    return -place[0], -place[1]
-
-
 def _scales(terms: list[list[float]]) -> tuple[list[float], list[float]]:
     """Factors of rows and of columns by which the largest of each of them is 1 (Ruiz's method)."""
     size = range(len(terms))
@@ -171,8 +156,10 @@ def _scales(terms: list[list[float]]) -> tuple[list[float], list[float]]:
     return rows, columns
 
 
-def _eliminated(matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots) -> SolvedLoop:
-    """Solution of matrix · z = right by elimination, in the order of the pivots."""
+def _eliminated(
+    matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots
+) -> tuple[list[Scalar], list[Scalar]]:
+    """Solution of matrix · z = right by elimination, in the order of the pivots, and the shares."""
     size, terms = range(len(matrix)), [[abs(v) for v in row] for row in matrix]
     for k, row in enumerate(matrix):
         terms[k][k] = 1.0 + abs(1.0 - row[k])
@@ -197,4 +184,4 @@ def _eliminated(matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots
             total = total - matrix[row][j] * value
         solution[column] = total / matrix[row][column]
     shares = [matrix[row][column] / terms[row][column] for row, column in order]
-    return SolvedLoop([solution[k] for k in size], shares)
+    return [solution[k] for k in size], shares

@@ -3,23 +3,42 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Container, Sequence
 from itertools import chain
 from pathlib import Path
+from typing import Protocol
 
 from m4e_fmi.joints import ATTITUDE, TURNING, attitude
-from m4e_fmi.model import Body, Model, Point, as_model
+from m4e_fmi.model import (
+    Body,
+    Bushing,
+    JointEffort,
+    JointFriction,
+    JointStop,
+    Model,
+    Point,
+    TensionSpring,
+    TorsionSpring,
+    as_model,
+)
 from m4e_fmi.model.elements import GROUND
-from m4e_fmi.multibody.assembly import Accelerations, Assembly, assemble, links_with_added_mass
-from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.energy import kinetic_energy, potential_energy
-from m4e_fmi.multibody.model_program.declaration import declared, in_words, state_names
-from m4e_fmi.multibody.model_program.load_outputs import Outputs, add_load_outputs
+from m4e_fmi.model.loads import Load
+from m4e_fmi.multibody.assembly import (
+    Accelerations,
+    Assembly,
+    assemble,
+    input_power,
+    kinetic_energy,
+    links_with_added_mass,
+    load_powers,
+    potential_energy,
+)
+from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix
+from m4e_fmi.multibody.declaration import declared, in_words, state_names
 from m4e_fmi.multibody.reactions import reactions
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
-from m4e_fmi.program import Program, Recorder, Variable
+from m4e_fmi.program import AnyScalar, Program, Recorder, Variable
 from m4e_fmi.space import AXES, TURN, Vector
 
 ANGLES = (
@@ -30,6 +49,39 @@ ANGLES = (
 ALPHAS = ("alpha_x", "alpha", "alpha_z")
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
+UNITS = ("kg", "kg.m", "kg.m2")
+"""By the number of angles among the row's and the column's coordinate."""
+MEASURES = {
+    "tension": ("N", "Tension between the points; negative where it pushes"),
+    "distance": ("m", "Distance of the points"),
+    "distance_rate": ("m/s", "Rate of the distance of the points"),
+    "extension": ("m", "Distance of the points less the natural length"),
+    "moment": ("N.m", "Moment on the first body, about +Y; the second feels the opposite"),
+    "moment_x": ("N.m", "Moment about the CG, about +X"),
+    "moment_z": ("N.m", "Moment about the CG, about +Z"),
+    "twist": ("rad", "Angle of the second body less the first's and the angle at rest"),
+    "twist_rate": ("rad/s", "Angular velocity of the second body less the first's"),
+    "force_x": ("N", "Force, world X"),
+    "force_y": ("N", "Force, world Y"),
+    "force_z": ("N", "Force, world Z"),
+    "effort": ("N.m", "Effort on the joint's child; the parent feels the opposite"),
+    "gap": ("m", "How far the nearer limit of the stop is; negative in contact"),
+}
+"""Unit and text of each measure; an effort's unit is a revolute joint's, a gap's a distance's."""
+SPATIAL = {
+    "moment": "Moment on the first body, about the axis of the turn; the second feels the opposite",
+    "twist": "Angle by which the second body is turned from the first",
+    "twist_rate": "Angular velocity of the second body less the first's, about that axis",
+}
+"""Texts of measures in space."""
+RATES = {"distance_rate": "distance", "twist_rate": "twist"}
+
+
+class Outputs(Protocol):
+    """Receiver of outputs: a recorder, or one that reads them."""
+
+    def output(self, variable: Variable, value: AnyScalar) -> None:
+        """Take the value of an output."""
 
 
 def model_program(model: Model | str | Path, *, inputs: Container[str] | None = None) -> Program:
@@ -45,20 +97,12 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
     of a model with few coordinates both are recorded and the one with fewer operations is taken.
     """
     model = as_model(model)
-    tree = topology(model)
-    with _collection_paused():
-        return _shortest(model, tree, inputs)
-
-
-@contextmanager
-def _collection_paused() -> Generator[None]:
-    """No search for garbage while many objects are made that stay: a quarter of the time."""
-    enabled = gc.isenabled()
-    gc.disable()
+    collects = gc.isenabled()
+    gc.disable()  # many objects are made that stay: a search for garbage is a quarter of the time
     try:
-        yield
+        return _shortest(model, topology(model), inputs)
     finally:
-        if enabled:
+        if collects:
             gc.enable()
 
 
@@ -98,11 +142,31 @@ def recorded(
     return recorder.program(solutions=solutions)
 
 
+def mass_matrix_program(model: Model) -> Program:
+    """The mass matrix Bᵀ(𝓜 + A)B as n² outputs ``mass_matrix[i,j]``, row by row.
+
+    Parameters, inputs and states are those of `model_program`; the states' rates are zero.
+    """
+    tree = topology(model)
+    recorder = Recorder(model.name, f"Mass matrix of {model.name}")
+    scalars = declared(recorder, model, tree)
+    for name in chain.from_iterable(chain.from_iterable(map(state_names, tree.links))):
+        recorder.rate(name, 0.0)
+    rows = mass_matrix(assemble(model, tree, scalars))
+    angles = [turns for link in tree.links for turns in link.joint_type.turns]
+    for i, row in enumerate(rows):
+        for j in range(len(rows)):
+            text = f"Mass matrix, {tree.velocity_names[i]} by {tree.velocity_names[j]}"
+            variable = Variable(f"mass_matrix[{i + 1},{j + 1}]", UNITS[angles[i] + angles[j]], text)
+            recorder.output(variable, row.get(j, 0.0))
+    return recorder.program()
+
+
 def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
     """All outputs of a model in motion, over any scalar."""
     _add_body_outputs(recorder, assembly, solved)
     _add_point_outputs(recorder, assembly, solved)
-    add_load_outputs(recorder, assembly)
+    _add_load_outputs(recorder, assembly)
     _add_reactions(recorder, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
@@ -168,6 +232,48 @@ def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations)
                 text = f"Moment of the joint on its child at the joint, {about}{AXES[axis].upper()}"
                 variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
                 recorder.output(variable, reaction.moment[axis])
+
+
+def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
+    """Measures and power of every load, and the power of the inputs, if there are any."""
+    powers = load_powers(assembly)
+    for name, acting in assembly.loads.items():
+        load = assembly.model.loads[name]
+        for measure, value in acting.measures.items():
+            unit, text = _told(assembly, load, measure)
+            whole = RATES.get(measure)
+            of = f"load.{name}.{whole}" if whole in acting.measures else None
+            variable = Variable(
+                f"load.{name}.{measure}", unit, in_words(load, text), derivative_of=of
+            )
+            recorder.output(variable, value)
+        if name in powers:
+            text = "Power by which the load changes the total energy"
+            if isinstance(load, TensionSpring | TorsionSpring):
+                text += ", in which it has no potential"
+            recorder.output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
+    power = input_power(assembly)
+    if not isinstance(power, int):
+        text = "Power of all forces, moments and efforts from outside"
+        recorder.output(Variable("inputs.power", "W", text), power)
+
+
+def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
+    """Unit and text of a measure of a load."""
+    unit, text = MEASURES[measure]
+    if isinstance(load, JointEffort | JointFriction | JointStop):
+        joint_type = assembly.values.state.link(load.joint).joint_type
+        coordinate = joint_type.coordinates[joint_type.number_of(load.along)]
+        unit = {"effort": coordinate.effort_unit, "gap": coordinate.unit}[measure]
+    if measure == "moment" and hasattr(load, "body"):
+        text = "Moment about the CG, about +Y"
+    elif measure in SPATIAL and not assembly.tree.is_planar:
+        text = SPATIAL[measure]
+    if isinstance(load, Bushing) and measure.startswith("force"):
+        text = (
+            f"Force on the first point, world {measure[-1].upper()}; the second feels the opposite"
+        )
+    return unit, text
 
 
 def _axes(tree: Topology) -> list[int]:
