@@ -21,10 +21,12 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import (
     COMMENTS,
     OF_CLOCK,
-    foreign_text,
+    UTF_8,
+    WINDOWS,
     heading,
     is_unit,
     shortened,
+    table_text,
     unit_text,
 )
 from m4e_fmi.files.limits import LARGEST_RECORD
@@ -131,7 +133,7 @@ def read_foreign_table(path: Path) -> ForeignTable:
     InputError with lines: no file or text, no rows of numbers, no names above them, entries that
     are no numbers, rows of another length.
     """
-    text, encoding = foreign_text(path, largest=LARGEST_RECORD)
+    text, encoding = table_text(path, largest=LARGEST_RECORD, encodings=(UTF_8, WINDOWS))
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     rows, clock = without_clock(path, rows)

@@ -8,7 +8,6 @@ killed, has rows in netCDF's classic form: see `row_file`. CSV has one column fo
 
 from __future__ import annotations
 
-import codecs
 import csv
 import hashlib
 import json
@@ -63,6 +62,8 @@ _READ = 2**28
 """Bytes that are read at once of a netCDF-4 file, about."""
 _SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
 _BELONG = "the results and the checkpoint of one run belong together: give those, or run again"
+_DAMAGED = (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError)
+"""Errors of reading a file that is damaged."""
 _HDF5 = b"\x89HDF"
 _OTHERS = {
     b"PAR1": "Parquet",
@@ -141,7 +142,7 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    with PROCESS:  # within it the process is where its caller is
+    with PROCESS:  # paths are found while the working folder is the user's
         return _load(as_path(path))
 
 
@@ -157,16 +158,14 @@ def _load(path: Path) -> Results:
     if not head.startswith((_HDF5, MAGIC)):  # others are not given to the netCDF library
         message = f"is not a file of results (netCDF), but {_kind(head)}"
         raise InputError.single(message, _instead(path), str(path))
-    said = ""
     try:
         with _stored(path) as stored:
             return _loaded(path, stored)
-    except (OSError, RuntimeError) as error:
-        said = f": {error}"
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        said = f": {error}" if type(error) is ValueError else ""
     except MemoryError:
         raise InputError.single("takes more memory than there is", _SMALLER, str(path)) from None
+    except _DAMAGED as error:
+        clear = isinstance(error, OSError | RuntimeError) or type(error) is ValueError
+        said = f": {error}" if clear else ""
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
     raise InputError.single(message, remedy, str(path))
 
@@ -176,11 +175,8 @@ def _kind(head: bytes) -> str:
     for magic, kind in _OTHERS.items():
         if head.startswith(magic):
             return kind
-    try:
-        text = codecs.getincrementaldecoder("utf-8-sig")().decode(head)  # it may end in a character
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
+    text = head.decode("utf-8-sig", "replace").rstrip("\ufffd")  # it may end in a character
+    if "\0" in text or "\ufffd" in text:
         return "data of a kind that is not known here"
     first = text.partition("\n")[0].strip()
     kind = "a table (CSV)" if "," in first else "text"
@@ -246,7 +242,7 @@ def _stored(path: Path) -> Generator[_Stored]:
     """
     from netCDF4 import Dataset
 
-    with opened(path) as rows, PROCESS, Dataset(path) as file:
+    with PROCESS, opened(path) as rows, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         if (number := int(attributes.get(FORMAT, 0))) > FORMAT_NUMBER:
@@ -394,7 +390,7 @@ def rows_of(
                 yield parts
     except FileNotFoundError:
         raise InputError.single("no such file of results", _BELONG, str(path)) from None
-    except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except _DAMAGED as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
 
@@ -435,7 +431,8 @@ def write_netcdf(
                 variables.append([])
                 for column in section.columns:
                     one = column.recorded
-                    variable = group.createVariable(column.name, one.file_type, ("time",))
+                    kind = str if one.is_text else one.kind
+                    variable = group.createVariable(column.name, kind, ("time",))
                     told = {"units": column.unit, "long_name": column.long_name}
                     variable.setncatts({**told, **one.attributes})
                     variables[-1].append((variable, one))
@@ -473,22 +470,19 @@ def check_export(path: str | Path) -> None:
 
 
 def export(results: Path, path: Path) -> None:
-    """Write the results in the netCDF file `results` to `path` if that is CSV."""
-    if path.suffix.lower() == CSV:
-        _write_csv(load(results), path)
+    """Write the results in the netCDF file `results` to `path` if that is CSV.
 
-
-def _write_csv(results: Results, path: Path) -> None:
-    series = results.series
-    columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
+    Numbers have all digits, Booleans are 0 or 1.
+    """
+    if path.suffix.lower() != CSV:
+        return
+    loaded = load(results)
+    heads, columns = ["time [s]"], [loaded.time.tolist()]
+    for name, one in loaded.series.items():
+        heads.append(f"{name} [{one.unit}]" if one.unit else name)
+        values = one.values.astype(np.int8) if one.values.dtype == bool else one.values
+        columns.append(values.tolist())
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        heads = (f"{name} [{one.unit}]" if one.unit else name for name, one in series.items())
-        writer.writerow(["time [s]", *heads])
+        writer.writerow(heads)
         writer.writerows(zip(*columns, strict=True))
-
-
-def _plain(series: Series) -> list:
-    """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
-    values = series.values
-    return (values.astype(np.int8) if values.dtype == bool else values).tolist()
