@@ -61,11 +61,10 @@ class FirstRows:
 class ResultsWriter:
     """Writes rows of the `recorded` variables of a network, by component, up to its `close`.
 
-    `path` is absolute, and claimed by this run.
-    Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
-    `path` before stays until the first step is on the disk, or the run has ended without one; then
-    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did.
-    RunError if the disk takes nothing.
+    Rows reach the disk after a second; a run that is killed leaves a file with them. `path` is
+    absolute, and claimed by this run. What was there before stays until the first step is on the
+    disk, or the run has ended without one; then the files `beside` go, which were made of it. The
+    file's attribute `ended` says how the run did. RunError if the disk takes nothing.
 
     `row` is the next row of the block, which `schedule` fills. `saved` are the rows of this run in
     the file at `path`, and the time [s] of the last one; None if none is there.
