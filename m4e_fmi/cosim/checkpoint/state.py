@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot
+from m4e_fmi.cosim.error_estimate.estimator import EstimateSnapshot
 from m4e_fmi.cosim.exchange.fmu_log import Kinds
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
@@ -38,7 +38,7 @@ class State:
     time_loop: TimeLoopSnapshot = field(repr=False)
     second_look: SecondLookSnapshot = field(repr=False)
     row: Mark | None = field(repr=False)
-    seen: StepDoublingSnapshot | None = field(repr=False)
+    seen: EstimateSnapshot | None = field(repr=False)
 
     @property
     def time(self) -> float:

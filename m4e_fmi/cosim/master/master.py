@@ -13,8 +13,6 @@ from m4e_fmi.cosim.checkpoint.state import Memory, State
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
-from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage, Journal, Warn
 from m4e_fmi.cosim.exchange.interruption import closing_down, same_folder, setting_up, stepping
@@ -360,8 +358,6 @@ class Master:
             )
         point = self.network.keep()
         row = self._results.mark() if self._results else None
-        estimator = self.estimator
-        known = isinstance(estimator, StepDoublingEstimator)
         return State(
             self,
             point,
@@ -371,7 +367,7 @@ class Master:
             self._time_loop.snapshot(),
             self._second_look.snapshot(),
             row,
-            estimator.snapshot() if known else None,
+            self.estimator.snapshot() if self.estimator else None,
         )
 
     @not_lost()
@@ -389,10 +385,8 @@ class Master:
         self._time_loop.restore(state.time_loop)
         self._second_look.restore(state.second_look)
         self._stability.back(state.time, self.steps)
-        if isinstance(self.estimator, StepDoublingEstimator) and state.seen:
+        if self.estimator and state.seen:
             self.estimator.restore(state.seen)
-        elif isinstance(self.estimator, ShadowRun):
-            self.estimator.stop("the run went on from a saved state, a second set of FMUs did not")
         self._changes = []
 
     def memory(self) -> Memory:

@@ -14,7 +14,6 @@ from m4e_fmi.cosim.checkpoint.container import Parts, read_checkpoint, results_o
 from m4e_fmi.cosim.checkpoint.fmu_states import deserialize
 from m4e_fmi.cosim.checkpoint.identity import check_identity
 from m4e_fmi.cosim.checkpoint.state import Head, Saved
-from m4e_fmi.cosim.error_estimate.report import Spans
 from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.master.checkpoints import HEAD, SAVED, exchanged
@@ -94,7 +93,7 @@ class Resumed:
         """Bring a run at its start time to the checkpoint, unless it is replayed."""
         if self.replayed:
             return
-        live = {"master": master, "spans_of": Spans(master.network)}
+        live = {"master": master}
         saved = self._parts.part(SAVED, Saved, live)
         try:
             if saved.state.time != self.head.time:

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from m4e_fmi.cosim.connections.links import Bond
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
-from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.network import Network
@@ -41,8 +40,6 @@ def certified(
     estimator.finish()
     if estimator.failure:
         return estimator.failure
-    if isinstance(estimator, ShadowRun) and switched:
-        estimator.switched = True  # the two sets switch at different times
     return certificate(
         network,
         connections,
