@@ -1,9 +1,9 @@
 """Builds the C libraries, runtime and native FMUs', into the wheel.
 
-With the platform's compiler, for the platform; or, where $M4E_FMI_PLATFORMS names platforms with
-commas between them, or "all", for those with the package ziglang. Such a wheel installs anywhere.
-Without a compiler the wheel is a pure one: the libraries are then built on the user's machine at
-first use, and where that fails too, plain Python does the work. Editable installs build them then.
+With the platform's compiler, or the package ziglang where there is none, for the platform; or,
+where $M4E_FMI_PLATFORMS names platforms with commas between them, or "all", for those with the
+package ziglang. Such a wheel installs anywhere. Editable installs build the libraries at first use;
+without a compiler, they are built beside the sources when installing.
 """
 
 from __future__ import annotations
@@ -20,35 +20,39 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 CHOSEN = "M4E_FMI_PLATFORMS"
 BINARIES = Path("m4e_fmi") / "runtime" / "binaries"
+sys.path.insert(0, str(Path(__file__).parent))  # the package itself is not installed yet
+
+from m4e_fmi.runtime import platforms  # noqa: E402
+from m4e_fmi.runtime.compiler import CompilationError, compiler  # noqa: E402
 
 
 class RuntimeBuildHook(BuildHookInterface):
     """Adds the compiled libraries to a wheel and marks the wheel with the platform."""
 
     def dependencies(self) -> list[str]:
-        """What an isolated build installs before `initialize` is called."""
-        if not os.environ.get(CHOSEN):
+        """Packages that an isolated build installs before `initialize` is called."""
+        if compiler() is not None and not os.environ.get(CHOSEN):
             return []
         return self.metadata.core.optional_dependencies["platforms"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        if self.target_name != "wheel" or version == "editable":
+        editable, names = version == "editable", os.environ.get(CHOSEN, "")
+        by_package = (compiler() or [sys.executable])[0] == sys.executable
+        if self.target_name != "wheel" or (editable and not by_package):
             return
-        sys.path.insert(0, self.root)  # the package itself is not installed yet
-        from m4e_fmi.runtime import platforms
-        from m4e_fmi.runtime.compiler import CompilationError
-
-        names = os.environ.get(CHOSEN, "")
         here = replace(platforms.this_platform(), target="")
         # goes with this hook, after the wheel is written
         self._folder = tempfile.TemporaryDirectory()
+        folder = Path(self.root) / BINARIES if editable else Path(self._folder.name)
         try:
-            chosen = platforms.chosen(names) if names else [here]
-            platforms.compile_libraries(chosen, Path(self._folder.name))
+            chosen = platforms.chosen(names) if names and not editable else [here]
+            platforms.compile_libraries(chosen, folder)
         except CompilationError as error:
             if names:
                 raise
-            self.app.display_warning(f"the wheel will have no compiled libraries: {error}")
+            self.app.display_warning(f"there will be no compiled libraries: {error}")
+            return
+        if editable:
             return
         build_data["force_include"][self._folder.name] = str(BINARIES)
         build_data["pure_python"] = False

@@ -12,6 +12,7 @@ from support import defects
 from support.c_fmus.build import build
 from support.c_fmus.kinds import build_kinds
 from support.c_fmus.versions import build_version
+from support.python_executor import use_python
 
 from m4e_fmi.cli import COLLECTION
 from m4e_fmi.files.files_read import file_hash
@@ -51,8 +52,8 @@ def c_fmu(
 
 @pytest.fixture
 def python_loop(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs exchange values by the loop in Python, as where there is no library."""
-    monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+    """Runs exchange values by the loop in Python."""
+    use_python(monkeypatch)
 
 
 @pytest.fixture(params=["C", "Python"])

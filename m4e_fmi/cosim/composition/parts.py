@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.preparation.inputs import Draft, checked_inputs, drafted, takes_long
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu import Description, PythonSource, read_description
-from m4e_fmi.fmu.export.expected import expected_description
-from m4e_fmi.fmu.export.program_files import carried_program
+from m4e_fmi.fmu.export.description import expected_description
+from m4e_fmi.fmu.export.native_fmu import carried_program
 from m4e_fmi.fmu.importer.reading import resized
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Program
@@ -61,8 +59,8 @@ def look_at(
     What takes long is made last, and not at all if something else is wrong. InputError with all
     problems of the system.
     """
-    problems, drafts = checked_inputs(system)
-    problems += _unknown(system, named)
+    drafts = checked_inputs(system)
+    problems = list(_unknown(system, named))
     found: dict[str, tuple[Made | None, Description]] = {}
     for component in sorted(system.components, key=lambda c: takes_long(c.source)):
         if problems and takes_long(component.source):
@@ -111,8 +109,11 @@ def _looked_at(
     name, source = component.name, component.source
     if isinstance(source, FmuFile):
         made, description = _read(source, component, as_program=name not in unread)
-        return made, with_units(component, description)
-    say = _prefixed(name, tell)
+        return made, component.described(description)
+
+    def say(line: str) -> None:
+        tell(f"{name}: {line}")
+
     made = drawn(component, say) if drawn else None
     if made is None:
         if (draft := drafts.get(name)) is None:
@@ -120,7 +121,7 @@ def _looked_at(
         for line in draft.lines:
             say(line)
         made = draft.made
-    return made, with_units(component, expected_description(made, Path(f"{name}.fmu")))
+    return made, component.described(expected_description(made, Path(f"{name}.fmu")))
 
 
 def _out_of_place(
@@ -134,9 +135,16 @@ def _out_of_place(
         if name not in named.settled and not named.at_rest:
             yield _no_equations(system, component)
     elif name in named.settled:
-        yield _has_equations(system, name)
-    elif not named.at_rest:
-        yield from _sampled(system, component)
+        what = "is equations, which take part as they are: there is nothing to be settled"
+        remedy = f"leave out --settled {name}"
+        yield system.problem(("components", name), f"{name} {what}", remedy)
+    elif not named.at_rest and (component.own_step or 0) > system.simulation.step:
+        message = (
+            f"{name} is stepped every {float(component.own_step or 0):g} s, and holds its outputs "
+            "between: one program has no steps"
+        )
+        remedy = f"leave out its step_size, or keep it open (--open {name})"
+        yield system.problem(("components", name, "step_size"), message, remedy)
 
 
 def _read(
@@ -171,16 +179,6 @@ def _unknown(system: System, named: Named) -> Iterator[Problem]:
         yield Problem(message, "settled, it takes part by its static law; open, it is left out")
 
 
-def _prefixed(component: str, tell: Tell) -> Tell:
-    """Lines of progress with the name of the component in front."""
-    return lambda line: tell(f"{component}: {line}")
-
-
-def _has_equations(system: System, name: str) -> Problem:
-    message = f"{name} is equations, which take part as they are: there is nothing to be settled"
-    return system.problem(("components", name), message, f"leave out --settled {name}")
-
-
 def _no_equations(system: System, component: Component) -> Problem:
     what = "is an FMU, whose equations are not known"
     if not isinstance(component.source, FmuFile):
@@ -191,15 +189,3 @@ def _no_equations(system: System, component: Component) -> Problem:
         f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
     )
     return system.problem(("components", component.name), message, remedy)
-
-
-def _sampled(system: System, component: Component) -> Iterator[Problem]:
-    """The problem of a component that holds its outputs for longer than a step of the system."""
-    own = component.own_step
-    if own is not None and own > system.simulation.step:
-        message = (
-            f"{component.name} is stepped every {float(own):g} s, and holds its outputs between: "
-            "one program has no steps"
-        )
-        remedy = f"leave out its step_size, or keep it open (--open {component.name})"
-        yield system.problem(("components", component.name, "step_size"), message, remedy)

@@ -17,9 +17,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.added_mass.left_out import differing_bodies, lacking_flag
 from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
-from m4e_fmi.cosim.connections.buses import BUS
 from m4e_fmi.cosim.connections.link_checks import CARRIED_ONCE, CONSTANT_TO_INPUT
-from m4e_fmi.cosim.connections.links import Link, Port, Variables, conversion
+from m4e_fmi.cosim.connections.links import BUS, Link, Port, Variables, conversion
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection, unknown_component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -71,17 +70,6 @@ class Pairing:
             elif not both_ways:
                 break  # the other elements of an array have the same problem
         return links
-
-    def check_end(self, end: str) -> None:
-        """Check one end, where the variables of the other are not known."""
-        both_ways = parse_connection(self._text).both_ways
-        port = self._end(end, both_ways)
-        if port is None:
-            return
-        if both_ways:
-            self._members(port)
-        elif not self._elements(port):
-            self._reject_ends(port, port, [port])
 
     def _link(self, source: Port, target: Port, written: Connection) -> Link:
         scale, shift = 1.0, 0.0

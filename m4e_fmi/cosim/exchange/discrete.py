@@ -16,9 +16,10 @@ import numpy as np
 from m4e_fmi.cosim.connections.early_outputs import Arrivals
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.operations import Copy, Due, GetTyped, SetTyped, Transferring
+from m4e_fmi.cosim.exchange.instance import Instance
+from m4e_fmi.cosim.exchange.operations import Due, Gather, GetTyped, SetTyped, Transferring, gather
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 
@@ -134,8 +135,8 @@ class Discrete:
         if transfer.action == "set":
             setting = SetTyped(instance, access, self._cells(transfer))
             noted, _ = self._held[transfer]
-            places = np.array(self._places(transfer), dtype=np.uint32)
-            return setting, Copy(self.cells, places, self.cells[noted.start : noted.stop])
+            into = self.cells[noted.start : noted.stop]
+            return setting, gather(into, self.cells, self._places(transfer))
         reading, twice = GetTyped(instance, access, self._cells(transfer)), self._twice(transfer)
         return twice.new(reading, self.changed) if twice else (reading,)
 
@@ -183,10 +184,7 @@ class Discrete:
 
     def perform(self, transfer: Transfer) -> None:
         """Perform a transfer now; RunError as of a schedule."""
-        access, cells = self._accesses[transfer], self._cells(transfer)
-        status = access.get(cells) if transfer.action == "get" else access.set(cells)
-        if not 0 <= status <= WARNING:
-            self._instances[transfer.component].fail_typed(status, access, cells)
+        Schedule(self.operations(transfer)).run(self._instances[transfer.component].time)
 
     def settle(self) -> list[Port]:
         """The outputs whose values have changed since the last call, or before it and act late."""
@@ -200,12 +198,12 @@ class Discrete:
         return [*found, *(port for port in late if port not in found)]
 
     @property
-    def shift(self) -> tuple[Copy, ...]:
+    def shift(self) -> tuple[Gather, ...]:
         """Makes the values at the last point those of the point before; where they are wanted."""
         if not self._delayed:
             return ()
-        places = np.arange(len(self.outputs), dtype=np.uint32)
-        return (Copy(self._before, places, self.cells[self._late :][: len(places)]),)
+        count = len(self.outputs)
+        return (gather(self.cells[self._late :][:count], self._before, range(count)),)
 
     def begin(self, initial: Discrete) -> None:
         """Let delayed connections carry what their sources had in initialization mode."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Structure, Transfer
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Structure, Transfer, transfers_of
 from m4e_fmi.cosim.exchange.discrete import Discrete
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.newton import LoopEquations
+from m4e_fmi.cosim.exchange.operations import Get, setting
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.fmu.importer.calls import Texts
 
 
@@ -42,45 +44,39 @@ class Initialisation:
 
     def run(self) -> None:
         """Perform all transfers; RunError where an FMU fails or a loop is not solved."""
-        for transfer in self._transfers:
-            if isinstance(transfer, AlgebraicLoop):
-                loop = LoopEquations(self._instances, transfer, self._sources)
+        for part in self._transfers:
+            reading = (t.component for t in transfers_of((part,)) if t.action == "get")
+            for instance in (self._instances[component] for component in reading):
+                if instance.description.version == "1.0":
+                    instance.exit_initialization()  # before that, it gives no values
+            if isinstance(part, AlgebraicLoop):
+                loop = LoopEquations(self._instances, part, self._sources)
                 loop.solve()
                 self.found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
                 self.given.update(zip(loop.inputs, loop.input_values.tolist(), strict=True))
-            elif transfer.discrete:
-                self.discrete.perform(transfer)
-                self._note_arrival(transfer)
-            elif transfer.action == "get":
-                self._read(self._instances[transfer.component], transfer.variables)
-                self._note_arrival(transfer)
+            elif part.discrete:
+                self.discrete.perform(part)
             else:
-                self._set(self._instances[transfer.component], transfer.variables)
+                self._perform(part)
+            if not isinstance(part, AlgebraicLoop) and part.action == "get":
+                self._note_arrival(part.component)
 
-    def _read(self, instance: Instance, names: Sequence[str]) -> None:
-        """Read outputs; RunError if one is nan or infinite."""
-        values = np.zeros(len(names))
-        status = instance.getter(names, values)()
-        if status > WARNING:
-            instance.fail(status, "fmi2GetReal")
-        if not np.isfinite(values).all():
-            instance.not_finite(names, values)
-        ports = (Port(instance.name, name) for name in names)
-        self.found.update(zip(ports, values.tolist(), strict=True))
-
-    def _set(self, instance: Instance, names: Sequence[str]) -> None:
-        """Set inputs and parameters to the values of their sources."""
+    def _perform(self, transfer: Transfer) -> None:
+        """Read outputs, or set inputs and parameters to the values of their sources."""
+        instance, names = self._instances[transfer.component], transfer.variables
         ports = [Port(instance.name, name) for name in names]
+        if transfer.action == "get":
+            values = np.zeros(len(names))
+            Schedule([Get(instance, names, values)]).run(instance.time)
+            self.found.update(zip(ports, values.tolist(), strict=True))
+            return
         values = np.array([self.found[self._sources[port]] for port in ports])
         self.given.update(zip(ports, values.tolist(), strict=True))
-        status = instance.setter(names, values)()
-        if status > WARNING:
-            instance.fail(status, "fmi2SetReal")
+        Schedule(setting(instance, names, values)).run(instance.time)
 
-    def _note_arrival(self, transfer: Transfer) -> None:
+    def _note_arrival(self, component: str) -> None:
         """Let the outputs arrive of an FMU that was initialised by this transfer."""
-        component = transfer.component
         version = self._instances[component].description.version
-        if version == "1.0" and transfer.action == "get" and component not in self.arrived:
+        if version == "1.0" and component not in self.arrived:
             self._arrive(component, self.given)
             self.arrived.add(component)

@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from typing import NoReturn
 
 import numpy as np
@@ -52,7 +51,7 @@ from m4e_fmi.fmu.importer.calls import (
     Value,
 )
 from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.scaled import InputScales, scaled_getter, scaled_setter
+from m4e_fmi.fmu.importer.calls.scaled import InputScales
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -93,7 +92,6 @@ class Instance:
         self._broken = self._initialised = False
         self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
-        self._places: dict[int, tuple[Call, Call]] = {}
         self._binary = binary
         self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
         self._single = SingleValues(self._fmu)
@@ -117,6 +115,8 @@ class Instance:
     @not_lost()
     def _open(self) -> None:
         self._binary.in_use += 1
+        if worker := self._binary.worker:
+            worker.next_instance()
         try:
             self._fmu.instantiate(self._told_name, self._messages)
         except Exception as error:
@@ -206,28 +206,6 @@ class Instance:
         """From now on, a step ends at an event within it, with EventWithinError."""
         self._fmu.events.goes_on = False
 
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads the Reals `names` into `view` (n_names,), in their sources' units."""
-        scales = self.scales.of(names)
-        if scales is None:
-            return self.own_getter(names, view)
-        return scaled_getter(partial(self.own_getter, names), view, *scales)
-
-    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets the Reals `names` from `view` (n_names,), in their sources' units."""
-        scales = self.scales.of(names)
-        if scales is None:
-            return self.own_setter(names, view)
-        return scaled_setter(partial(self.own_setter, names), view, *scales)
-
-    def own_getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """As `getter`, with `view` (n_names,) in the FMU's own units; float64, contiguous."""
-        return self._fmu.getter(names, view)
-
-    def own_setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """As `setter`, with `view` (n_names,) in the FMU's own units; float64, contiguous."""
-        return self._fmu.setter(names, view)
-
     def typed(
         self,
         names: Sequence[str],
@@ -245,10 +223,6 @@ class Instance:
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
         """The C function that does what `function` of FMI 2.0 does, for Real variables `names`."""
         return self._fmu.raw(function, names)
-
-    def stepper(self) -> Callable[[float, float, int], Status]:
-        """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
-        return self._fmu.stepper()
 
     def step_beginner(self) -> int | None:
         """The C function that asks for a step, where the FMU is in another process; else None."""
@@ -268,18 +242,10 @@ class Instance:
             self._states[place] = self.rollback.slot()
         return self._states[place]
 
-    def state_calls(self, place: int = 0) -> tuple[Call, Call]:
-        """Calls that keep the FMU's state in a place, and bring it back if no step has failed."""
-        if place not in self._places:
-            slot = self.slot(place)
-            self._places[place] = self.rollback.saver(slot), self.rollback.restorer(slot)
-        return self._places[place]
-
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
         self._check_usable()
-        save, _ = self.state_calls(place)
-        status = save()
+        status = self.rollback.saver(self.slot(place))()
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
@@ -301,8 +267,7 @@ class Instance:
         """
         self._broken = self._fmu.component is None
         self._check_usable()
-        _, restore = self.state_calls(place)
-        status = restore()
+        status = self.rollback.restorer(self.slot(place))()
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
         self.time = time

@@ -1,10 +1,11 @@
-"""Operations performed by the C library, on the FMUs' own functions: see the runtime's loop.h."""
+"""The compiler of operations for the C library, which performs them: see the runtime's loop.h."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
 from ctypes import POINTER, c_double, c_int32, c_int64, c_size_t, c_uint32, c_uint64, c_void_p
+from functools import cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -12,9 +13,11 @@ import numpy as np
 from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Operation
+from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import RawCall
 from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
 from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
+from m4e_fmi.runtime.library import library, library_detail
 
 NOT_A_NUMBER = -1
 GET, SET, SET_DERIVATIVES, DO_STEP, SAVE, RESTORE, COMBINE, MONITOR, CALL, BEGIN_STEP = range(10)
@@ -74,22 +77,33 @@ class State(ctypes.Structure):
     ]
 
 
+@cache
+def loop_library() -> ctypes.CDLL:
+    """The C library, which performs all operations; RunError if there is none."""
+    found = library()
+    if found is None:
+        raise RunError(
+            f"FMUs are coupled by the C library, which cannot be had: {library_detail()}",
+            "install a C compiler, or `pip install ziglang`",
+        )
+    found.m4e_perform.argtypes = (
+        c_void_p, c_size_t, c_double, c_double, c_uint64, POINTER(c_uint64),
+    )  # fmt: skip
+    found.m4e_loop.argtypes = (POINTER(State), c_uint64)
+    return found
+
+
 class NativeExecutor:
     """Performs a list of operations in one call, without the interpreter's lock."""
 
-    def __init__(self, library: ctypes.CDLL, operations: Sequence[Operation]) -> None:
+    def __init__(self, operations: Sequence[Operation]) -> None:
         self._kept = [(operation, *_translated(operation)) for operation in operations]
         order = _begun_early(operations)
         self._places = [abs(place) - 1 for place in order]
         self.count = len(order)
         self.array = (RawOperation * self.count)(*map(self._raw, order))
         self._failed = c_uint64()
-        self._perform = library.m4e_perform
-        self._perform.argtypes = (
-            c_void_p, c_size_t, c_double, c_double, c_uint64, POINTER(c_uint64),
-        )  # fmt: skip
-        self.loop = library.m4e_loop
-        self.loop.argtypes = (POINTER(State), c_uint64)
+        self._perform = loop_library().m4e_perform
 
     def perform(self, time: float, size: float, row: int) -> tuple[int, int]:
         """Status and index of the operation that failed; (0, 0) if none did."""
@@ -162,7 +176,7 @@ def _translation(operation: Operation) -> Translated:
             raw = _call(kind, instance.raw(operation.function))
             raw.state = ctypes.addressof(instance.slot())
         case op.Gather():
-            raw = _gather(operation)
+            return _gather(operation)
         case op.Combine():
             raw = _combine(operation)
         case op.Monitor(into, source, gate, past):
@@ -180,11 +194,6 @@ def _translation(operation: Operation) -> Translated:
             raw.terms = readings.strides[0] // readings.itemsize
             raw.past = None if changed is None else _address(changed)
             raw.unchecked = not operation.checked
-        case op.Copy(source, places, into):
-            copied = RawCopied(_address(source), _address(places), len(places))
-            raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
-            raw.function = function("m4e_copy_cells")
-            return raw, (copied,)
     return raw, ()
 
 
@@ -204,14 +213,19 @@ def _reals(operation: op.Reals) -> Translated:
     return raw, (call.references,)
 
 
-def _gather(operation: op.Gather) -> RawOperation:
-    source, index = operation.source, operation.index
-    raw = _filling(operation.into, kind=COMBINE, source=_address(source))
+def _gather(operation: op.Gather) -> Translated:
+    into, source, index = operation.into, operation.source, operation.index
+    if into.dtype == np.int64:
+        copied = RawCopied(_address(source), _address(index), len(index))
+        raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
+        raw.function = function("m4e_copy_cells")
+        return raw, (copied,)
+    raw = _filling(into, kind=COMBINE, source=_address(source))
     if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
         raw.source = _address(source) + int(index[0]) * source.itemsize
     else:
         raw.references = _address(index)
-    return raw
+    return raw, ()
 
 
 def _combine(operation: op.Combine) -> RawOperation:
@@ -245,21 +259,23 @@ def _address(array: np.ndarray) -> int:
 
 
 def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_void_p]:
-    """Addresses of the times at which these asked for the end, and of `stops` (n,) [1]."""
+    """Addresses of the times at which these asked for the end, and of `stops` (n,) [1].
+
+    The instances are of FMI 3.0.
+    """
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
     events = [instance.events for instance in instances]
-    assert all(isinstance(one, RawComponent) for one in events)
     places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
     places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
     return (c_void_p * len(places))(*places)
 
 
-def run(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
+def run_loop(step: NativeExecutor, row: NativeExecutor, state: State, steps: int) -> int:
     """So many steps, fewer if an operation fails, its status then, if a component has asked for the
     end, or another thread for a halt, after one at least. `state` tells how far it came.
     """
     state.step, state.step_count = ctypes.addressof(step.array), step.count
     state.row, state.row_count = ctypes.addressof(row.array), row.count
-    status = step.loop(state, steps)
+    status = loop_library().m4e_loop(state, steps)
     state.failed = (row if state.in_row else step).place(state.failed) if status else 0
     return status

@@ -36,7 +36,6 @@ from m4e_fmi.cosim.exchange.operations import (
     GetTyped,
     Operation,
     Transferring,
-    choose,
     gather,
     setting,
 )
@@ -69,8 +68,8 @@ class Network(ExchangedVariables):
     an input's size by which it still misses its source where algebraic loops are solved. `left` are
     the values (n,) before the scenario's actions at this point, in the same units, if it has acted
     (None: it has not). `pause` is called between steps that are not part of the run, and raises to
-    end them early. `recorded` are the outputs by component that results will have (None: all
-    scalars); those that are not exchanged are read too, and all others if they are `watched`.
+    end them early. `recorded` are the outputs by component that results will have; those that are
+    not exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
@@ -78,7 +77,7 @@ class Network(ExchangedVariables):
         prepared: Prepared,
         instances: Mapping[str, Instance],
         *,
-        recorded: Mapping[str, Collection[str]] | None = None,
+        recorded: Mapping[str, Collection[str]],
         watched: bool = False,
     ) -> None:
         super().__init__(prepared)
@@ -491,6 +490,18 @@ class SolvedLoop:
             for one in network.rereadings(transfer.component)[:1]
             if transfer.variables[0] in one.names
         ]
+        self._choose = Schedule(
+            [
+                Choose(
+                    network.instances[transfer.component],
+                    transfer.variables,
+                    np.zeros(len(transfer.variables)),
+                    readings,
+                    checked=False,
+                )
+                for transfer, readings in self._readings
+            ]
+        )
 
     def run(self, time: float) -> None:
         """Solve the loop at the present point, `time` [s].
@@ -506,10 +517,9 @@ class SolvedLoop:
         self._network.inputs[self._inputs] = self.equations.input_values
         for transfer, readings in self._readings:
             start = self._network.index(Port(transfer.component, transfer.variables[0]))
-            values = self._network.values[start : start + len(transfer.variables)]
-            first, second, before, _, size, lost = readings
-            readings[3] = values
-            choose(Choose(self._network.instances[transfer.component], (), values.copy(), readings))
+            readings[3] = self._network.values[start : start + len(transfer.variables)]
+        self._choose.run(time)
+        for transfer, (first, second, before, _, size, lost) in self._readings:
             gross = np.isfinite(before) & ~(np.abs(second - first) <= LOST * size)
             for name in np.array(transfer.variables)[(lost > 0) & gross]:
                 raise RunError(

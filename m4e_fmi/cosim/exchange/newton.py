@@ -16,8 +16,11 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
+from m4e_fmi.cosim.exchange.operations import Get, setting
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.calls.scaled import PLAIN
 from m4e_fmi.program import is_singular
 
 TOLERANCE = 1e-9
@@ -166,9 +169,11 @@ class LoopEquations:
         self.input_values = np.zeros(len(self.inputs))
         self.output_values = np.zeros(len(self.outputs))
         self._source = [self.outputs.index(sources[port]) for port in self.inputs]
-        self._first = _calls(instances, loop.sets, self.input_values, "getter")
-        self._set = _calls(instances, loop.sets, self.input_values, "setter")
-        self._get = _calls(instances, loop.gets, self.output_values, "getter")
+        sets, gets = _views(loop.sets, self.input_values), _views(loop.gets, self.output_values)
+        self._sets = sets
+        given = [o for t, view in sets for o in setting(instances[t.component], t.variables, view)]
+        found = [Get(instances[t.component], t.variables, view) for t, view in gets]
+        self._evaluate = Schedule([*given, *found])
         nominals = [
             instances[port.component].description.variables[port.variable].nominal
             for port in self.inputs
@@ -202,7 +207,7 @@ class LoopEquations:
     def solve(self) -> None:
         """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
         if not self.is_started:
-            self._first()
+            self._read_start_values()
             self.is_started = True
         guess = self.input_values.copy()
         self._scale = np.maximum(self._scale, np.abs(guess))
@@ -217,6 +222,15 @@ class LoopEquations:
                 f"{failure.size:.3g} of its value",
                 REMEDY,
             ) from failure
+
+    def _read_start_values(self) -> None:
+        """Take the inputs' own values, in the units of their sources."""
+        for transfer, view in self._sets:
+            instance, own = self._instances[transfer.component], np.zeros(len(view))
+            reading = Get(instance, transfer.variables, own, checked=False)
+            Schedule([reading]).run(instance.time)
+            factor, offset = instance.scales.of(transfer.variables) or PLAIN
+            view[:] = (own - offset) / factor
 
     @property
     def _names(self) -> str:
@@ -239,12 +253,7 @@ class LoopEquations:
 
     def _residual(self, x: np.ndarray) -> np.ndarray:
         self.input_values[:] = x
-        self._set()
-        self._get()
-        if not np.isfinite(self.output_values).all():
-            port = self.outputs[int(np.argmin(np.isfinite(self.output_values)))]
-            instance = self._instances[port.component]
-            instance.not_finite([port.variable], np.array([np.nan]))
+        self._evaluate.run(self._instances[self.inputs[0].component].time)
         return self.output_values[self._source] - x
 
     def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
@@ -269,22 +278,7 @@ class LoopEquations:
         return matrix
 
 
-def _calls(
-    instances: Mapping[str, Instance], transfers: Sequence[Transfer], values: np.ndarray, kind: str
-) -> Callable[[], None]:
-    """One action for several gets or sets of consecutive parts of `values`."""
-    calls, start = [], 0
-    for transfer in transfers:
-        instance = instances[transfer.component]
-        view = values[start : start + len(transfer.variables)]
-        start += len(transfer.variables)
-        calls.append((instance, getattr(instance, kind)(transfer.variables, view)))
-    function = "fmi2SetReal" if kind == "setter" else "fmi2GetReal"
-
-    def act() -> None:
-        for instance, call in calls:
-            status = call()
-            if status > WARNING:
-                instance.fail(status, function)
-
-    return act
+def _views(transfers: Sequence[Transfer], values: np.ndarray) -> list[tuple[Transfer, np.ndarray]]:
+    """Each transfer with its consecutive part of `values` (n_variables of all,)."""
+    ends = np.cumsum([len(transfer.variables) for transfer in transfers])
+    return list(zip(transfers, np.split(values, ends[:-1]), strict=True))

@@ -138,7 +138,7 @@ class Combine:
 
 @dataclass(frozen=True, eq=False)
 class Gather:
-    """``into[i] = source[index[i]]``, a vector or a block's row; `index` is uint32."""
+    """``into[i] = source[index[i]]``, a vector or a block's row, Real or cells; uint32 `index`."""
 
     into: np.ndarray
     source: np.ndarray
@@ -178,16 +178,6 @@ class GetTyped:
 
 
 @dataclass(frozen=True, eq=False)
-class Copy:
-    """Copies the cells `places` of `source` into a vector or a block's row."""
-
-    source: np.ndarray
-    places: np.ndarray
-    into: np.ndarray
-    due: Due | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class SetTyped:
     """Sets variables from the `cells` of others that are not Real."""
 
@@ -199,9 +189,15 @@ class SetTyped:
 
 @dataclass(frozen=True, eq=False)
 class Choose:
-    """``into[i]`` = the reading of output `names[i]` that counts, as `choose` says.
+    """``into[i]`` = the reading of output `names[i]` that counts.
 
-    `readings` (6, n) are consecutive in each row; they and `into` (n,) are Real, or cells (int64).
+    The rows of `readings` (6, n) are, in the outputs' units: the first, straight after the step;
+    the second, when inputs were set to the values that they had; the last before the step; that
+    with new inputs; the largest first one; and 1 for each output that has been lost [1]. They and
+    `into` (n,) are Real, or cells (int64). An output is lost if setting unchanged inputs changes
+    it, so that the second is not the first; then the first counts. (Where an FMU's own noise made
+    the difference, the first is off by no more than 1/`LOST` of this.) An output that the step has
+    left as it was read last is not lost: its FMU shows the step when inputs are set.
     `changed` (1,) [1] becomes 0 where a cell changes. The values that count must be finite, if they
     are `checked`.
     """
@@ -215,67 +211,24 @@ class Choose:
     checked: bool = True
 
 
-LOST, NOISE = 0.01, 1e-9
-"""An output is lost if setting inputs to the values that they have changes it by more than these
-shares: of what their new values change it by, and of its largest size so far."""
-
-
-def choose(operation: Choose) -> bool:
-    """Choose between two readings of each output: straight after a step, and with new inputs.
-
-    `readings` (6, n) are, in the outputs' units: the first, straight after the step; the second,
-    when inputs were set to the values that they had; the last before the step; that with new
-    inputs; the largest first one; and 1 for each output that has been lost [1]. An output is lost
-    if setting unchanged inputs changes the output, so that the second is not the first; then the
-    first counts. (Where an FMU's own noise made the difference, the first is off by no more than
-    1/`LOST` of this.) An output that the step has left as it was read last is not lost: its FMU
-    shows the step when inputs are set. False if a value that counts should be finite, and is not.
-    """
-    first, second, before, new, size, lost = operation.readings
-    into, changed = operation.into, operation.changed
-    off = _differ(second, first) & _differ(before, first)
-    if into.dtype == np.float64:
-        np.fmax(size, np.abs(first), out=size, where=np.isfinite(first))
-        with np.errstate(invalid="ignore"):
-            limit = np.fmax(LOST * np.abs(new - first), NOISE * size)
-            off &= ~(np.isfinite(second) & (np.abs(second - first) <= limit))
-    found = np.where(off, first, new)
-    if changed is not None and (found != into).any():
-        changed[0] = 0.0
-    into[:] = found
-    lost[off] = 1
-    return not operation.checked or bool(np.isfinite(into).all())
-
-
-def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """True where values differ, (n,) booleans; two that are nan do not."""
-    return (a != b) & ~(np.isnan(a) & np.isnan(b))
-
+LOST = 0.01
+"""An output is lost if setting inputs to the values that they have changes it by more than this
+share of what their new values change it by, and 1e-9 of its largest size so far; as in loop.c."""
 
 Reals = Get | Set | SetDerivatives
 """Operations on the Real variables `names` of an FMU."""
-Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Copy | Choose
+Transferring = Get | Set | Combine | Gather | GetTyped | SetTyped | Choose
 """Operations that carry values over at a communication point."""
 Operation = (
-    Reals
-    | DoStep
-    | Save
-    | Restore
-    | GetTyped
-    | SetTyped
-    | Choose
-    | Combine
-    | Gather
-    | Monitor
-    | Copy
+    Reals | DoStep | Save | Restore | GetTyped | SetTyped | Choose | Combine | Gather | Monitor
 )
 
 
 def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndarray) -> Gather:
     """``into[i] = source[places[i]]``.
 
-    `into` is (n,), or (n_rows, n) of which one row is filled, in the units of `source` (m,);
-    `places` (n,) are indices.
+    `into` is (n,), or (n_rows, n) of which one row is filled, in the units of `source` (m,), or
+    cells of it; `places` (n,) are indices.
     """
     return Gather(into, source, np.array(places, dtype=np.uint32))
 

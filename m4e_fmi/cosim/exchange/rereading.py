@@ -3,7 +3,7 @@
 So are those of FMUs not built here that depend on connected inputs. Some FMUs lose outputs when
 anything is set, until the next step. No trial before the run can tell which do, as the loss may
 begin at any time. So straight after the step the outputs are read, their inputs are set to the
-values that they have, and the outputs are read again: one that has changed is lost (`choose`).
+values that they have, and the outputs are read again: one that has changed is lost (`Choose`).
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.operations import Choose, Copy, Gather, Get, GetTyped
+from m4e_fmi.cosim.exchange.operations import Choose, Gather, Get, GetTyped, gather
 
 ROWS = 6
-"""Readings of an output: see `choose`."""
+"""Readings of an output: see `Choose`."""
 Reading = Get | GetTyped
 Read = Callable[[str, Sequence[str], np.ndarray], Reading]
 """Component, names, place (n_names,) → the operation that reads these, in their units or cells."""
@@ -32,7 +32,7 @@ class Rereading:
 
     names: tuple[str, ...]
     block: np.ndarray
-    kept: Gather | Copy
+    kept: Gather
     first: Reading
     second: Reading
 
@@ -73,9 +73,7 @@ def rereadings(
         if own:
             block, room = np.split(room, [ROWS * len(own)])
             block = block.reshape(ROWS, -1)
-            all_own, reals = np.arange(len(own), dtype=np.uint32), block.dtype == np.float64
-            before, new = block[2:4]
-            kept = Gather(before, new, all_own) if reals else Copy(new, all_own, before)
+            kept = gather(block[2], block[3], range(len(own)))
             both = (read(component, own, row) for row in block[:2])
             found[component] = Rereading(own, block, kept, *both)
     return found

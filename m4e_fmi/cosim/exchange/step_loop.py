@@ -1,7 +1,4 @@
-"""Schedules: operations performed in their order, by the C library or, without it, by Python.
-
-Both give the same bits. A `StepLoop` repeats a schedule, macro step by macro step.
-"""
+"""Schedules: operations performed in their order; a `StepLoop` repeats one, step by step."""
 
 from __future__ import annotations
 
@@ -12,16 +9,18 @@ from typing import NoReturn
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange import native_executor as native_loop
 from m4e_fmi.cosim.exchange import operations as op
-from m4e_fmi.cosim.exchange import python_executor as python_loop
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, NativeExecutor, State
+from m4e_fmi.cosim.exchange.native_executor import (
+    NOT_A_NUMBER,
+    NativeExecutor,
+    State,
+    ends,
+    run_loop,
+)
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import DISCARD
-from m4e_fmi.runtime.library import library
 
 NEVER = 2**63
 """Steps from row to row where there are no rows."""
@@ -34,12 +33,7 @@ class Schedule:
 
     def __init__(self, operations: Sequence[Operation]) -> None:
         self.operations = tuple(operations)
-        found = library()
-        self.executor: NativeExecutor | PythonExecutor = (
-            PythonExecutor(self.operations)
-            if found is None
-            else NativeExecutor(found, self.operations)
-        )
+        self.executor = NativeExecutor(self.operations)
         stepping = [o for o in self.operations if isinstance(o, op.DoStep)]
         self._stepping = tuple({id(o.instance): o.instance for o in stepping if not o.due}.values())
         self._sampled = tuple((o.instance, o.due) for o in stepping if o.due)
@@ -104,7 +98,7 @@ class Schedule:
                 instance.fail(status, step.function, length)
             case op.GetTyped(instance, access, cells) | op.SetTyped(instance, access, cells):
                 instance.fail_typed(status, access, cells)
-            case op.Combine() | op.Gather() | op.Choose() | op.Copy() | op.Monitor():
+            case op.Combine() | op.Gather() | op.Choose() | op.Monitor():
                 raise AssertionError("these do not fail")
             case call:
                 call.instance.fail(status, call.function)
@@ -132,24 +126,16 @@ class StepLoop:
         self.step = step
         self.row = row or Schedule(())
         self.state = State(every=every if row else NEVER, rows_from=FAR)
-        self._telling, self._stops = telling, stops
-        if isinstance(step.executor, NativeExecutor):
-            self._ends = native_loop.ends(telling, stops)
-            self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(self._ends)
+        self._ends = ends(telling, stops)
+        self.state.ends, self.state.end_count = ctypes.addressof(self._ends), len(self._ends)
 
     def advance(self, steps: int) -> None:
         """Make so many macro steps, up to the end that a component asks for, or to a stop.
 
         RunError as `Schedule.run`, `state` telling how far it came.
         """
-        state, step, row = self.state, self.step.executor, self.row.executor
-        before = state.now
-        if isinstance(step, NativeExecutor) and isinstance(row, NativeExecutor):
-            status = native_loop.run(step, row, state, steps)
-        else:
-            assert isinstance(step, PythonExecutor)
-            assert isinstance(row, PythonExecutor)
-            status = python_loop.run(step, row, state, steps, self._telling, self._stops)
+        state, before = self.state, self.state.now
+        status = run_loop(self.step.executor, self.row.executor, state, steps)
         now, size = state.now / NS_PER_SECOND, state.size / NS_PER_SECOND
         if state.now > before:
             self.step.arrive(now)

@@ -20,9 +20,10 @@ import numpy as np
 
 from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.instance import Call, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.fmu.importer.calls import WARNING
+from m4e_fmi.cosim.exchange.operations import Get, setting
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""
@@ -34,7 +35,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class _Part:
-    """Outputs of a component, which `get` reads into `view`; `places` of those in `values`.
+    """Outputs of a component, which `reading` brings into `view`; `places` of those in `values`.
 
     `units` (n_outputs,) [1] are equal where units are.
     """
@@ -43,14 +44,12 @@ class _Part:
     outputs: tuple[str, ...]
     places: np.ndarray
     view: np.ndarray
-    get: Call
+    reading: Schedule
     units: np.ndarray
 
     def read(self) -> np.ndarray:
         """The outputs, as they are now."""
-        status = self.get()
-        if status > WARNING:
-            self.instance.fail(status, "fmi2GetReal")
+        self.reading.run(self.instance.time)
         return self.view.copy()
 
     def changed(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -183,9 +182,7 @@ class SecondLook:
 
     def _with(self, part: _Part, name: str, value: float) -> np.ndarray:
         """The outputs when an input is set, in the unit of its source."""
-        status = part.instance.setter([name], np.array([value]))()
-        if status > WARNING:
-            part.instance.fail(status, "fmi2SetReal")
+        Schedule(setting(part.instance, [name], np.array([value]))).run(part.instance.time)
         return part.read()
 
     def _declared(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:
@@ -249,4 +246,5 @@ def _part(network: Network, instance: Instance, outputs: tuple[str, ...]) -> _Pa
     view = np.zeros(len(outputs))
     names = [instance.description.variables[name].unit for name in outputs]
     units = np.unique(names, return_inverse=True)[1]
-    return _Part(instance, outputs, np.array(places), view, instance.getter(outputs, view), units)
+    reading = Schedule([Get(instance, outputs, view, checked=False)])
+    return _Part(instance, outputs, np.array(places), view, reading, units)

@@ -13,8 +13,15 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash, imports_hash
-from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, named_files, takes_long
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+from m4e_fmi.cosim.preparation.inputs import (
+    WARNING,
+    Draft,
+    checked_inputs,
+    drafted,
+    named_files,
+    silent,
+    takes_long,
+)
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -71,7 +78,7 @@ def ready_fmus(
     """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
     folder, fmus = _places(system, build_directory)
     remove_leftovers(folder)
-    tell = _once(tell or _silent)
+    tell = _once(tell or silent)
     if native is None:
         native = NATIVE and _library_is_there(tell)
     if drafts is None:
@@ -104,11 +111,7 @@ def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[
     if not outdated:
         return {}
     made = (c.name for c in system.components if not isinstance(c.source, FmuFile))
-    ready = {name: fmus[name] for name in made if name not in outdated}
-    problems, drafts = checked_inputs(system, ready=ready)
-    if problems:
-        raise InputError(problems)
-    return drafts
+    return checked_inputs(system, ready={name: fmus[name] for name in made if name not in outdated})
 
 
 def waiting(
@@ -119,7 +122,7 @@ def waiting(
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
     _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
+    native = NATIVE and _library_is_there(silent)
     drafts = _checked(system, fmus, native=native)
     long = {c.name for c in system.components if takes_long(c.source)}
     return tuple(n for n in _outdated(system, fmus, native=native) if n in long), drafts
@@ -128,7 +131,7 @@ def waiting(
 def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
     """Components whose FMU would be built: it is not there, or made from something else."""
     _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
+    native = NATIVE and _library_is_there(silent)
     return tuple(_outdated(system, fmus, native=native))
 
 
@@ -165,7 +168,7 @@ def _found(source: FmuFile, folder: Path) -> Path:
 
 
 def _library_is_there(tell: Tell) -> bool:
-    from m4e_fmi.fmu.export.native import shell_binaries
+    from m4e_fmi.fmu.export.native_fmu import shell_binaries
     from m4e_fmi.runtime.platforms import this_platform
 
     why = "there is none for this machine"
@@ -176,10 +179,6 @@ def _library_is_there(tell: Tell) -> bool:
         why = error.message
     tell(f"Python FMUs instead of native ones: {why}")
     return False
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _once(tell: Tell) -> Tell:

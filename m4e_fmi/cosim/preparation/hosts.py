@@ -20,11 +20,10 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.fmu.export.build_record import read_record
-from m4e_fmi.fmu.export.native import shell_binaries
+from m4e_fmi.fmu.export.native_fmu import shell_binaries
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
-from m4e_fmi.fmu.importer.worker.channel import remote_library
 
 
 def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, Host]:
@@ -46,9 +45,9 @@ def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host
 
     InputError if it is none, and a component asks for a process or for limits.
     """
-    why = _why_none()
-    if not hosts or not why:
+    if not hosts or hasattr(os, "fork"):
         return dict(hosts), []
+    why = "this system has no fork, by which other processes are started"
     parts = [(c, ("components", c.name)) for c in system.components]
     asking = [
         *((*place, "process") for component, place in parts if component.process == OWN),
@@ -60,15 +59,6 @@ def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host
         remedy = "leave this out, or run the system on another machine"
         raise InputError([system.problem(place, message, remedy) for place in asking])
     return {}, [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
-
-
-def _why_none() -> str:
-    """Why there are no processes for FMUs on this machine; empty if there are."""
-    if not hasattr(os, "fork"):
-        return "this system has no fork, by which other processes are started"
-    if remote_library() is None:
-        return "other processes need the C library (`m4e-fmi doctor`)"
-    return ""
 
 
 def _built_here(description: Description) -> bool:

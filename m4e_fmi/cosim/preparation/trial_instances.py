@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.exchange.instance import WARNING, Instance
+from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
+from m4e_fmi.cosim.exchange.operations import DoStep
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
@@ -37,9 +39,9 @@ def driven_inputs(wiring: Wiring) -> dict[str, tuple[str, ...]]:
 
 def stepped(instance: Instance, size: float) -> None:
     """Make a step of `size` [s]; RunError as the methods of an instance."""
-    status = instance.stepper()(instance.time, size, 1)
-    if status > WARNING:
-        instance.fail(status, "fmi2DoStep", size)
+    status, _ = Schedule([DoStep(instance)]).executor.perform(instance.time, size, 0)
+    if status:
+        instance.fail(status, DoStep.function, size)
     instance.time += size
 
 

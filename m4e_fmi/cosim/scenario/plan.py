@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import math
+import operator
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.scenario.amounts import Amounts
-from m4e_fmi.cosim.scenario.effects import Effect, Freeze, Offset, Replace
-from m4e_fmi.cosim.system.condition_text import COMPARISONS, parse_condition
 from m4e_fmi.cosim.system.scenario_section import Action
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.sections import Location
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.units import Quantity, parse_quantity
 
 COMPONENT = "scenario"
 """The name under which actions are in the results."""
@@ -25,6 +26,19 @@ NEVER = 2**62
 """A time [ns] that no run reaches."""
 PARTED = "parted"
 """The parameter of a line, 1 once it has parted."""
+
+
+COMPARISONS: dict[str, Callable[[float, float], bool]] = {
+    ">=": operator.ge,
+    "<=": operator.le,
+    "==": operator.eq,
+    "!=": operator.ne,
+    ">": operator.gt,
+    "<": operator.lt,
+}
+_CONDITION = re.compile(
+    r"\s*(?P<name>[^<>=!\s]+)\s*(?P<sign>>=|<=|==|!=|>|<)\s*(?P<value>[^<>=!]+?)\s*$"
+)
 
 
 @dataclass(frozen=True)
@@ -35,10 +49,6 @@ class Condition:
     compare: Callable[[float, float], bool]
     value: float
     text: str
-
-    def holds(self, present: float) -> bool:
-        """True if the variable's `present` value, in its unit, meets it."""
-        return self.compare(present, self.value)
 
 
 @dataclass(frozen=True)
@@ -66,10 +76,14 @@ class Setting:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes: an effect to be made."""
+    """Change of the signal that `target` takes, in its unit: an offset, a value, or none (freeze).
+
+    `kind` is that of the action.
+    """
 
     target: Port
-    what: Callable[[], Effect]
+    kind: str
+    amount: float
 
 
 @dataclass(frozen=True)
@@ -98,6 +112,7 @@ class Planner:
 
     def __post_init__(self) -> None:
         self._links = {link.target: link for link in self.wiring.links}
+        self._variables = {name: d.variables for name, d in self.descriptions.items()}
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -115,50 +130,50 @@ class Planner:
             message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
             self._problem((name, "at"), message, f"give a time from {start:g} s on")
         kind = action.kind
-        settings, effects = [], []
-        if kind in ("set", "ramp", "broken_line"):
-            settings = list(self._settings(name, action))
-        else:
-            effects = list(self._effects(name, action))
+        sets = kind in ("set", "ramp", "broken_line")
+        settings = () if not sets else tuple(self._settings(name, action))
+        effects = () if sets else tuple(self._effects(name, action))
         condition = self._condition(name, action.when) if action.when is not None else None
-        at = None if action.at is None else round(action.at * NS_PER_SECOND)
-        duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
-        return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
+        at = None if action.at is None else nanoseconds(action.at)
+        duration = None if action.duration is None else nanoseconds(action.duration)
+        return PlannedAction(name, at, condition, duration, settings, effects)
 
     def _condition(self, name: str, text: str) -> Condition | None:
         at = (name, "when")
-        try:
-            written = parse_condition(text)
-        except InputError as error:
-            self._problem(at, error.problems[0].message, error.problems[0].remedy)
+        written = _CONDITION.fullmatch(text)
+        if not written or "." not in written["name"]:
+            remedy = "write one comparison of a variable with a value, as 'buoy.z > 2 m' "
+            remedy += f"({', '.join(COMPARISONS)})"
+            self._problem(at, f"{text!r} is not a condition", remedy)
             return None
-        found = self._variable(at, written.name)
+        sign, limit = written["sign"], written["value"]
+        found = self._variable(at, written["name"])
         if found is None:
             return None
         port, variable = found
-        given: object = written.value
+        given: object = limit
         if variable.type in ("String", "Binary"):
             message = f"{port} is of type {variable.type}, which a condition cannot compare"
             self._problem(at, message, "compare a number or a Boolean")
             return None
         if variable.type == "Boolean":
-            given = {"true": True, "false": False}.get(written.value.lower(), given)
+            given = {"true": True, "false": False}.get(limit.lower(), given)
         elif variable.type != REAL:
             with suppress(ValueError):
-                given = int(written.value)
-        elif written.sign in ("==", "!="):
+                given = int(limit)
+        elif sign in ("==", "!="):
             message = f"{port} is a Real, which is hardly ever equal to a number"
             self._problem(at, message, "compare by <, <=, > or >=")
             return None
         else:
             with suppress(ValueError):
-                given = float(written.value)
-        try:
-            value = value_of(_without_limits(variable), given)
+                given = float(limit)
+        try:  # a condition may lie outside the range
+            value = value_of(replace(variable, minimum=-math.inf, maximum=math.inf), given)
         except ValueError as error:
-            self._problem(at, f"{written.value!r} is no value of {port}", str(error))
+            self._problem(at, f"{limit!r} is no value of {port}", str(error))
             return None
-        return Condition(port, COMPARISONS[written.sign], float(value), text.strip())
+        return Condition(port, COMPARISONS[sign], float(value), text.strip())
 
     def _variable(self, at: Location, name: str) -> tuple[Port, Variable] | None:
         port = Port.named(name)
@@ -178,7 +193,7 @@ class Planner:
 
     def _settings(self, name: str, action: Action) -> Iterator[Setting]:
         """Values that are set in FMUs."""
-        within = round((action.within or 0.0) * NS_PER_SECOND)
+        within = nanoseconds(action.within or 0.0)
         given: Mapping[str, object] = (action.set if action.kind == "set" else action.ramp) or {}
         for line in action.broken_line or ():
             given = {**given, f"{line}.{PARTED}": 1.0}
@@ -234,10 +249,11 @@ class Planner:
             if not links:
                 continue
             for link in links:
-                variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
-                amounts_of = Amounts(signal, link, variables)
+                variables = link.variables(self._variables)
+                named = variables[signal != str(link.source)]
                 try:
-                    yield SignalEffect(link.target, _effect(action.kind, amount, amounts_of))
+                    value = _converted(action.kind, amount, link, named, variables[1])
+                    yield SignalEffect(link.target, action.kind, value)
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
@@ -254,32 +270,39 @@ class Planner:
             if why_fixed(variable) == "":
                 why, remedy = "it is not connected", "use 'set' or 'ramp'"
             self._problem(at, f"{signal} carries no signal: {why}", remedy)
-        elif not all(link.is_real and _of_reals(link, self.descriptions) for link in links):
+        elif not all(v.type == REAL for k in links for v in k.variables(self._variables)):
             message = f"{signal} is of type {variable.type}"
             self._problem(at, message, "actions on signals are for Reals")
             return []
         return links
 
 
-def _effect(kind: str, amount: object, amounts: Amounts) -> Callable[[], Effect]:
-    """The effect on one taker, to be made; ValueError with a remedy for a wrong amount."""
-    if kind == "freeze":
-        return Freeze
-    if kind == "replace":
-        value = amounts.value(amount)
-        return lambda: Replace(value)
-    difference = amounts.difference(amount)
-    return lambda: Offset(difference)
+def _converted(kind: str, amount: object, link: Link, named: Variable, taker: Variable) -> float:
+    """The amount of an action on the signal that a `link` carries, in the unit of its `taker`.
 
-
-def _of_reals(link: Link, descriptions: Mapping[str, Description]) -> bool:
-    give, take = link.variables({name: d.variables for name, d in descriptions.items()})
-    return give.type == take.type == REAL
-
-
-def _without_limits(variable: Variable) -> Variable:
-    """The same, of any value: a condition may lie outside the range."""
-    return replace(variable, minimum=float("-inf"), maximum=float("inf"))
+    A number is in the unit of the variable `named`, source or taker; a text has a unit of its own.
+    Of an offset it is a difference of two values. ValueError with a remedy.
+    """
+    number, unit = amount, named.dimension
+    if isinstance(amount, str):
+        given = parse_quantity(amount)
+        number = given.value
+        if unit is not None and kind == "offset":
+            number = Quantity(given.value, given.unit).in_unit(unit)
+        elif unit is not None:
+            number = given.in_unit(unit, named.offset)
+    assert isinstance(number, int | float)
+    if not math.isfinite(number):
+        raise ValueError("give a finite number")
+    factor, offset = (1.0, 0.0) if named is taker else (link.factor, link.offset)
+    value = factor * number
+    if kind != "replace":
+        return value
+    value = value + offset if offset else value
+    if not taker.minimum <= value <= taker.maximum:
+        limits = f"{taker.minimum:g} to {taker.maximum:g} {taker.unit}"
+        raise ValueError(f"{link.target} takes {limits}")
+    return value
 
 
 def why_fixed(variable: Variable) -> str:

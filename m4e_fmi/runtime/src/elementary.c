@@ -4,7 +4,6 @@
 
 double m4e_sin(double x) { return el_sin(x); }
 double m4e_cos(double x) { return el_cos(x); }
-void m4e_sincos(double x, double *sine, double *cosine) { el_sincos(x, sine, cosine); }
 void m4e_sincos_many(size_t count, const double *x, double *sine, double *cosine) {
     el_sincos_many(count, x, sine, cosine);
 }

@@ -23,7 +23,7 @@ enum {
     M4E_BEGIN_STEP,      /* asks a component in another process for the step that a later operation
                             awaits */
     M4E_CHOOSE,          /* values = the readings that count of outputs, Real, */
-    M4E_CHOOSE_CELLS     /* or cells (int64_t): see `choose` of operations.py. At `source` are
+    M4E_CHOOSE_CELLS     /* or cells (int64_t): see `Choose` of operations.py. At `source` are
                             `count` readings straight after a step; then, each `terms` values
                             further: readings with inputs set to the values that they had, the last
                             readings before the step, those with new inputs, the largest of the

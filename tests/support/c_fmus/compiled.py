@@ -9,12 +9,13 @@ import subprocess
 import zipfile
 from collections.abc import Sequence
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 
 import fmpy
 
 HERE = Path(__file__).parent
-FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
+FMI_HEADERS = Path(str(files("fmpy") / "c-code"))
 """Folder of the standards' own headers."""
 KEPT = Path(__file__).parents[3] / "build" / "c_fmus"
 

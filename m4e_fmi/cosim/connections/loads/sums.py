@@ -17,7 +17,7 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.added_mass.matrices import ELEMENT
 from m4e_fmi.cosim.connections.links import Link, Port, Variables, is_varying
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.units import parse_unit

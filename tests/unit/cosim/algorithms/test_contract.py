@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.interrupted import check_resumed
+from support.python_executor import use_python
 from support.small_systems import Fmus, observed, oscillator, system, watched
 
 from m4e_fmi.cosim import (
@@ -208,7 +209,7 @@ def test_values_of_all_types_and_versions(
 ) -> None:
     """Reals go round as well, so that corrector and solver make each step several times."""
     if python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+        use_python(monkeypatch)
     fmus = {"a": "kinds+state", "b": "3:kinds+state", "c": "1:kinds"}
     if algorithm_descriptor(algorithm).needs_rollback:
         fmus["c"] = "3:kinds+state"

@@ -7,13 +7,12 @@ from typing import cast
 
 import numpy as np
 import pytest
+from support.python_executor import PythonExecutor
 
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, NativeExecutor
 from m4e_fmi.cosim.exchange.operations import Choose, Monitor
-from m4e_fmi.cosim.exchange.python_executor import PythonExecutor
 from m4e_fmi.cosim.exchange.rereading import ROWS
-from m4e_fmi.runtime.library import library
 
 NAN, INF = np.nan, np.inf
 
@@ -24,15 +23,13 @@ def test_both_executors_choose_alike(kind: type, checked: bool) -> None:
     reals = (0.0, 1.0, 1.0 + 1e-12, -3.0, NAN, INF, -INF)
     values = reals if kind is float else (0, 1, -(2**62), 2**62 + 1)
     given = np.array(list(product(values, repeat=4)), dtype=kind).T
-    found = library()
-    assert found
     results = []
-    for make in (lambda o: NativeExecutor(found, [o]), lambda o: PythonExecutor([o])):
+    for make in (NativeExecutor, PythonExecutor):
         readings = np.zeros((ROWS, given.shape[1]), dtype=kind)
         readings[:4] = given
         into = np.zeros(given.shape[1], dtype=kind)
         chosen = Choose(cast(Instance, None), (), into, readings, checked=checked)
-        status, _ = make(chosen).perform(0.0, 0.0, 0)
+        status, _ = make([chosen]).perform(0.0, 0.0, 0)
         assert (status == NOT_A_NUMBER) is (checked and kind is float)
         results.append((into, readings))
     for native, own in zip(*results, strict=True):
@@ -51,10 +48,7 @@ def found(course: np.ndarray, *, native: bool = False, gate: float = 1e-13) -> n
     source, past, into = np.zeros(count), np.zeros(6 * count + 1), np.zeros((len(course), 1))
     past[-1] = 5
     monitor = Monitor(into, source, np.full(count, gate), past)
-    loaded = library()
-    if native and loaded is None:
-        pytest.skip("no C library")
-    executor = NativeExecutor(loaded, [monitor]) if native and loaded else PythonExecutor([monitor])
+    executor = NativeExecutor([monitor]) if native else PythonExecutor([monitor])
     for row, values in enumerate(course):
         source[:] = values
         assert executor.perform(0.0, STEP, row) == (0, 0)

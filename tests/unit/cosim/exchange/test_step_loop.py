@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.python_executor import PythonExecutor, use_python
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.step_loop import PythonExecutor, Schedule
+from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]
@@ -72,7 +73,7 @@ def both(monkeypatch: pytest.MonkeyPatch) -> Both:
 
     def done(what: Callable[[], Any]) -> list[Any]:
         first = what()
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+        use_python(monkeypatch)
         assert isinstance(Schedule(()).executor, PythonExecutor)
         return [first, what()]
 

@@ -16,13 +16,6 @@ KINDS = ("int", "bool", "enum", "text")
 H = 0.1
 
 
-@pytest.fixture(params=["C", "Python"])
-def loop(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The loop over steps, in C and in Python."""
-    if request.param == "Python":
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
-
-
 def pair(
     fmus: Fmus, a: str, b: str, *links: str, stop: float = 1.0, start: Any = None, **more: Any
 ) -> System:

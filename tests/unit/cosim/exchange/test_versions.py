@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.python_executor import use_python
 from support.small_systems import Fmus, observed, system, watched
 
 from m4e_fmi.cosim import (
@@ -125,7 +126,7 @@ def test_single_elements_and_single_precision_are_connected(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch, by_python: bool
 ) -> None:
     if by_python:
-        monkeypatch.setattr("m4e_fmi.cosim.exchange.step_loop.library", lambda: None)
+        use_python(monkeypatch)
     stage = Component("stage", FmuFile(c_fmu("stage")), {"gain": 0.0})  # y is the time
     gallery = Component("g", FmuFile(c_fmu("3:gallery")), {"gain": 3.0, "u[1]": 9.0})
     connections = tuple(
