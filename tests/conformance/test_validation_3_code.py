@@ -57,20 +57,6 @@ FAULTS: dict[str, Fault] = {
         "instances",
         {"instances.leak"},
     ),
-    "nan is fatal": (
-        "variables.c",
-        'CHECK(isfinite(values[i]), "%s was set to %g", name_of(c, s[i]), values[i]);',
-        'if (!isfinite(values[i])) return tell(c, FMI_FATAL, "not finite");',
-        "values",
-        {"values.fatal"},
-    ),
-    "steps past the stop time": (
-        "step.c",
-        "CHECK(!c->now.stops || t + h",
-        "CHECK(h < 1e9, c->function);\n    CHECK(1 || t + h",
-        "values",
-        {"values.past_stop"},
-    ),
     "directional derivatives of the wrong sign": (
         "derivatives.c",
         "c->direction[direction_of(c, x[i])] += seed[i];",
@@ -113,13 +99,6 @@ FAULTS: dict[str, Fault] = {
         "    c->now.t = done ? end : report->time;",
         "solution",
         {"solution.exchange"},
-    ),
-    "steps before initialization": (
-        "fmi.c",
-        "ENTER(STEP);",
-        "ENTER(ANY);",
-        "phases",
-        {"phases.accepted"},
     ),
     "another version": ("fmi.c", 'return "3.0";', 'return "2.0";', "start", {"start.version"}),
     "a function is not exported": (

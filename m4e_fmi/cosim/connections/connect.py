@@ -98,8 +98,13 @@ def _resolved(
     components = {name: description.variables for name, description in descriptions.items()}
     variables: Variables = {**_bus_variables(system), **components}
     links: list[Link] = []
-    for index, text in enumerate(system.connections):
-        links += Pairing(system, variables, index, text, problems).links()
+    pairing = Pairing(system, variables)
+    for index in range(len(system.connections)):
+        try:
+            links.extend(pairing.links(index))  # those before a problem stay
+        except InputError as error:
+            at = ("connections", index)
+            problems += [system.problem(at, p.message, p.remedy) for p in error.problems]
     links = _without_given(system, variables, links)
     links = _one_source_each(system, variables, links, problems)
     links, signals = _through_buses(links, system)

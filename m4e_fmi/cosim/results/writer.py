@@ -7,7 +7,6 @@ see `m4e_fmi.results.results_file`.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -25,7 +24,7 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.fmu.importer.reading import Variable
-from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, rows_of, write_netcdf
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, digest_of, rows_of, write_netcdf
 from m4e_fmi.results.row_file import RowFile, Section
 from m4e_fmi.signals import held, let_through
 
@@ -335,11 +334,3 @@ class ResultsWriter:
             yield
         except OSError as error:
             raise cannot_write(self.path, error) from error
-
-
-def digest_of(row: Sequence[np.ndarray]) -> str:
-    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
-    digest = hashlib.sha256()
-    for part in row:
-        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
-    return digest.hexdigest()

@@ -1,12 +1,12 @@
-"""The file of a checkpoint: a line, its checksum, JSON, and raw bytes.
+"""The file of a checkpoint: a line, its checksum, JSON, and the bytes of its parts.
 
 ::
 
     m4e_fmi checkpoint 1\\n
     SHA-256 of all that follows, 64 hexadecimal digits\\n
     number of bytes of the JSON, in decimal digits\\n
-    JSON (UTF-8), with the places of arrays among
-    raw bytes of arrays and FMU states
+    JSON (UTF-8), with the places of the parts among
+    their bytes (see `encoding`)
 
 A file appears whole or not at all, and one that is cut off or altered is refused. The checksum
 tells damage, and no forgery: the states in it go to the FMUs, so that a checkpoint is to be trusted
@@ -27,7 +27,7 @@ from typing import TypeVar
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.encoding import DamagedError, Decoder, Encoder
 from m4e_fmi.files.files_read import opened
-from m4e_fmi.files.limits import LARGEST_CHECKPOINT, LARGEST_CHECKPOINT_TEXT
+from m4e_fmi.files.limits import LARGEST_CHECKPOINT
 from m4e_fmi.files.writing import written
 
 SUFFIX = ".checkpoint"
@@ -103,7 +103,7 @@ def read_checkpoint(path: Path) -> CheckpointParts:
     head, _, rest = content.partition(b"\n")
     size = int(head) if head.isdigit() and len(head) < len(str(LARGEST_CHECKPOINT)) else -1
     try:
-        if not 0 <= size <= min(len(rest), LARGEST_CHECKPOINT_TEXT):
+        if not 0 <= size <= len(rest):
             raise DamagedError(f"{size} bytes of JSON")
         data = json.loads(rest[:size])
         if not isinstance(data, dict):

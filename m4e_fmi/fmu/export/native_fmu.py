@@ -26,7 +26,6 @@ from m4e_fmi.fmu.export.model_description import (
     BUILD,
     NATIVE_2,
     NATIVE_3,
-    TERMINALS,
     XML,
     build_description_xml,
     model_description_xml,
@@ -34,6 +33,7 @@ from m4e_fmi.fmu.export.model_description import (
     with_guid,
 )
 from m4e_fmi.fmu.export.selection import renamed
+from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import TIME, Program, rate_entries, tangent
 from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.runtime import compiler

@@ -15,7 +15,7 @@ from pathlib import Path
 import fmpy
 
 HERE = Path(__file__).parent
-FMI_HEADERS = Path(str(files("fmpy") / "c-code"))
+FMI_HEADERS = files("fmpy") / "c-code"
 """Folder of the standards' own headers."""
 KEPT = Path(__file__).parents[3] / "build" / "c_fmus"
 

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -90,8 +92,8 @@ def test_checkpoints(
     monkeypatch.chdir(tmp_path)
     Path("s.yaml").write_text(SYSTEM.format(name="a", fmu=c_fmu("mass+state+bytes")))
     lines(0, "run", "s.yaml", "--checkpoint-interval", "1", "--output-file", "r.nc")
-    field = b'"recorded variables of a","'
-    forge(checkpoint_of("r.nc"), field, field + b"a\\nerror: forged ")
+    identity = {"recorded variables of a": "a\nerror: forged "}
+    forge(checkpoint_of("r.nc"), "head", partial(replace, identity=identity))
     resumed = ("run", "s.yaml", "--resume", "--stop-time", "3", "--output-file", "r.nc")
     assert not forged(lines(2, *resumed))
 

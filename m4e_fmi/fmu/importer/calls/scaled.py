@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.functions import Status
 from m4e_fmi.fmu.importer.calls.standard import Call
+from m4e_fmi.fmu.importer.messages import Status
 
 Bind = Callable[[np.ndarray], Call]
 """Makes a call that moves an array (n,), in the FMU's own units."""

@@ -1,10 +1,17 @@
-"""Group `description`: what the archive and the XML say, before any FMU code is run."""
+"""Group `description`: what the archive and the XML say, before any FMU code is run.
+
+Symbols of a library of Linux are read from its dynamic section. Source: Tool Interface Standard,
+Executable and Linking Format, version 1.2, book III; version needs: Linux Standard Base Core
+Specification, section 10.7.
+"""
 
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
@@ -12,16 +19,15 @@ from fmpy import fmi2, fmi3
 from fmpy.model_description import ValidationError
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.fmu.importer.elements import FmpyDescription
+from m4e_fmi.errors import InputError
+from m4e_fmi.files.xml_text import check_size, xml_root
+from m4e_fmi.fmu.importer.elements import FmpyDescription, array_name
 from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
-from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
-from m4e_fmi.fmu.importer.reading import told_by_fmpy
-from m4e_fmi.fmu.validation.description.elf import SharedLibrary, read_elf
-from m4e_fmi.fmu.validation.description.terminals import check_terminals
-from m4e_fmi.fmu.validation.description.units import check_units
-from m4e_fmi.fmu.validation.description.variables import check_names, check_variables
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest, TooLargeError
+from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, TERMINALS
+from m4e_fmi.fmu.importer.reading import fmpy_message
+from m4e_fmi.fmu.validation.findings import Finding, about, some
+from m4e_fmi.fmu.validation.subject import FmuUnderTest, TooLargeError
+from m4e_fmi.fmu.validation.variables import check_names, check_units, check_variables
 
 LIBRARIES = {
     "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
@@ -29,7 +35,16 @@ LIBRARIES = {
 }
 """Prefix of functions, and FMPy's classes that have all of them as methods."""
 
+TERMINALS_BASIS = "FMI 3.0.2, section 2.4.9"
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
+_SECTION = struct.Struct("<IIQQQQIIQQ")
+_SYMBOL = struct.Struct("<IBBHQQ")
+_DYNAMIC = struct.Struct("<QQ")
+_NEED = struct.Struct("<HHIII")
+_NEEDED_VERSION = struct.Struct("<IHHII")
+_DYNSYM, _DYNAMIC_SECTION, _VERNEED = 11, 6, 0x6FFFFFFE
+_NEEDED_LIBRARY = 1
+_GLOBAL = (1, 2)  # bindings STB_GLOBAL, STB_WEAK
 _NOT_LOADED = ("library.identifier", "library.missing", "library.exports")
 
 
@@ -59,7 +74,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     found += check_variables(subject)
     found += check_units(subject)
     found += _experiment(subject)
-    found += check_terminals(subject)
+    found += _terminals(subject)
     found += _library(subject)
     reasons = [f.message for f in found if f.id in _NOT_LOADED]
     return tuple(finding.of(version) for finding in found), next(iter(reasons), "")
@@ -77,7 +92,7 @@ def _read(folder: Path, text: bytes, flawed: list[Flaw]) -> tuple[list[str], Fmp
     except ValidationError as error:
         problems = [p for p in error.problems if not _of_aliases(p, text)]
     except Exception as error:  # noqa: BLE001  FMPy raises whatever it stumbles over
-        stopped = told_by_fmpy(error)
+        stopped = fmpy_message(error)
         new = new or undefined_units(text)
     new = [flaw for flaw in new if not (flaw.known and problems)]
     problems += [f"{flaw.message} (line {flaw.line})" for flaw in new]
@@ -120,6 +135,30 @@ def _experiment(subject: FmuUnderTest) -> Iterator[Finding]:
             yield Finding("capabilities.serialise", "error", message, "FMI 2.0.4, section 2.1.8")
 
 
+def _terminals(subject: FmuUnderTest) -> Iterator[Finding]:
+    """Terminals and icons of FMI 3.0: their file can be read, and their variables are there."""
+    path = subject.folder / TERMINALS
+    if not (subject.fmi_3 and path.is_file()):
+        return
+    try:
+        check_size(path.stat().st_size, TERMINALS)
+        root = xml_root(path.read_bytes(), TERMINALS)
+    except InputError as error:
+        message = f"{TERMINALS} {error.problems[0].message}"
+        yield Finding("terminals.invalid", "error", message, TERMINALS_BASIS)
+        return
+    names = {v.name for v in subject.raw.modelVariables} | set(
+        map(array_name, subject.raw.modelVariables)
+    )
+    absent = [
+        f"{member.get('variableName')} (line {member.sourceline})"
+        for member in root.iterfind(".//TerminalMemberVariable")
+        if member.get("variableName") not in names
+    ]
+    message = f"{TERMINALS} names variables that are not there"
+    yield from about(absent, "terminals.variables", "error", message, TERMINALS_BASIS)
+
+
 def _library(subject: FmuUnderTest) -> Iterator[Finding]:
     binaries = subject.folder / "binaries"
     platform = fmpy.platform if subject.raw.fmiVersion == "2.0" else fmpy.platform_tuple
@@ -139,7 +178,7 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
             elif any((subject.folder / "sources").glob("**/*.c")):
                 remedy += "; sources are enough for the standard, but have to be compiled first"
             yield Finding("library.missing", "error", message, remedy)
-        elif (elf := read_elf(library)) is not None:
+        elif (elf := _read_elf(library)) is not None:
             yield from _elf(subject, elf)
 
 
@@ -153,11 +192,66 @@ def _elf(subject: FmuUnderTest, elf: SharedLibrary) -> Iterator[Finding]:
         basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.3"
         yield Finding("library.exports", "error", message, basis)
     foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
-    if foreign:
-        message = f"the library exports {len(foreign)} symbols besides FMI's: {some(foreign)}"
-        remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
-        yield Finding("library.symbols", "note", message, remedy)
+    message = "the library exports {count} symbols besides FMI's"
+    remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
+    yield from about(foreign, "library.symbols", "note", message, remedy)
     libc = [v for v in elf.versions if re.fullmatch(r"GLIBC_[\d.]+", v)]
     newest = max(libc, key=lambda v: [int(n) for n in v[6:].split(".")], default="no C library")
     message = f"needs {newest}; libraries: {', '.join(elf.needs) or 'none'}"
     yield Finding("library.needs", "note", message)
+
+
+@dataclass(frozen=True)
+class SharedLibrary:
+    """`exports`: symbols others can link to; `needs`: libraries; `versions`: such as GLIBC_2.34."""
+
+    exports: frozenset[str]
+    needs: tuple[str, ...]
+    versions: tuple[str, ...]
+
+
+def _read_elf(path: Path) -> SharedLibrary | None:
+    """The 64-bit little-endian ELF library at `path`; None if it is something else, or damaged."""
+    content = path.read_bytes()
+    if content[:6] != b"\x7fELF\x02\x01":
+        return None
+    try:
+        return _symbols(content)
+    except (struct.error, IndexError, ValueError):
+        return None
+
+
+def _symbols(content: bytes) -> SharedLibrary:
+    (offset,) = struct.unpack_from("<Q", content, 40)
+    size, count = struct.unpack_from("<HH", content, 58)
+    sections = [_SECTION.unpack_from(content, offset + k * size) for k in range(count)]
+
+    def text(table: int, place: int) -> str:
+        begin = sections[table][4] + place
+        return content[begin : content.index(b"\0", begin)].decode("ascii", "replace")
+
+    exports: set[str] = set()
+    needs: list[str] = []
+    versions: set[str] = set()
+    for _, kind, _, _, begin, length, link, info, _, _ in sections:
+        if kind == _DYNSYM:
+            for place in range(begin, begin + length, _SYMBOL.size):
+                name, how, _, section, _, _ = _SYMBOL.unpack_from(content, place)
+                if section and how >> 4 in _GLOBAL:
+                    exports.add(text(link, name))
+        elif kind == _DYNAMIC_SECTION:
+            for place in range(begin, begin + length, _DYNAMIC.size):
+                tag, value = _DYNAMIC.unpack_from(content, place)
+                if tag == _NEEDED_LIBRARY:
+                    needs.append(text(link, value))
+        elif kind == _VERNEED:
+            place = begin
+            for _ in range(info):
+                _, entries, _, first, following = _NEED.unpack_from(content, place)
+                entry = place + first
+                for _ in range(entries):
+                    _, _, _, name, after = _NEEDED_VERSION.unpack_from(content, entry)
+                    versions.add(text(link, name))
+                    entry += after
+                place += following
+    return SharedLibrary(frozenset(exports), tuple(needs), tuple(sorted(versions)))

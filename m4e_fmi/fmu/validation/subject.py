@@ -14,6 +14,7 @@ from fmpy.model_description import CoSimulation, ModelExchange, ModelVariable
 
 from m4e_fmi.fmu.importer.elements import FmpyDescription, flattened, owner
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
+from m4e_fmi.fmu.importer.reading import declared_number
 
 DEFAULT_STEP = 0.01  # s, where the FMU names none
 
@@ -26,12 +27,7 @@ MOST_ELEMENTS = 50_000
 
 
 class TooLargeError(Exception):
-    """The FMU has `count` variables and elements of arrays."""
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-        limit = f"at most {MOST_ELEMENTS:,} are looked at"
-        super().__init__(f"it has {count:,} variables, elements of arrays included; {limit}")
+    """The FMU has more variables and elements of arrays than are looked at."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +50,9 @@ class FmuUnderTest:
         """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
         count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
         if count > MOST_ELEMENTS:
-            raise TooLargeError(count)
+            limit = f"at most {MOST_ELEMENTS:,} are looked at"
+            message = f"it has {count:,} variables, elements of arrays included; {limit}"
+            raise TooLargeError(message)
         if raw.fmiVersion != "3.0":
             return cls(folder, raw)
         # FMPy makes a variable of each <Alias>: another name, but no further value
@@ -67,23 +65,12 @@ class FmuUnderTest:
         return self.raw.fmiVersion == "3.0"
 
     @cached_property
-    def _array_starts(self) -> dict[int, np.ndarray]:
+    def array_starts(self) -> dict[int, np.ndarray]:
+        """Start values (n_elements,) of arrays by value reference, in their units."""
         found: dict[int, list[float]] = {}
         for variable in self.reals():
             found.setdefault(owner(variable), []).append(start(variable))
         return {reference: np.array(values) for reference, values in found.items()}
-
-    def array_start(self, reference: int) -> np.ndarray:
-        """Start values (n_elements,) of the array with this reference, in its unit.
-
-        One element, 0, where no variable has the reference.
-        """
-        return self._array_starts.get(reference, np.zeros(1)).copy()
-
-    @cached_property
-    def array_sizes(self) -> dict[int, int]:
-        """Numbers of elements of arrays by value reference; in FMI 2.0, of aliases."""
-        return {reference: len(values) for reference, values in self._array_starts.items()}
 
     @property
     def steps(self) -> bool:
@@ -101,11 +88,6 @@ class FmuUnderTest:
         return (False,) * self.steps + (True,) * self.exchanges
 
     @property
-    def once(self) -> bool:
-        """True if there may be one instance per process only."""
-        return any(k.canBeInstantiatedOnlyOncePerProcess for k in self.kinds)
-
-    @property
     def kinds(self) -> list[CoSimulation | ModelExchange]:
         """FMPy's co-simulation and model exchange, as far as it is for them."""
         return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
@@ -114,18 +96,13 @@ class FmuUnderTest:
         """The one of `kinds` for model exchange or for co-simulation."""
         return self.raw.modelExchange if exchange else self.raw.coSimulation
 
-    @cached_property
+    @property
     def step_size(self) -> float:
         """The communication step to test with [s]: that declared, or a usual one."""
-        return self._declared_step or DEFAULT_STEP
-
-    @property
-    def step_is_assumed(self) -> bool:
-        """True if the FMU makes steps of one size only, and does not say of which."""
-        return self.steps and not self.variable_steps and self._declared_step is None
+        return self.declared_step or DEFAULT_STEP
 
     @cached_property
-    def _declared_step(self) -> float | None:
+    def declared_step(self) -> float | None:
         """The step of the default experiment, or that inside [s]; None if there is neither."""
         experiment = self.raw.defaultExperiment
         stepping = self.raw.coSimulation
@@ -169,11 +146,6 @@ class FmuUnderTest:
         return [v for v in self.reals() if v.causality != "independent"]
 
     @cached_property
-    def parameters(self) -> list[ModelVariable]:
-        """Parameters of type Real."""
-        return self.reals("parameter")
-
-    @cached_property
     def rates(self) -> list[ModelVariable]:
         """The derivatives of the continuous states, in the order of the states."""
         return [unknown.variable for unknown in self.raw.derivatives]
@@ -202,9 +174,8 @@ def scale(variable: ModelVariable) -> float:
 
 def nominal(variable: ModelVariable) -> float | None:
     """The nominal value of a Real, from itself or its declared type."""
-    of_type = variable.declaredType
-    text = variable.nominal or (of_type.nominal if of_type is not None else None)
-    return float(text) if text else None
+    value = declared_number(variable, "nominal", math.nan)
+    return None if math.isnan(value) else value
 
 
 def start(variable: ModelVariable) -> float:
@@ -221,7 +192,5 @@ def within(variable: ModelVariable, value: float) -> float:
 
 def limits(variable: ModelVariable) -> tuple[float, float]:
     """min and max of a Real, from itself or its declared type; infinite where there is none."""
-    of_type = variable.declaredType
-    low = variable.min if variable.min is not None else getattr(of_type, "min", None)
-    high = variable.max if variable.max is not None else getattr(of_type, "max", None)
-    return float(low if low is not None else "-inf"), float(high if high is not None else "inf")
+    low = declared_number(variable, "min", -math.inf)
+    return low, declared_number(variable, "max", math.inf)
