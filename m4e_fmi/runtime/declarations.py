@@ -129,9 +129,6 @@ _SIGNATURES: dict[str, tuple] = {
         _DOUBLES, _DOUBLES, _DOUBLES, POINTER(Report),
     ),
     "m4e_instruction_set": (c_char_p,),
-    "m4e_sin": (c_double, c_double),
-    "m4e_cos": (c_double, c_double),
-    "m4e_sincos_many": (None, c_size_t, _DOUBLES, _DOUBLES, _DOUBLES),
 }  # fmt: skip
 
 

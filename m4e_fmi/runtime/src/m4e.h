@@ -188,10 +188,6 @@ M4E_API int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t mo
 /* Of the processor, as far as vectors of lanes are concerned: "avx512", "avx2" or "". */
 M4E_API const char *m4e_instruction_set(void);
 
-M4E_API double m4e_sin(double x);
-M4E_API double m4e_cos(double x);
-M4E_API void m4e_sincos_many(size_t count, const double *x, double *sine, double *cosine);
-
 #if defined(__GNUC__) && !defined(M4E_SHARED)
 #pragma GCC visibility pop
 #endif
