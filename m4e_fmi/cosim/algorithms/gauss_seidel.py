@@ -100,24 +100,25 @@ class _Component:
         held: np.ndarray,
     ) -> None:
         instance, own = network.instances[name], network.input_slice(name)
-        inputs = [port.variable for port in network.targets[own]]
+        inputs = network.links_to(name)
         steps = network.steps(name)
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
             self.operations = (*(noted if inputs else ()), *network.whole_step(name))
             return
-        signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
-        moved = _moved(network, name, signals)
+        names = [link.target.variable for link in inputs]
+        signals = [_signal(network, link, before) for link in inputs]
+        moved = network.moved(name)
         self._ends = _combination(np.zeros(len(inputs)), network.values)
-        self._formulas = [(self._ends, [signal.end for signal in signals.values()])]
+        self._formulas = [(self._ends, [signal.end for signal in signals])]
         operations: list[Operation] = []
         into = held[own]
         for step in steps:
             if inputs and (step is steps[0] or moved):
                 into = held[own] if step is steps[0] else np.zeros(len(inputs))
                 combined = _combination(into, network.values)
-                self._formulas.append((combined, _held(signals, moved, step.start)))
+                self._formulas.append((combined, _held(names, signals, moved, step.start)))
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
         operations += network.arrival(name)
@@ -141,21 +142,20 @@ Formula = Callable[[float, float], Terms]
 """Step size and the one before [s] → terms."""
 
 
-def _moved(network: Network, name: str, signals: Container[str]) -> dict[str, str]:
-    """Inputs of a component that it moves along others, and these."""
-    rates = network.instances[name].description.input_derivatives
-    return {w: u for w, u in rates.items() if w in signals and u in signals}
+def _held(
+    names: Sequence[str], signals: Sequence[Signal], moved: Mapping[str, str], share: float
+) -> list[Formula]:
+    """Formulas of the values held in a piece of the step that begins at this share of it.
 
-
-def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float) -> list[Formula]:
-    """Formulas of the values held in a piece of the step that begins at this share of it."""
+    The `signals` lead to inputs of these `names`, of which some are `moved` along others.
+    """
     driver = {u: w for w, u in moved.items()}
     formulas: list[Formula] = []
-    for variable, signal in signals.items():
+    for variable, signal in zip(names, signals, strict=True):
         if variable in moved:
             formulas.append(partial(signal.along, share))
         elif variable in driver:
-            formulas.append(signals[driver[variable]].slope)
+            formulas.append(signals[names.index(driver[variable])].slope)
         else:
             formulas.append(signal.mean)
     return formulas

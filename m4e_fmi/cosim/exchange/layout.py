@@ -83,8 +83,9 @@ class ExchangedVariables:
     """The Real outputs and inputs that are exchanged, with their places.
 
     `outputs` and `targets` (connected inputs) are ordered by component, so that those of one are
-    consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`. `now`, `before`,
-    `stepped`, `middle` and `earlier` are the starts of the blocks.
+    consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`, which is there
+    once for each of its links: they add up. `now`, `before`, `stepped`, `middle` and `earlier` are
+    the starts of the blocks.
     `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
     `has_loops` is True if algebraic loops are solved at each communication point. `rates` are the
     steps of the components that have their own, `sampled` those that are controllers by nature:
@@ -98,9 +99,10 @@ class ExchangedVariables:
         self._wiring, self._structure = wiring, structure = prepared.wiring, prepared.structure
         self.execution_order = structure.execution_order
         self.outputs = _grouped(structure.exchange, "get", descriptions)
-        self.targets = _grouped(structure.exchange, "set", descriptions)
-        by_target = {link.target: link for link in wiring.links}
-        self.links: list[Link] = [by_target[target] for target in self.targets]
+        carried = set(wiring.links)
+        inputs = _grouped(structure.exchange, "set", descriptions)
+        self.links = [k for port in inputs for k in wiring.into[port] if k in carried]
+        self.targets = [link.target for link in self.links]
         self.has_loops = bool(structure.loops)
         self.monitored_outputs = tuple(_monitored(self.links, structure.ends, wiring.links))
         self.now, self.before, self.stepped, self.middle, self.earlier = (
@@ -112,7 +114,7 @@ class ExchangedVariables:
         }
         self._origin = round(prepared.system.simulation.start_time * NS_PER_SECOND)
         self._index = {port: k for k, port in enumerate(self.outputs)}
-        self._place = {port: k for k, port in enumerate(self.targets)}
+        self._place = {link.ends: k for k, link in enumerate(self.links)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
 
     def port(self, name: str) -> Port:
@@ -140,13 +142,22 @@ class ExchangedVariables:
         """Place of an output in a block of `values`."""
         return self._index[output]
 
-    def place(self, target: Port) -> int:
-        """Place of a connected input in `inputs`."""
-        return self._place[target]
+    def place(self, link: Link) -> int:
+        """Place in `inputs` of the value that a link carries."""
+        return self._place[link.ends]
+
+    def links_to(self, component: str) -> list[Link]:
+        """The links to a component's Real inputs, in the order of their places."""
+        return self.links[self.input_slice(component)]
 
     def held_place(self, link: Link) -> int | None:
         """Place in `values` of the value that a delayed link carries all through a step."""
         return self.before + self.index(link.source) if link.delayed else None
+
+    def present(self, link: Link) -> int:
+        """Place in `values` of the value that a link carries to the present point."""
+        held = self.held_place(link)
+        return self.index(link.source) if held is None else held
 
     def derivatives(self, output: Port) -> list[Port]:
         """The output itself and its declared first and second time derivative, if there are."""
@@ -170,7 +181,7 @@ class ExchangedVariables:
         return self._output_ranges.get(component, slice(0, 0))
 
     def input_slice(self, component: str) -> slice:
-        """Places of a component's connected inputs in `inputs`."""
+        """Places in `inputs` of the values of the links to a component."""
         return self._input_ranges.get(component, slice(0, 0))
 
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from m4e_fmi.cosim.connections.connect import connect, connection_problems, sum_components
+from m4e_fmi.cosim.connections.connect import connect, connection_problems
 from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, kind_module
@@ -58,9 +58,6 @@ def checked_inputs(
     system = replace(system, components=known)
     problems += connection_problems(system, descriptions, wrong or ())
     if system.scenario and not problems and len(descriptions) == len(system.components):
-        sums = sum_components(system, descriptions)
-        system = replace(system, components=(*system.components, *sums))
-        descriptions |= {c.name: one for c in sums if (one := _looked_at(system, c, None, {}))}
         problems += scenario_problems(system, descriptions, connect(system, descriptions))
     return list(dict.fromkeys(problems)), drafts
 

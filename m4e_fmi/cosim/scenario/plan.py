@@ -66,9 +66,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes: an effect to be made."""
+    """Change of the signal that a `link` carries: an effect to be made."""
 
-    target: Port
+    link: Link
     what: Callable[[], Effect]
 
 
@@ -97,7 +97,7 @@ class Planner:
     problems: list[Problem] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._links = {link.target: link for link in self.wiring.links}
+        self._targets = {link.target: link for link in self.wiring.links}
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -215,8 +215,8 @@ class Planner:
 
     def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
         why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"
-        if port in self._links:
-            why = f"is connected to {self._links[port].source}"
+        if port in self._targets:
+            why = f"is connected to {self._targets[port].source}"
             remedy = "'replace' gives its taker another value"
         elif not why and ramp and variable.type != REAL:
             why, remedy = f"is of type {variable.type}", "a ramp needs a Real; use 'set'"
@@ -233,11 +233,13 @@ class Planner:
             links = self._takers(at, signal)
             if not links:
                 continue
-            for link in links:
+            for k, link in enumerate(links):
+                first = k == 0 or signal == str(link.source)
                 variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
                 amounts_of = Amounts(signal, link, variables)
                 try:
-                    yield SignalEffect(link.target, _effect(action.kind, amount, amounts_of))
+                    share = amount if first else 0.0  # of a sum: the first gives it all
+                    yield SignalEffect(link, _effect(action.kind, share, amounts_of))
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
@@ -248,7 +250,7 @@ class Planner:
         if found is None:
             return []
         port, variable = found
-        links = [link for link in self._links.values() if port in link.ends]
+        links = [link for link in self.wiring.links if port in link.ends]
         if not links:
             why, remedy = "nobody takes it", "name a connected input or output"
             if why_fixed(variable) == "":

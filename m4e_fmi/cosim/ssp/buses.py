@@ -32,14 +32,11 @@ def annotated(system: System) -> dict[str, Any]:
 
 
 def flattened(prepared: Prepared) -> Prepared:
-    """The same system with connections from component to component in place of its buses.
-
-    Each input has one source then: sums of several are components.
-    """
-    system = prepared.system
-    if not system.buses and not prepared.wiring.sums:
+    """The same system with connections from component to component in place of its buses."""
+    system, texts = prepared.system, tuple(_flat(prepared))
+    if texts == system.connections:
         return prepared
-    flat = replace(system, buses={}, connections=tuple(_flat(prepared)))
+    flat = replace(system, buses={}, connections=texts)
     return replace(prepared, system=flat, wiring=connect(flat, prepared.descriptions))
 
 
@@ -49,8 +46,7 @@ def _flat(prepared: Prepared) -> Iterator[str]:
         written = parse_connection(text)
         own = [link for link in wiring.all_links if link.connection == index]
         ends = {end.partition(".")[0] for end in (written.left, written.right)}
-        ends |= {port.component for link in own for port in link.ends}
-        if ends.isdisjoint((*prepared.system.buses, *wiring.sums)):
+        if ends.issuperset(port.component for link in own for port in link.ends):
             yield text
         else:
             yield from (str(_connection(link, prepared.descriptions)) for link in own)

@@ -82,25 +82,22 @@ class ComponentStepper:
         self._places = trajectories.places[:, self.inputs]
         description = self._instance.description
         self.has_rollback = description.saves_state
-        self._names = tuple(port.variable for port in network.targets[self.inputs])
-        parameters = {v.name for v in description.of_causality("parameter")}.intersection(
-            self._names
-        )
-        self._order = 0 if parameters else description.input_order
-        self._follows = bool(self._names and self._order)
-        rates = {} if self._follows else description.input_derivatives
-        known = self._names
-        self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]
+        self._links = network.links_to(name)
+        parameters = {v.name for v in description.of_causality("parameter")}
+        driven = parameters.intersection(link.target.variable for link in self._links)
+        self._order = 0 if driven else description.input_order
+        self._follows = bool(self._links and self._order)
+        self.moved = [] if self._follows else list(network.moved(name).items())
         ports = network.outputs[self.outputs]
         self._outputs = tuple(port.variable for port in ports)
         self._early = len(network.outputs[network.early(name)])
-        self.holds = bool(self._names) and not self._follows
+        self.holds = bool(self._links) and not self._follows
         rate = network.rates.get(name)
         self.pieces, self._steps = network.pieces(rate) if rate else (self._fewest(), 1)
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         self._sizes = 0.0, 0.0
-        self._held, self._reached = np.zeros(len(self._names)), np.zeros(3)
+        self._held, self._reached = np.zeros(len(self._links)), np.zeros(3)
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
@@ -136,7 +133,7 @@ class ComponentStepper:
     def _fewest(self) -> int:
         if self.holds:
             return self._interpolation.held_pieces
-        return 2 if self._names or self._outputs else 1
+        return 2 if self._links or self._outputs else 1
 
     def _piece(self, k: int) -> list[Operation]:
         """The operations of FMU step k."""
@@ -145,7 +142,7 @@ class ComponentStepper:
         operations: list[Operation] = []
         if self._follows:
             operations += self._follow(k / count)
-        elif self._names and (self.moved or not later):
+        elif self._links and (self.moved or not later):
             operations += self._hold(piece, later / self._steps)
         operations.append(DoStep(self._instance, k / count, 1 / count, self._own))
         if later == self._steps - 1:
@@ -196,7 +193,7 @@ class ComponentStepper:
             operations.append(Get(self._instance, early, into[: self._early]))
         if at_end:
             operations += network.seeing(self.name)
-        end = self._give(self._interpolation.at(piece / self.pieces)) if self._names else ()
+        end = self._give(self._interpolation.at(piece / self.pieces)) if self._links else ()
         if late or at_end:
             moved = [w for w, _ in self.moved]
             stays = () if self._follows else network.hold(self.name, self._held, moved)
@@ -213,17 +210,17 @@ class ComponentStepper:
 
         It is left `into` (n_inputs,), in the units of the inputs' sources.
         """
-        count = len(self._names)
+        count = len(self._links)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
         into = np.zeros(count) if into is None else into
         combined = self._trajectories.combined(into, self._places[counts], weight)
-        return combined, *setting(self._instance, self._names, combined.into)
+        return combined, *setting(self._instance, self._links, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
         """Lets the inputs go from their values at s with one derivative or two."""
         value, first, half = self._interpolation.expansion(s)
-        count, piece = len(self._names), 1 / (self.pieces * self._steps)
+        count, piece = len(self._links), 1 / (self.pieces * self._steps)
         if self._order == 1:
             value, first, half = value - half * piece**2 / 6, first + half * piece, 0 * half
         self._reached = value + first * piece + half * piece**2
@@ -232,7 +229,7 @@ class ComponentStepper:
             unit = np.repeat(weights[:, None], count, axis=1)
             combined = self._trajectories.combined(np.zeros(count), self._places, unit)
             self._sized.append((combined.weight, unit, np.full(count, float(order))))
-            given = setting_derivatives(self._instance, self._names, combined.into, order)
+            given = setting_derivatives(self._instance, self._links, combined.into, order)
             operations += combined, *given
         return tuple(operations)
 
@@ -240,9 +237,11 @@ class ComponentStepper:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
             return self._give(self._interpolation.held(k, self.pieces), self._held)
-        place = {name: column for column, name in enumerate(self._names)}
-        unit = np.repeat(self._interpolation.held(k, self.pieces)[:, None], len(place), axis=1)
-        power, own = np.zeros(len(place)), self._places.copy()
+        place = {link.target.variable: column for column, link in enumerate(self._links)}
+        unit = np.repeat(
+            self._interpolation.held(k, self.pieces)[:, None], len(self._links), axis=1
+        )
+        power, own = np.zeros(len(self._links)), self._places.copy()
         start, end = (self._interpolation.at(j / self.pieces) for j in (k, k + 1))
         for w, u in self.moved:
             unit[:, place[w]] = start + share * (end - start)
@@ -251,7 +250,7 @@ class ComponentStepper:
             power[place[u]] = 1.0
         combined = self._trajectories.combined(self._held, own, unit)
         self._sized.append((combined.weight, unit, power))
-        return combined, *setting(self._instance, self._names, combined.into)
+        return combined, *setting(self._instance, self._links, combined.into)
 
 
 class Sampled:

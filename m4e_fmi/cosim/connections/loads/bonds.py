@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from m4e_fmi.cosim.connections.links import Axis, Bond, Link, Port, Variables, conversion
 
@@ -26,24 +26,18 @@ def power_bonds(
     connections: Sequence[str],
     variables: Variables,
     links: Sequence[Link],
-    onto: Mapping[Port, Port],
 ) -> Iterable[Bond]:
     """The power bonds among the links, connection by connection.
 
     A force is one on a body whose velocity, of the same connector, goes to any component: that of
-    the force itself, or one whose force a third component adds to others. `onto` are the inputs of
-    bodies by those of the sums that connections have made: each force there is one of its own.
+    the force itself, or one whose force a third component adds to others.
     """
     carried = {link.source: link for link in links}
-    sums = {port.component for port in onto}
     found: dict[int, list[Axis]] = defaultdict(list)
     for force, velocity, position in AXES:
         for link in links:
-            if link.source.component in sums:
-                continue
-            target = onto.get(link.target, link.target)
-            body, last = target.component, _last(target)
-            connector = target.variable.removesuffix(last)
+            body, last = link.target.component, _last(link.target)
+            connector = link.target.variable.removesuffix(last)
             back = carried.get(Port(body, connector + velocity))
             scale, shift = conversion(*link.variables(variables))
             if last == force and back and link.offset == link.factor / scale * shift:
@@ -51,9 +45,7 @@ def power_bonds(
                 moved = carried.get(Port(body, connector + position))
                 if velocity == "omega" and _turns_in_space(rate, variables):
                     moved = None
-                share = link.factor / scale
-                through = onto.get(link.target)
-                found[link.connection].append(Axis(link, back, moved, share, through))
+                found[link.connection].append(Axis(link, back, moved, link.factor / scale))
     for index, axes in sorted(found.items()):
         sources = {axis.force.source.component for axis in axes}
         given = [link for link in links if link.target.component in sources]
