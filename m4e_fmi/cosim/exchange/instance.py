@@ -24,7 +24,6 @@ from m4e_fmi.cosim.exchange.failures import (
     Explanation,
     Warned,
     failed_step,
-    unusable,
     value_out_of_range,
     worker_lost,
 )
@@ -163,8 +162,11 @@ class Instance:
 
     def _check_usable(self) -> None:
         """RunError if the FMU has failed."""
+        worker, what = self._binary.worker, "can no longer be used"
+        if self._broken and worker and worker.ending:
+            raise worker_lost(self._origin, what, worker, "")
         if self._broken:
-            raise unusable(self._origin, self._binary.worker)
+            raise RunError(f"{self._origin} has failed before and {what}")
 
     @property
     def _usable(self) -> Standard:

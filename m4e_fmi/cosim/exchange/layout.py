@@ -16,8 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count
-from weakref import finalize
 
 import numpy as np
 
@@ -37,7 +35,7 @@ OWN_PLACES = 2
 """Places of FMU states that are reserved: for algorithms (0) and `doubling` (1)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NetworkSnapshot:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
@@ -55,28 +53,6 @@ class NetworkSnapshot:
     loops: tuple[LoopSnapshot, ...]
     roughness: float
     scenario: ScenarioSnapshot
-
-
-class StatePlaces:
-    """Places of FMU states beside the reserved ones; a place is free when nothing holds a point."""
-
-    def __init__(self) -> None:
-        self._free: list[int] = []
-        self._new = count(OWN_PLACES)
-
-    def free(self) -> int:
-        """A place that no point has."""
-        return self._free.pop() if self._free else next(self._new)
-
-    def take(self, place: int) -> None:
-        """Let a certain place, which is free, be so no longer."""
-        while place not in self._free:
-            self._free.append(next(self._new))
-        self._free.remove(place)
-
-    def hold(self, point: NetworkSnapshot) -> None:
-        """Keep the place of a point as long as anything holds that."""
-        finalize(point, self._free.append, point.place)
 
 
 class ExchangedVariables:

@@ -15,7 +15,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from itertools import count
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 
@@ -26,7 +28,7 @@ from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfe
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSnapshot, StatePlaces
+from m4e_fmi.cosim.exchange.layout import BLOCKS, OWN_PLACES, ExchangedVariables, NetworkSnapshot
 from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import (
     LOST,
@@ -94,7 +96,7 @@ class Network(ExchangedVariables):
                 if mixed:
                     scales.follow(link.ends)
         self.scenario = Scenario(prepared, self)
-        self._states = StatePlaces()
+        self._points: WeakSet[NetworkSnapshot] = WeakSet()
         self.time = prepared.system.simulation.start_time
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
@@ -375,14 +377,14 @@ class Network(ExchangedVariables):
 
     def keep(self) -> NetworkSnapshot:
         """The present point, in a place of its own, which is free again when nothing holds it."""
-        point = self.snapshot(self._states.free())
-        self._states.hold(point)
+        held = {point.place for point in self._points}
+        point = self.snapshot(next(k for k in count(OWN_PLACES) if k not in held))
+        self._points.add(point)
         return point
 
     def adopt(self, point: NetworkSnapshot) -> None:
         """Hold the place of a point of another process, in which the FMUs have its states."""
-        self._states.take(point.place)
-        self._states.hold(point)
+        self._points.add(point)
 
     def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""

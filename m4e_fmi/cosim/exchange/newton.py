@@ -166,30 +166,31 @@ class LoopEquations:
         self, instances: Mapping[str, Instance], loop: AlgebraicLoop, links: Iterable[Link]
     ) -> None:
         self._instances = instances
-        targets = [Port(t.component, name) for t in loop.sets for name in t.variables]
-        self.links = sorted(
-            (k for k in links if k.target in targets), key=lambda k: targets.index(k.target)
-        )
+        into: dict[Port, list[Link]] = {}
+        for link in links:
+            into.setdefault(link.target, []).append(link)
+        sets = [
+            (t, [link for name in t.variables for link in into[Port(t.component, name)]])
+            for t in loop.sets
+        ]
+        self.links = [link for _, own in sets for link in own]
         self.outputs = [Port(t.component, name) for t in loop.gets for name in t.variables]
         self.input_values = np.zeros(len(self.links))
         self.output_values = np.zeros(len(self.outputs))
-        inner = [k.source in self.outputs and not k.delayed for k in self.links]
-        self.known = [k for k, is_inner in zip(self.links, inner, strict=True) if not is_inner]
-        self._places = np.flatnonzero(inner)
-        self._solved = [self.links[k] for k in self._places]
-        self._source = [self.outputs.index(link.source) for link in self._solved]
-        self._parts: list[tuple[Instance, list[Link], np.ndarray]] = []
-        for t in loop.sets:
-            own = [k for k, link in enumerate(self.links) if link.target.component == t.component]
-            own = [k for k in own if self.links[k].target.variable in t.variables]
-            view = self.input_values[own[0] : own[-1] + 1]
-            self._parts.append((instances[t.component], [self.links[k] for k in own], view))
+        place = {port: k for k, port in enumerate(self.outputs)}
+        inner = [k for k, one in enumerate(self.links) if one.source in place and not one.delayed]
+        self._places, self._solved = np.array(inner), [self.links[k] for k in inner]
+        self._source = [place[link.source] for link in self._solved]
+        self.known = [link for link in self.links if link.source not in place or link.delayed]
+        ends = np.cumsum([len(own) for _, own in sets])[:-1]
+        views = np.split(self.input_values, ends)
+        self._parts = [
+            (instances[t.component], own, view) for (t, own), view in zip(sets, views, strict=True)
+        ]
         operations: list[Operation] = [o for part in self._parts for o in setting(*part)]
-        start = 0
-        for t in loop.gets:
-            view = self.output_values[start : start + len(t.variables)]
+        views = np.split(self.output_values, np.cumsum([len(t.variables) for t in loop.gets])[:-1])
+        for t, view in zip(loop.gets, views, strict=True):
             operations.append(Get(instances[t.component], t.variables, view))
-            start += len(t.variables)
         self._evaluate = Schedule(operations)
         nominals = [
             instances[link.target.component].description.variables[link.target.variable].nominal
