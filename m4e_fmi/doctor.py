@@ -94,7 +94,7 @@ def _compiler() -> Iterator[Finding]:
 
 def _binaries() -> Iterator[Finding]:
     """Which platforms' binaries of our FMUs can be loaded by this machine."""
-    from m4e_fmi.fmu.export.binaries import BINARIES
+    from m4e_fmi.fmu.export.python_fmu import BINARIES
 
     here = _fmi_platform()
     for name in BINARIES:
@@ -130,7 +130,7 @@ def _load_problem(name: str) -> str:
     """Why the binary cannot be loaded here; empty if it can."""
     import ctypes
 
-    from m4e_fmi.fmu.export.binaries import binary_path
+    from m4e_fmi.fmu.export.python_fmu import binary_path
 
     if name.startswith("linux"):
         library, release = platform.libc_ver()

@@ -149,7 +149,6 @@ def _run(options: argparse.Namespace) -> None:
 def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
-    from m4e_fmi.cosim.input_checks.inputs import checked_inputs
     from m4e_fmi.cosim.master.reference import reference_problems
     from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
@@ -174,14 +173,12 @@ def _system(options: argparse.Namespace) -> System:
                 message = "--reference compares the outputs with the largest stated errors"
                 gathered.problems.append(Problem(message, "leave out --no-certify"))
             gathered.problems += reference_problems(system)
-        if gathered.problems:
-            gathered.problems += checked_inputs(system)[0]
     return system
 
 
 def _with_start(system: System, start: Start, origin: str, gathered: Gathered) -> System:
     """The system with those start values whose component is there; the others are problems."""
-    from m4e_fmi.cosim.system.origins import ParameterSet
+    from m4e_fmi.cosim.system.system import ParameterSet
 
     names = {component.name for component in system.components}
     right = [name for name in start if name.partition(".")[0] in names and "." in name]

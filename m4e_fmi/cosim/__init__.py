@@ -16,7 +16,6 @@ from m4e_fmi.cosim.connections.timing import Timing
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.master.outcome import ExportError, Outcome
 from m4e_fmi.cosim.master.reference import ActualError, Reference, reference
 from m4e_fmi.cosim.master.run import run, start
@@ -30,7 +29,7 @@ from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.cosim.system_file import read_parameters
+from m4e_fmi.cosim.system_file import load_system, read_parameters
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.results.results_file import Results, Series, load
 

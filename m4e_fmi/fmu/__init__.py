@@ -4,10 +4,16 @@
 `validation/` checks whether they do what they say.
 """
 
-from m4e_fmi.fmu.export.build import build_fmu, described, shown
-from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.export.from_program import describe
-from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.fmu.export.build import build_fmu
+from m4e_fmi.fmu.export.description import (
+    FmuVariable,
+    ModelDescription,
+    Options,
+    PythonSource,
+    describe,
+    described,
+    shown,
+)
 from m4e_fmi.fmu.export.selection import matching, renamed
 from m4e_fmi.fmu.importer.contents import fmu_contents
 from m4e_fmi.fmu.importer.reading import Description, read_description

@@ -15,7 +15,7 @@ from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.report.run_report.inputs import versions
 from m4e_fmi.report.run_report.record import InputFile, Record, carried_record
 from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
-from m4e_fmi.results.row_header import Column, Section
+from m4e_fmi.results.row_file import Column, Section
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation

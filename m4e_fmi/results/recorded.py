@@ -109,6 +109,11 @@ def recorded_as(file_type: type[str] | np.dtype, attributes: Mapping[str, ArrayL
 
     Of `attributes` the arrays are `flag_values` (n_items,) [1].
     """
+    if "type" in attributes:  # of a file of rows
+        kind, items = str(attributes["kind"]), json.loads(str(attributes["items"]))
+        if kind not in KINDS:
+            raise ValueError("its header names an unknown type")
+        return Recorded(str(attributes["type"]), kind, dict(items))
     if file_type is str:
         return Recorded("String", TEXT)
     kind = np.dtype(file_type).str[1:]

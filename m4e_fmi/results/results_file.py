@@ -10,21 +10,37 @@ from __future__ import annotations
 
 import codecs
 import csv
+import json
 import os
-from collections.abc import Iterable, Mapping, Sequence
+import unicodedata
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
 from m4e_fmi.errors import InputError, Named, is_other
 from m4e_fmi.files.file_kinds import as_path
+from m4e_fmi.files.files_read import opened
+from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
 from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
-from m4e_fmi.results.row_file import SMALLER, check_size, is_row_file, read_rows
-from m4e_fmi.results.row_header import MAGIC, TIME, Numbered, Section
+from m4e_fmi.results.row_file import (
+    CELLS,
+    CLOSING,
+    ENDED,
+    MAGIC,
+    ROWS_BEGIN,
+    TEXTS,
+    TIME,
+    Column,
+    Numbered,
+    Section,
+    blocks_of_rows,
+)
 from m4e_fmi.results.series import Series
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
@@ -42,6 +58,10 @@ WRITTEN = "give what `m4e-fmi run` or `m4e-fmi simulate` has written"
 AT_STOP = "at the stop time"
 """How a run has ended that was complete."""
 OF_A_STUDY = "it is the result of a study: `xarray.open_dataset` reads it"
+_READ = 2**28
+"""Bytes that are read at once of a netCDF-4 file, about."""
+_SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
+_BELONG = "the results and the checkpoint of one run belong together: give those, or run again"
 _HDF5 = b"\x89HDF"
 _OTHERS = {
     b"PAR1": "Parquet",
@@ -120,11 +140,7 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    with PROCESS:
-        return _loaded(as_path(path))
-
-
-def _loaded(path: Path) -> Results:
+    path = as_path(path)
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -133,22 +149,19 @@ def _loaded(path: Path) -> Results:
         raise InputError.single("is empty: it has no results", "run again", str(path))
     with path.open("rb") as file:
         head = file.read(_LOOKED_AT)
-    rows = is_row_file(path)
-    if not (rows or head.startswith((_HDF5, MAGIC))):  # others are not given to the netCDF library
+    if not head.startswith((_HDF5, MAGIC)):  # others are not given to the netCDF library
         message = f"is not a file of results (netCDF), but {_kind(head)}"
         raise InputError.single(message, _instead(path), str(path))
     said = ""
     try:
-        if rows:
-            return _of_rows(path)
-        if head.startswith(_HDF5):
-            return _of_netcdf(path)
+        with _stored(path) as stored:
+            return _loaded(path, stored)
     except (OSError, RuntimeError) as error:
         said = f": {error}"
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         said = f": {error}" if type(error) is ValueError else ""
     except MemoryError:
-        raise InputError.single("takes more memory than there is", SMALLER, str(path)) from None
+        raise InputError.single("takes more memory than there is", _SMALLER, str(path)) from None
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
     raise InputError.single(message, remedy, str(path))
 
@@ -181,38 +194,94 @@ def _instead(path: Path) -> str:
     return WRITTEN
 
 
-def _of_rows(path: Path) -> Results:
-    attributes, variables = read_rows(path)
-    _check_format(path, attributes)
-    components: dict[str, dict[str, Series]] = {}
-    for column, values in variables[1:]:
-        component, _, name = column.name.partition(".")
-        one = column.recorded
-        series = Series(name, column.unit, column.long_name, one.values(values), one)
-        components.setdefault(component, {})[name] = series
-    told = {name: str(value) for name, value in attributes.items()}
-    return Results(path, _increasing(variables[0][1]), components, told)
+@dataclass(frozen=True)
+class _Stored:
+    """An open file of results: its attributes, its variables, and the `count` of its rows.
+
+    `columns` are the variables with their components. `blocks(count)` gives the leading rows,
+    block by block: an array (n_rows,) for each of the columns, in its unit.
+    """
+
+    attributes: dict[str, Any]
+    columns: list[tuple[str, Column]]
+    count: int
+    blocks: Callable[[int], Iterator[list[np.ndarray]]]
 
 
-def _of_netcdf(path: Path) -> Results:
+@contextmanager
+def _stored(path: Path) -> Generator[_Stored]:
+    """The file at `path`, which is open during the block.
+
+    InputError if it is of another kind or a newer form, or cut off; errors of netCDF's library,
+    ValueError, LookupError, TypeError or AttributeError if it is damaged.
+    """
     from netCDF4 import Dataset
 
-    with PROCESS, Dataset(path) as file:
+    with opened(path) as rows, PROCESS, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-        _check_format(path, attributes)
+        if (number := int(attributes.get(FORMAT, 0))) > FORMAT_NUMBER:
+            message = f"is of format {number}, and this m4e_fmi reads formats up to {FORMAT_NUMBER}"
+            raise InputError.single(message, "update m4e_fmi", str(path))
+        if ROWS_BEGIN in attributes:
+            yield _of_rows(path, rows, file.variables, attributes)
+            return
         if strange := _strange(file):
             remedy = OF_A_STUDY if "study" in attributes else WRITTEN
             raise InputError.single(f"is netCDF, but not results: {strange}", remedy, str(path))
-        columns = sum(len(group.variables) for group in (file, *file.groups.values()))
-        check_size(path, file["time"].size, columns)
-        time = _increasing(file["time"][:])
-        components = {
-            component: {name: _series(variable) for name, variable in group.variables.items()}
-            for component, group in file.groups.items()
-        }
-        told = {name: str(value) for name, value in attributes.items()}
-        return Results(path, time, components, told)
+        yield _of_groups(file, attributes)
+
+
+def _of_rows(
+    path: Path, file: BinaryIO, variables: Mapping[str, Any], attributes: dict[str, Any]
+) -> _Stored:
+    """The rows of a RowFile, whose header netCDF's library has read."""
+    begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
+    kinds = [one.dtype.str[1:] for one in variables.values()]
+    if {*kinds} - {"f8", CELLS} or any(one.ndim != 1 for one in variables.values()):
+        raise ValueError("its header is damaged")
+    row = np.dtype([(f"_{k}", f">{kind}") for k, kind in enumerate(kinds)])
+    length = begin + count * row.itemsize
+    if (there := path.stat().st_size) < length:
+        message = f"is cut off: it has {there} bytes of {length}"
+        raise InputError.single(message, "copy it again, or run again", str(path))
+    lines = attributes.pop(TEXTS, "").split("\n")[:-1]  # one that broke off is in no row
+    texts = [json.loads(line) for line in lines]
+    ended = attributes.pop(ENDED).rstrip()
+    attributes |= {ENDED: ended, **json.loads(attributes.pop(CLOSING))}
+    columns = []
+    for name, one in variables.items():
+        component, _, rest = name.partition(".")
+        columns.append((component, _column(one, rest)) if rest else ("", _column(one, name)))
+
+    def blocks(most: int) -> Iterator[list[np.ndarray]]:
+        for rows in blocks_of_rows(file, row, begin, most):
+            yield [
+                column.recorded.stored(rows[f"_{k}"].astype(kinds[k]), texts.__getitem__)
+                for k, (_, column) in enumerate(columns)
+            ]
+
+    return _Stored(attributes, columns, count, blocks)
+
+
+def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
+    """A netCDF-4 file, with a group for each component."""
+    groups = [("", file), *file.groups.items()]
+    variables = [(name, one) for name, group in groups for one in group.variables.values()]
+    columns = [(component, _column(one, one.name)) for component, one in variables]
+
+    def blocks(most: int) -> Iterator[list[np.ndarray]]:
+        length = max(1, _READ // (8 * len(variables)))
+        for first in range(0, most, length):
+            yield [one[first : min(first + length, most)] for _, one in variables]
+
+    return _Stored(attributes, columns, file["time"].size, blocks)
+
+
+def _column(variable: Any, name: str) -> Column:
+    told = {key: variable.getncattr(key) for key in variable.ncattrs()}
+    one = recorded_as(variable.dtype, told)
+    return Column(name, told.get("units", "s"), told.get("long_name", ""), one)
 
 
 def _strange(file: Any) -> str:
@@ -231,24 +300,74 @@ def _strange(file: Any) -> str:
     return "" if file["time"].ndim == 1 else "its `time` has no dimension, or several"
 
 
-def _increasing(time: np.ndarray) -> np.ndarray:
-    """`time` (n,) [s]; ValueError unless it is finite and increases."""
+def _loaded(path: Path, stored: _Stored) -> Results:
+    """All rows; ValueError unless the times are finite and increase, InputError beyond limits."""
+    count, columns = stored.count, stored.columns
+    if count * len(columns) > MOST_RESULTS:
+        message = (
+            f"has {count} rows of {len(columns)} values; {MOST_RESULTS:,} values are read at most"
+        )
+        raise InputError.single(message, _SMALLER, str(path))
+    values = [
+        np.empty(count, object if c.recorded.is_text else c.recorded.kind) for _, c in columns
+    ]
+    first = 0
+    for block in stored.blocks(count):
+        last = first + len(block[0])
+        if last - first == count:
+            values = block
+            break
+        for into, part in zip(values, block, strict=True):
+            into[first:last] = part
+        first = last
+    time, *values = values
     if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
         raise ValueError("its times do not increase, or are not finite")
-    return time
+    components: dict[str, dict[str, Series]] = {}
+    for (component, column), part in zip(columns[1:], values, strict=True):
+        one = column.recorded
+        series = Series(column.name, column.unit, column.long_name, one.values(part), one)
+        components.setdefault(component, {})[column.name] = series
+    told = {name: str(value) for name, value in stored.attributes.items()}
+    return Results(path, time, components, told)
 
 
-def _series(variable: Any) -> Series:
-    told = {name: variable.getncattr(name) for name in variable.ncattrs()}
-    one = recorded_as(variable.dtype, told)
-    return Series(variable.name, told["units"], told["long_name"], one.values(variable[:]), one)
+def rows_of(
+    path: Path, sections: Sequence[Section], count: int, place: Callable[[bytes], int]
+) -> Iterator[list[np.ndarray]]:
+    """Blocks of rows: an array (n_rows, n_columns) for each section, in the variables' units.
 
-
-def _check_format(path: Path, attributes: Mapping[str, object]) -> None:
-    number = int(str(attributes.get(FORMAT, 0)))
-    if number > FORMAT_NUMBER:
-        message = f"is of format {number}, and this m4e_fmi reads formats up to {FORMAT_NUMBER}"
-        raise InputError.single(message, "update m4e_fmi", str(path))
+    They are the first `count` of the results at `path`; a block has the times before the arrays of
+    `sections`. Of other types than Real there are cells, in which a text is its `place`. InputError
+    if the file is not there, has fewer rows, or other variables.
+    """
+    sections = (TIME, *sections)
+    wanted = [
+        (s.component, unicodedata.normalize("NFC", c.name)) for s in sections for c in s.columns
+    ]
+    try:
+        with _stored(path) as stored:
+            if wanted != [(component, column.name) for component, column in stored.columns]:
+                raise ValueError("it has other variables")
+            if stored.count < count:
+                raise ValueError(f"{count} rows, and it has {stored.count}")
+            for block in stored.blocks(count):
+                columns, parts = iter(block), []
+                for section in sections:
+                    part = np.zeros((len(block[0]), len(section.columns)), section.kind)
+                    for k, (column, values) in enumerate(
+                        zip(section.columns, columns, strict=False)
+                    ):
+                        if column.recorded.is_text:
+                            values = [place(text.encode()) for text in values]
+                        part[:, k] = values
+                    parts.append(part)
+                yield parts
+    except FileNotFoundError:
+        raise InputError.single("no such file of results", _BELONG, str(path)) from None
+    except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError) as error:
+        message = f"its rows cannot be read again: {error}"
+        raise InputError.single(message, _BELONG, str(path)) from error
 
 
 def write_netcdf(

@@ -17,38 +17,63 @@ import unicodedata
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
 from io import FileIO
 from pathlib import Path
+from typing import BinaryIO, Protocol
 
 import numpy as np
 
-from m4e_fmi.errors import InputError
-from m4e_fmi.files.files_read import opened
-from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import part_prefix
-from m4e_fmi.results.row_header import (
-    BEGIN_AT,
-    BEGIN_NAME,
-    CLOSING_LENGTH,
-    COUNT_AT,
-    ENDED_BEFORE,
-    MAGIC,
-    TEXTS,
-    TEXTS_BEFORE,
-    TIME,
-    Column,
-    Header,
-    Numbered,
-    Section,
-    closed,
-    fixed,
-    header,
-)
+from m4e_fmi.results.recorded import REAL, Recorded
 
+MAGIC = b"CDF\x05"
+"""The first bytes of a file."""
+ROWS_BEGIN, CLOSING, TEXTS, ENDED = "rows_begin", "closing", "texts", "ended"
+"""The first and the last attributes: where rows begin, others that are known at the end (JSON),
+texts by lines, how the run ended.
+"""
+NOT_ENDED = "not yet: the run goes on, or its process was killed"
+"""The attribute `ended` until the file is told otherwise."""
+CELLS = "i8"
+"""The kind of cells: whole numbers, Booleans, and the places of texts."""
 READ = 2**24
 """Bytes of rows that are read at once, about."""
-SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
-"""Remedy for a file with more values than are read at once."""
+_ENDED_LENGTH, _CLOSING_LENGTH = 1024, 8192
+"""Bytes of the texts of ENDED and CLOSING."""
+_DIMENSIONS, _VARIABLES, _ATTRIBUTES = 10, 11, 12
+_CHAR, _TYPES = 2, {"f8": 6, "i8": 10}
+
+
+@dataclass(frozen=True)
+class Column:
+    """Name and properties of one variable of results."""
+
+    name: str
+    unit: str
+    long_name: str
+    recorded: Recorded = REAL
+
+
+@dataclass(frozen=True)
+class Section:
+    """Columns of one `component` that are of one `kind`: f8 for Reals, CELLS for all else."""
+
+    component: str
+    columns: tuple[Column, ...]
+    kind: str = "f8"
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+
+class Numbered(Protocol):
+    """Texts by their places, from 0 on; they keep them."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, place: int, /) -> str: ...
+
+
+TIME = Section("", (Column("time", "s", "simulated time"),))
+"""The first section of every file."""
 
 
 class RowFile:
@@ -68,13 +93,12 @@ class RowFile:
     ) -> None:
         """`room` are the bytes for texts at first, if there is a column of them."""
         self.path, self.count = path, 0
-        self.sections = (TIME, *sections)
-        self.dtype = _row(self.sections)
-        with_texts = any(c.recorded.is_text for section in sections for c in section.columns)
-        self._room, self._attributes = room * with_texts, dict(attributes)
+        self._sections, self._attributes = sections, attributes
+        row = [(f"_{k}", f">{s.kind}", (len(s.columns),)) for k, s in enumerate((TIME, *sections))]
+        self._row = np.dtype(row)  # all types have eight bytes, so that there are no gaps
+        self._room = room * any(c.recorded.is_text for s in sections for c in s.columns)
         self._texts = self._texts_end = 0
-        head, self._ended_at = header(self.sections, attributes, self._room)
-        self._texts_at = self._ended_at - ENDED_BEFORE - self._room
+        head, self._places = _header((TIME, *sections), attributes, self._room)
         self._begin = len(head)
         self._file = path.open("w+b", buffering=0)
         self._put(0, head)
@@ -92,12 +116,12 @@ class RowFile:
         `parts` are arrays (n_rows, n_columns) in the variables' units, one for each section.
         OSError if the disk does not take all of them; those that it took can be read then.
         """
-        if first < self.count:
-            self._commit(first)
-        rows = np.empty(len(parts[0]), self.dtype)
-        for name, part in zip(self.dtype.names or (), parts, strict=True):
+        self.cut(first)
+        rows = np.empty(len(parts[0]), self._row)
+        for name, part in zip(self._row.names or (), parts, strict=True):
             rows[name] = part
-        place, size = self._begin + first * self.dtype.itemsize, self.dtype.itemsize
+        size = self._row.itemsize
+        place = self._begin + first * size
         try:
             self._put(place, rows.view(np.uint8).data)
         except OSError:
@@ -112,17 +136,18 @@ class RowFile:
             return
         new = [json.dumps(texts[place]) + "\n" for place in range(self._texts, len(texts))]
         data = "".join(new).encode()
-        while self._texts_end + len(data) > self._room:
-            self._grow()
-        self._put(self._texts_at + self._texts_end, data)
+        if self._texts_end + len(data) > self._room:
+            self._enlarge(texts, self._texts_end + len(data))
+            return
+        self._put(self._places[TEXTS] + self._texts_end, data)
         self._texts, self._texts_end = len(texts), self._texts_end + len(data)
 
-    def _grow(self) -> None:
-        """Go on in a file with twice the room for texts, in the same place."""
+    def _enlarge(self, texts: Numbered, room: int) -> None:
+        """Go on in a file with more than `room` [bytes] for `texts`, in the same place."""
         beside = self.path.with_name(f"{part_prefix()}{uuid.uuid4().hex}")
-        larger = RowFile(beside, self.sections[1:], self._attributes, room=2 * self._room)
+        larger = RowFile(beside, self._sections, self._attributes, room=2 * room)
         try:
-            larger._put(larger._texts_at, _read(self._file, self._texts_at, self._texts_end))
+            larger.keep_texts(texts)
             self._file.seek(self._begin)
             larger._file.seek(larger._begin)
             shutil.copyfileobj(self._file, larger._file)
@@ -131,10 +156,9 @@ class RowFile:
             larger.close()
             beside.unlink()
             raise
-        self._file.close()
+        self.close()
         larger.move(self.path)
-        self._file, self._room, self._begin = larger._file, larger._room, larger._begin
-        self._ended_at, self._texts_at = larger._ended_at, larger._texts_at
+        vars(self).update(vars(larger))
 
     def cut(self, count: int) -> None:
         """Give up all rows but the first `count`."""
@@ -143,9 +167,8 @@ class RowFile:
 
     def end(self, text: str, closing: Mapping[str, str] | None = None) -> None:
         """Say how the run has ended, and `closing`, further attributes, as far as there is room."""
-        texts = self._texts_at - TEXTS_BEFORE if self._room else self._ended_at - ENDED_BEFORE
-        self._put(texts - CLOSING_LENGTH, closed(closing or {}))
-        self._put(self._ended_at, fixed(text))
+        self._put(self._places[CLOSING], _closing(closing or {}))
+        self._put(self._places[ENDED], _ended(text))
         os.fsync(self._file.fileno())
 
     def close(self) -> None:
@@ -166,113 +189,105 @@ class RowFile:
             file = self._file
             if file.closed:
                 file = stack.enter_context(self.path.open("rb", buffering=0))
-            yield from _blocks(file, self.dtype, self._begin, self.count)
+            for rows in blocks_of_rows(file, self._row, self._begin, self.count):
+                yield [rows[name] for name in self._row.names or ()]
 
     def _commit(self, count: int) -> None:
         os.fsync(self._file.fileno())
-        self._put(COUNT_AT, count.to_bytes(8, "big"))
+        self._put(len(MAGIC), _big(count))
         self.count = count
 
-    def _put(self, place: int, data: bytes | bytearray | memoryview) -> None:
+    def _put(self, place: int, data: bytes | memoryview) -> None:
         view = memoryview(data).cast("B")
         self._file.seek(place)
         while view:
             view = view[self._file.write(view) :]
 
 
-def _row(sections: Sequence[Section]) -> np.dtype:
-    """One row of a file; all its types have eight bytes, so that there are no gaps."""
-    return np.dtype([(f"_{k}", f">{s.kind}", (len(s.columns),)) for k, s in enumerate(sections)])
-
-
-def is_row_file(path: Path) -> bool:
-    """True if the file at `path` begins as those that RowFile writes; OSError if none is there."""
-    with opened(path) as file:
-        head = file.read(BEGIN_AT + len(BEGIN_NAME))
-    return head.startswith(MAGIC) and head.endswith(BEGIN_NAME)
-
-
-def read_rows(path: Path) -> tuple[dict[str, str | int], list[tuple[Column, np.ndarray]]]:
-    """The attributes of a file of a RowFile, and its variables (n_rows,), in the variables' units.
-
-    Each variable is a Column, with its full name, and its values in all complete rows. Cells are
-    given as the values that they stand for, as by `Recorded.stored`. InputError if the file is cut
-    off, or has more values than are read.
-    """
-    with path.open("rb", buffering=0) as file:
-        begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")
-        _check_length(path, file, begin)
-        count, attributes, columns, kinds = Header(bytes(_read(file, 0, begin))).content()
-        row = np.dtype([(f"_{k}", f">{kind}", (1,)) for k, kind in enumerate(kinds)])
-        _check_length(path, file, begin + count * row.itemsize)
-        check_size(path, count, len(columns))
-        values = [np.empty(count, kind) for kind in kinds]
-        first = 0
-        for parts in _blocks(file, row, begin, count):
-            last = first + len(parts[0])
-            for into, part in zip(values, parts, strict=True):
-                into[first:last] = part[:, 0]
-            first = last
-    lines = str(attributes.pop(TEXTS, "")).split("\n")[:-1]  # one that broke off is in no row
-    texts = [json.loads(line) for line in lines]
-    found = [
-        (column, column.recorded.stored(cells, texts.__getitem__))
-        for column, cells in zip(columns, values, strict=True)
-    ]
-    return attributes, found
-
-
-def leading_rows(path: Path, sections: Sequence[Section], count: int) -> Iterator[list[np.ndarray]]:
-    """Blocks of leading rows: an array (n_rows, n_columns) for each section, in variables' units.
-
-    They are the first `count` of a file of a RowFile. `sections` are all of the file, TIME first.
-    ValueError if it has others, or fewer rows.
-    """
-    with path.open("rb", buffering=0) as file:
-        begin = int.from_bytes(_read(file, BEGIN_AT + len(BEGIN_NAME) + 12, 8), "big")
-        _check_length(path, file, begin)
-        there, _, columns, kinds = Header(bytes(_read(file, 0, begin))).content()
-        wanted = [
-            (unicodedata.normalize("NFC", f"{s.component}.{c.name}".removeprefix(".")), s.kind)
-            for s in sections
-            for c in s.columns
-        ]
-        if wanted != [(c.name, kind) for c, kind in zip(columns, kinds, strict=True)]:
-            raise ValueError("it has other variables")
-        if there < count:
-            raise ValueError(f"{count} rows, and it has {there}")
-        row = _row(sections)
-        _check_length(path, file, begin + count * row.itemsize)
-        yield from _blocks(file, row, begin, count)
-
-
-def check_size(path: Path, count: int, columns: int) -> None:
-    """InputError if so many rows of so many columns are not read."""
-    if count * columns > MOST_RESULTS:
-        message = f"has {count} rows of {columns} values; {MOST_RESULTS:,} values are read at most"
-        raise InputError.single(message, SMALLER, str(path))
-
-
-def _check_length(path: Path, file: FileIO, length: int) -> None:
-    found = os.fstat(file.fileno()).st_size
-    if found < length:
-        message = f"is cut off: it has {found} bytes of {length}"
-        raise InputError.single(message, "copy it again, or run again", str(path))
-
-
-def _blocks(file: FileIO, row: np.dtype, begin: int, count: int) -> Iterator[list[np.ndarray]]:
+def blocks_of_rows(
+    file: BinaryIO | FileIO, row: np.dtype, begin: int, count: int
+) -> Iterator[np.ndarray]:
+    """The first `count` rows (n_rows,) of type `row` behind `begin` [bytes], block by block."""
     most = max(1, READ // row.itemsize)
     for first in range(0, count, most):
-        size = min(most, count - first) * row.itemsize
-        rows = np.frombuffer(_read(file, begin + first * row.itemsize, size), row)
-        yield [rows[name] for name in row.names or ()]
+        file.seek(begin + first * row.itemsize)
+        yield np.fromfile(file, row, min(most, count - first))
 
 
-def _read(file: FileIO, place: int, size: int) -> bytearray:
-    """So many bytes from `place` on; fewer where the file ends."""
-    data = bytearray(min(size, max(0, os.fstat(file.fileno()).st_size - place)))
-    view, done = memoryview(data), 0
-    file.seek(place)
-    while got := file.readinto(view[done:]):
-        done += got
-    return data
+def _ended(text: str) -> bytes:
+    """The text of ENDED, cut or filled with blanks to its length."""
+    return text.encode()[:_ENDED_LENGTH].decode(errors="ignore").encode().ljust(_ENDED_LENGTH)
+
+
+def _closing(attributes: Mapping[str, str]) -> bytes:
+    """The text of CLOSING; without the longest of these attributes where they do not fit."""
+    kept = dict(sorted(attributes.items(), key=lambda one: len(one[1])))
+    while len(text := json.dumps(kept).encode()) > _CLOSING_LENGTH:
+        kept.popitem()
+    return text.ljust(_CLOSING_LENGTH)
+
+
+def _header(
+    sections: Sequence[Section], attributes: Mapping[str, str | int], room: int
+) -> tuple[bytes, dict[str, int]]:
+    """The header of a file without rows, and the places of the values of its attributes.
+
+    There is `room` [bytes] for texts, if any; they and ENDED are the last of the attributes.
+    """
+    texts = {TEXTS: b" " * room} if room else {}
+    rest = {**attributes, CLOSING: _closing({}), **texts, ENDED: _ended(NOT_ENDED)}
+    head = MAGIC + _big(0) + _list(_DIMENSIONS, [_name("time") + _big(0)])
+
+    def made(begin: int) -> tuple[list[bytes], bytes]:
+        told = list(_attributes({ROWS_BEGIN: begin, **rest}))
+        return told, _list(_VARIABLES, list(_variables(sections, begin)))
+
+    told, variables = made(0)
+    whole = head + _list(_ATTRIBUTES, told)
+    told, variables = made(len(whole) + len(variables))  # which is in it, too
+    places, end = {}, len(whole)
+    for name, one in zip(reversed((ROWS_BEGIN, *rest)), reversed(told), strict=True):
+        places[name], end = end - len(one) + len(_name(name)) + 12, end - len(one)
+    return head + _list(_ATTRIBUTES, told) + variables, places
+
+
+def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
+    for section in sections:
+        prefix = f"{section.component}." if section.component else ""
+        for column in section.columns:
+            one = column.recorded
+            told = {"units": column.unit, "long_name": column.long_name}
+            if not one.is_real:
+                told |= {"type": one.type, "kind": one.kind, "items": json.dumps(dict(one.items))}
+            told |= section.attributes
+            yield (
+                _name(prefix + column.name) + _big(1) + _big(0)
+                + _list(_ATTRIBUTES, list(_attributes(told)))
+                + _big(_TYPES[section.kind], 4) + _big(8) + _big(begin)
+            )  # fmt: skip
+            begin += 8
+
+
+def _attributes(attributes: Mapping[str, str | int | bytes]) -> Iterator[bytes]:
+    for name, value in attributes.items():
+        if isinstance(value, int):
+            yield _name(name) + _big(_TYPES["i8"], 4) + _big(1) + _big(value)
+        else:
+            data = value.encode() if isinstance(value, str) else value
+            yield _name(name) + _big(_CHAR, 4) + _counted(data)
+
+
+def _list(tag: int, elements: Sequence[bytes]) -> bytes:
+    return _big(tag, 4) + _big(len(elements)) + b"".join(elements)
+
+
+def _name(name: str) -> bytes:
+    return _counted(unicodedata.normalize("NFC", name).encode())
+
+
+def _counted(data: bytes) -> bytes:
+    return _big(len(data)) + data + bytes(-len(data) % 4)
+
+
+def _big(value: int, size: int = 8) -> bytes:
+    return value.to_bytes(size, "big")

@@ -40,7 +40,7 @@ SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
 NOT_IN_FMUS = (
     *("component_3.c", "ensemble.c", "loop.c", "monitor.c", "typed.c"),
-    *("remote.c", "remote_calls.c", "remote_server.c", "remote_shapes.c", "remote_values.c"),
+    *("remote.c", "remote_client.c", "remote_server.c"),
 )
 """Sources for running many models, or a master."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.errors import InputError, Problem, RunError
 from m4e_fmi.study.given.study import Study, read_study
 from m4e_fmi.study.programs.names import named_program

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.report.run_report.record import InputFile
 from m4e_fmi.study.dataset import Labels
 from m4e_fmi.study.given.study import Study

@@ -7,6 +7,7 @@ import math
 import zipfile
 from collections.abc import Callable
 from ctypes import byref, c_size_t, c_uint
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from support.fmu_instances import DISCARD, ERROR, Instance, answers
 from support.fmu_programs import PROGRAMS
 from support.plane import plane
 
-from m4e_fmi.fmu.export.description.terminals import TERMINALS
+from m4e_fmi.fmu.export.model_description import TERMINALS
 from m4e_fmi.simulate import simulate
 
 ELEMENTS = {
@@ -69,14 +70,14 @@ class TestArrays:
 
     def test_terminals(self, fmu: Fmu) -> None:
         """Bodies, points and joints with what goes in and out; valid by the standard's schema."""
-        schema = Path(fmpy.__file__).parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
+        schema = files("fmpy") / "schema/fmi3/fmi3TerminalsAndIcons.xsd"
         found = {}
         for name in PROGRAMS:
             with zipfile.ZipFile(fmu("native 3", name)) as archive:
                 if TERMINALS not in archive.namelist():
                     continue
                 root = etree.fromstring(archive.read(TERMINALS))
-            etree.XMLSchema(etree.parse(schema)).assertValid(root)
+            etree.XMLSchema(etree.parse(str(schema))).assertValid(root)
             found[name] = {
                 t.get("name"): [m.get("memberName") for m in t] for t in root.iter("Terminal")
             }

@@ -26,7 +26,7 @@ from support.flap_file import TEXT, WAVE
 from support.runtime_programs import every_operation
 
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.fmu.export.from_program import with_rates
+from m4e_fmi.fmu.export.description import with_rates
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program

@@ -18,7 +18,7 @@ from support.defects import XML, planted
 from support.plane import plane
 
 from m4e_fmi.fmu import build_fmu, validate_fmu
-from m4e_fmi.fmu.export.description.terminals import TERMINALS
+from m4e_fmi.fmu.export.model_description import TERMINALS
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 

@@ -12,7 +12,7 @@ import pytest
 from support.chains import hanging_chain
 
 from m4e_fmi.fmu import build_fmu, validate_fmu
-from m4e_fmi.fmu.export.native import shell_sources
+from m4e_fmi.fmu.export.native_fmu import shell_sources
 from m4e_fmi.multibody import model_program
 from m4e_fmi.runtime.compiler import compiler
 from m4e_fmi.runtime.platforms import this_platform

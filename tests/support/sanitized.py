@@ -13,9 +13,8 @@ from pathlib import Path
 import pytest
 from support.c_fmus.compiled import KEPT
 
-from m4e_fmi.fmu.export.from_program import describe, with_rates
+from m4e_fmi.fmu.export.description import Options, describe, with_rates
 from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_fmu_files
-from m4e_fmi.fmu.export.options import Options
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.compiler import SHELL_SOURCES, SOURCES, compiler
 

@@ -27,7 +27,7 @@ LAYERS = {
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
-        "system connections scenario input_checks ssp system_file load exchange "
+        "system connections scenario ssp system_file exchange "
         "preparation composition results stepping algorithms time_loop error_estimate monitoring "
         "checkpoint master save"
     ),

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from m4e_fmi.cosim.input_checks.drafts import Draft, drafted, takes_long
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.preparation.inputs import Draft, checked_inputs, drafted, takes_long
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.fmu import Description, PythonSource, read_description
-from m4e_fmi.fmu.export.expected import expected_description
-from m4e_fmi.fmu.export.program_files import carried_program
+from m4e_fmi.fmu.export.description import expected_description
+from m4e_fmi.fmu.export.native_fmu import carried_program
 from m4e_fmi.fmu.importer.reading import resized
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Program
@@ -61,8 +59,8 @@ def look_at(
     What takes long is made last, and not at all if something else is wrong. InputError with all
     problems of the system.
     """
-    problems, drafts = checked_inputs(system)
-    problems += _unknown(system, named)
+    drafts = checked_inputs(system)
+    problems = list(_unknown(system, named))
     found: dict[str, tuple[Made | None, Description]] = {}
     for component in sorted(system.components, key=lambda c: takes_long(c.source)):
         if problems and takes_long(component.source):
@@ -111,7 +109,7 @@ def _looked_at(
     name, source = component.name, component.source
     if isinstance(source, FmuFile):
         made, description = _read(source, component, as_program=name not in unread)
-        return made, with_units(component, description)
+        return made, component.described(description)
     say = _prefixed(name, tell)
     made = drawn(component, say) if drawn else None
     if made is None:
@@ -120,7 +118,7 @@ def _looked_at(
         for line in draft.lines:
             say(line)
         made = draft.made
-    return made, with_units(component, expected_description(made, Path(f"{name}.fmu")))
+    return made, component.described(expected_description(made, Path(f"{name}.fmu")))
 
 
 def _out_of_place(

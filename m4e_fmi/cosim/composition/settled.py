@@ -14,7 +14,6 @@ from m4e_fmi.cosim.preparation.hosts import available, hosts
 from m4e_fmi.cosim.preparation.surroundings import is_of_waves
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.system.component import Component, Kind
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.files.limits import MOST_STEPS
 from m4e_fmi.fmu import Description, read_description
@@ -55,7 +54,7 @@ def stand_ins(
     own: dict[str, Description] = {}
     for component in small.components:
         read = resized(read_description(fmus[component.name].path), component.start)
-        own[component.name] = with_units(component, read)
+        own[component.name] = component.described(read)
     apart, missing = available(small, hosts(small, own))
     times = system.simulation
     longest = min(LONGEST, MOST_STEPS * times.step_size)

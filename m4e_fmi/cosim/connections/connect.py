@@ -11,7 +11,7 @@ name alone is the connector of all its signals that have no dot.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.connections.added_mass.order import body_order_problems
@@ -33,11 +33,9 @@ from m4e_fmi.cosim.connections.links import (
     Wiring,
     is_carried,
 )
-from m4e_fmi.cosim.connections.loads.bonds import power_bonds
-from m4e_fmi.cosim.connections.loads.sums import can_be_summed, sum_note, summed
+from m4e_fmi.cosim.connections.loads import can_be_summed, power_bonds, sum_note, summed
 from m4e_fmi.cosim.connections.missing.neutral_mass import unset_masses
 from m4e_fmi.cosim.connections.pairing import Pairing
-from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.start_values import start_problems
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
@@ -49,7 +47,7 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
 
     InputError with all problems found, each at its connection's place.
     """
-    resolved = _resolved(system, descriptions, dict(enumerate(system.connections)))
+    resolved = _resolved(system, descriptions)
     if resolved.problems:
         raise InputError(resolved.problems)
     variables = resolved.variables
@@ -68,57 +66,6 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     )
 
 
-def connection_problems(
-    system: System, descriptions: Mapping[str, Description], wrong: Collection[str] = ()
-) -> list[Problem]:
-    """All problems of connections, start values, and of the system's inputs and outputs.
-
-    Components without a description, and those named in `wrong`, are not checked. Of a connection
-    with one of them only the other end is checked. Empty connections are passed over.
-    """
-    unknown = {*wrong, *(c.name for c in system.components)} - {*descriptions}
-
-    def is_unknown(text: str) -> bool:
-        return text.partition(".")[0] in unknown
-
-    problems: list[Problem] = []
-    whole: dict[int, str] = {}
-    variables = _variables(system, descriptions)
-    for index, text in enumerate(system.connections):
-        if not (ends := _ends(text)) or not any(map(is_unknown, ends)):
-            whole[index] = text
-            continue
-        for end in ends:
-            if not is_unknown(end):
-                Pairing(system, variables, index, text, problems).check_end(end)
-    part = replace(
-        system,
-        components=tuple(c for c in system.components if c.name in descriptions),
-        inputs={
-            name: tuple(text for text in texts if not is_unknown(text))
-            for name, texts in system.inputs.items()
-        },
-        outputs={name: text for name, text in system.outputs.items() if not is_unknown(text)},
-    )
-    connections = {k: text for k, text in whole.items() if text}
-    return problems + _resolved(part, descriptions, connections).problems
-
-
-def _ends(text: str) -> tuple[str, ...]:
-    """The two ends of a connection; none if the text is not a connection."""
-    try:
-        written = parse_connection(text)
-    except InputError:
-        return ()
-    return written.left, written.right
-
-
-def _variables(system: System, descriptions: Mapping[str, Description]) -> Variables:
-    """The signals of the buses and the variables of the components, by name."""
-    signals = bus_variables(system.buses)
-    return {**signals, **{name: d.variables for name, d in descriptions.items()}}
-
-
 @dataclass(frozen=True)
 class _Resolved:
     """Links between components, signals of the buses, all variables; all problems found."""
@@ -129,14 +76,13 @@ class _Resolved:
     problems: list[Problem]
 
 
-def _resolved(
-    system: System, descriptions: Mapping[str, Description], connections: Mapping[int, str]
-) -> _Resolved:
-    """The `connections`, given by index, resolved and checked."""
+def _resolved(system: System, descriptions: Mapping[str, Description]) -> _Resolved:
+    """The connections of `system`, resolved and checked."""
     problems = list(bus_problems(system))
-    variables = _variables(system, descriptions)
+    components = {name: description.variables for name, description in descriptions.items()}
+    variables: Variables = {**bus_variables(system.buses), **components}
     links: list[Link] = []
-    for index, text in connections.items():
+    for index, text in enumerate(system.connections):
         links += Pairing(system, variables, index, text, problems).links()
     links = _without_given(system, variables, links)
     links = _one_source_each(system, variables, links, problems)
@@ -153,9 +99,8 @@ def _resolved(
         input_derivative_problems(system, descriptions, links),
         body_order_problems(system, variables, links),
         outer_port_problems(system, descriptions, driven),
+        unset_masses(system, descriptions, {str(port) for port in driven}),
     ]
-    if len(connections) == len(system.connections):
-        found.append(unset_masses(system, descriptions, {str(port) for port in driven}))
     problems += [problem for group in found for problem in group]
     return _Resolved(links, signals, variables, problems)
 

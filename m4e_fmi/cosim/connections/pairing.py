@@ -72,17 +72,6 @@ class Pairing:
                 break  # the other elements of an array have the same problem
         return links
 
-    def check_end(self, end: str) -> None:
-        """Check one end, where the variables of the other are not known."""
-        both_ways = parse_connection(self._text).both_ways
-        port = self._end(end, both_ways)
-        if port is None:
-            return
-        if both_ways:
-            self._members(port)
-        elif not self._elements(port):
-            self._reject_ends(port, port, [port])
-
     def _link(self, source: Port, target: Port, written: Connection) -> Link:
         scale, shift = 1.0, 0.0
         if not written.units_ignored:

@@ -71,8 +71,7 @@ def thinned(
     multiples = (factor * 10**power for power in count() for factor in (1, 2, 5))
     row, steps = 8 * whole.values, whole.rows - 1
     every = next(n for n in multiples if row * (ceil(steps / n) + 1) <= LARGE)
-    step = round(simulation.step_size * NS_PER_SECOND)
-    fewer = replace(simulation, output_interval=every * step / NS_PER_SECOND)
+    fewer = replace(simulation, output_interval=every * simulation.step_ns / NS_PER_SECOND)
     size = volume(fewer, descriptions, variables, connected).size
     return fewer, (
         f"results of every step would be {whole.rows:,} rows, {size_text(whole.size)}: a row is "

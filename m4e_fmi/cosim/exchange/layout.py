@@ -14,7 +14,7 @@ component:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,6 @@ from m4e_fmi.cosim.exchange.discrete import Kept
 from m4e_fmi.cosim.exchange.newton import LoopSnapshot
 from m4e_fmi.cosim.exchange.operations import Due
 from m4e_fmi.cosim.scenario.scenario import ScenarioSnapshot
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -80,7 +79,11 @@ class ExchangedVariables:
         self.links = [k for port in inputs for k in wiring.into[port] if k in carried]
         self.targets = [link.target for link in self.links]
         self.has_loops = bool(structure.loops)
-        self.monitored_outputs = tuple(_monitored(self.links, structure.ends, wiring.links))
+        into = {link.target.component: link.connection for link in reversed(wiring.links)}
+        self.monitored_outputs = (
+            *((link.connection, link.source) for link in self.links),
+            *((into[port.component], port) for port in structure.ends),
+        )
         self.now, self.before, self.stepped, self.middle, self.earlier = (
             k * len(self.outputs) for k in range(BLOCKS)
         )
@@ -88,7 +91,7 @@ class ExchangedVariables:
         self.sampled = frozenset(n for n, rate in self.rates.items() if rate.is_longer) - {
             *prepared.longer
         }
-        self._origin = round(prepared.system.simulation.start_time * NS_PER_SECOND)
+        self._origin = prepared.system.simulation.start_ns
         self._index = {port: k for k, port in enumerate(self.outputs)}
         self._place = {link.ends: k for k, link in enumerate(self.links)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
@@ -107,7 +110,7 @@ class ExchangedVariables:
         rate = self.rates.get(component)
         if rate is None or not rate.is_longer:
             return None
-        return Due(self._origin, round(rate.step * NS_PER_SECOND))
+        return Due(self._origin, rate.step_ns)
 
     @property
     def sources(self) -> tuple[Port, ...]:
@@ -159,14 +162,6 @@ class ExchangedVariables:
     def input_slice(self, component: str) -> slice:
         """Places in `inputs` of the values of the links to a component."""
         return self._input_ranges.get(component, slice(0, 0))
-
-
-def _monitored(
-    links: Sequence[Link], ends: Sequence[Port], everything: Sequence[Link]
-) -> Iterator[tuple[int, Port]]:
-    into = {link.target.component: link.connection for link in reversed(everything)}
-    yield from ((link.connection, link.source) for link in links)
-    yield from ((into[port.component], port) for port in ends)
 
 
 def _grouped(exchange: Exchange, action: str, components: Mapping[str, Description]) -> list[Port]:

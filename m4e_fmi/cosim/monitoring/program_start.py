@@ -14,7 +14,7 @@ from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu import Description
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.program import TIME, LocalLaw, Part, Program, evaluated, tangent
 
 

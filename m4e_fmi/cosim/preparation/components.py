@@ -13,8 +13,14 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.code_hash import code_hash, imports_hash
-from m4e_fmi.cosim.input_checks.drafts import WARNING, Draft, drafted, named_files, takes_long
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
+from m4e_fmi.cosim.preparation.inputs import (
+    WARNING,
+    Draft,
+    checked_inputs,
+    drafted,
+    named_files,
+    takes_long,
+)
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -104,11 +110,7 @@ def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[
     if not outdated:
         return {}
     made = (c.name for c in system.components if not isinstance(c.source, FmuFile))
-    ready = {name: fmus[name] for name in made if name not in outdated}
-    problems, drafts = checked_inputs(system, ready=ready)
-    if problems:
-        raise InputError(problems)
-    return drafts
+    return checked_inputs(system, ready={name: fmus[name] for name in made if name not in outdated})
 
 
 def waiting(
@@ -165,7 +167,7 @@ def _found(source: FmuFile, folder: Path) -> Path:
 
 
 def _library_is_there(tell: Tell) -> bool:
-    from m4e_fmi.fmu.export.native import shell_binaries
+    from m4e_fmi.fmu.export.native_fmu import shell_binaries
     from m4e_fmi.runtime.platforms import this_platform
 
     why = "there is none for this machine"

@@ -20,7 +20,7 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.fmu.export.build_record import read_record
-from m4e_fmi.fmu.export.native import shell_binaries
+from m4e_fmi.fmu.export.native_fmu import shell_binaries
 from m4e_fmi.fmu.importer.opening import opened
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host

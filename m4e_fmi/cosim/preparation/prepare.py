@@ -16,9 +16,6 @@ from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse
 from m4e_fmi.cosim.exchange.native_executor import loop_library
-from m4e_fmi.cosim.input_checks.drafts import Draft
-from m4e_fmi.cosim.input_checks.inputs import no_component
-from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
@@ -29,12 +26,13 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
+from m4e_fmi.cosim.preparation.inputs import Draft, no_component
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description, read_description
 from m4e_fmi.fmu.importer.opening import replaced
@@ -117,7 +115,7 @@ def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Descrip
             description = resized(read(fmu.path), component.start)
             if fmu.content not in ("", description.content):
                 raise replaced(fmu.path)
-            descriptions[component.name] = with_units(component, description)
+            descriptions[component.name] = component.described(description)
         except InputError as error:
             problems += error.problems
     if problems:

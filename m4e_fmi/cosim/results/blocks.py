@@ -16,7 +16,7 @@ from m4e_fmi.cosim.exchange.operations import Get, GetTyped, Operation, gather
 from m4e_fmi.cosim.scenario.plan import COMPONENT
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.recorded import TEXT, Recorded
-from m4e_fmi.results.row_header import CELLS, Column, Section
+from m4e_fmi.results.row_file import CELLS, Column, Section
 
 _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
            for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip

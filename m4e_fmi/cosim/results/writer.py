@@ -7,6 +7,7 @@ see `m4e_fmi.results.results_file`.
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -25,10 +26,8 @@ from m4e_fmi.cosim.results.declared_ranges import RangeWatch
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
-from m4e_fmi.results.results_file import AT_STOP, FORMAT, FORMAT_NUMBER, write_netcdf
-from m4e_fmi.results.row_file import RowFile
-from m4e_fmi.results.row_header import Section
-from m4e_fmi.results.rows_again import digest_of, rows_again
+from m4e_fmi.results.results_file import AT_STOP, FORMAT, FORMAT_NUMBER, rows_of, write_netcdf
+from m4e_fmi.results.row_file import RowFile, Section
 from m4e_fmi.signals import Terminated, held, let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -135,7 +134,7 @@ class ResultsWriter:
         """Put the rows with which the run has begun into the file, and this where it belongs."""
         block: list[np.ndarray] = []
         with self._errors():
-            for block in rows_again(begun.path, self._sections, begun.rows, self._texts.place):
+            for block in rows_of(begun.path, self._sections, begun.rows, self._texts.place):
                 self._file.append(self._file.count, block)
             last = [part[-1:] for part in block]
             if not last or digest_of(last) != begun.digest or last[0].item() != begun.last:
@@ -369,6 +368,14 @@ class ResultsWriter:
             yield
         except OSError as error:
             raise cannot_write(self.path, error) from error
+
+
+def digest_of(row: Sequence[np.ndarray]) -> str:
+    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
+    digest = hashlib.sha256()
+    for part in row:
+        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
 
 
 def _ending(error: object) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -9,12 +11,11 @@ from dataclasses import dataclass, field, replace
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.scenario.amounts import Amounts
 from m4e_fmi.cosim.scenario.effects import Effect, Freeze, Offset, Replace
-from m4e_fmi.cosim.system.condition_text import COMPARISONS, parse_condition
 from m4e_fmi.cosim.system.scenario_section import Action
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.sections import Location
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -25,6 +26,19 @@ NEVER = 2**62
 """A time [ns] that no run reaches."""
 PARTED = "parted"
 """The parameter of a line, 1 once it has parted."""
+
+
+COMPARISONS: dict[str, Callable[[float, float], bool]] = {
+    ">=": operator.ge,
+    "<=": operator.le,
+    "==": operator.eq,
+    "!=": operator.ne,
+    ">": operator.gt,
+    "<": operator.lt,
+}
+_CONDITION = re.compile(
+    r"\s*(?P<name>[^<>=!\s]+)\s*(?P<sign>>=|<=|==|!=|>|<)\s*(?P<value>[^<>=!]+?)\s*$"
+)
 
 
 @dataclass(frozen=True)
@@ -121,44 +135,46 @@ class Planner:
         else:
             effects = list(self._effects(name, action))
         condition = self._condition(name, action.when) if action.when is not None else None
-        at = None if action.at is None else round(action.at * NS_PER_SECOND)
-        duration = None if action.duration is None else round(action.duration * NS_PER_SECOND)
+        at = None if action.at is None else nanoseconds(action.at)
+        duration = None if action.duration is None else nanoseconds(action.duration)
         return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
 
     def _condition(self, name: str, text: str) -> Condition | None:
         at = (name, "when")
-        try:
-            written = parse_condition(text)
-        except InputError as error:
-            self._problem(at, error.problems[0].message, error.problems[0].remedy)
+        written = _CONDITION.fullmatch(text)
+        if not written or "." not in written["name"]:
+            remedy = "write one comparison of a variable with a value, as 'buoy.z > 2 m' "
+            remedy += f"({', '.join(COMPARISONS)})"
+            self._problem(at, f"{text!r} is not a condition", remedy)
             return None
-        found = self._variable(at, written.name)
+        sign, limit = written["sign"], written["value"]
+        found = self._variable(at, written["name"])
         if found is None:
             return None
         port, variable = found
-        given: object = written.value
+        given: object = limit
         if variable.type in ("String", "Binary"):
             message = f"{port} is of type {variable.type}, which a condition cannot compare"
             self._problem(at, message, "compare a number or a Boolean")
             return None
         if variable.type == "Boolean":
-            given = {"true": True, "false": False}.get(written.value.lower(), given)
+            given = {"true": True, "false": False}.get(limit.lower(), given)
         elif variable.type != REAL:
             with suppress(ValueError):
-                given = int(written.value)
-        elif written.sign in ("==", "!="):
+                given = int(limit)
+        elif sign in ("==", "!="):
             message = f"{port} is a Real, which is hardly ever equal to a number"
             self._problem(at, message, "compare by <, <=, > or >=")
             return None
         else:
             with suppress(ValueError):
-                given = float(written.value)
+                given = float(limit)
         try:
             value = value_of(_without_limits(variable), given)
         except ValueError as error:
-            self._problem(at, f"{written.value!r} is no value of {port}", str(error))
+            self._problem(at, f"{limit!r} is no value of {port}", str(error))
             return None
-        return Condition(port, COMPARISONS[written.sign], float(value), text.strip())
+        return Condition(port, COMPARISONS[sign], float(value), text.strip())
 
     def _variable(self, at: Location, name: str) -> tuple[Port, Variable] | None:
         port = Port.named(name)
@@ -178,7 +194,7 @@ class Planner:
 
     def _settings(self, name: str, action: Action) -> Iterator[Setting]:
         """Values that are set in FMUs."""
-        within = round((action.within or 0.0) * NS_PER_SECOND)
+        within = nanoseconds(action.within or 0.0)
         given: Mapping[str, object] = (action.set if action.kind == "set" else action.ramp) or {}
         for line in action.broken_line or ():
             given = {**given, f"{line}.{PARTED}": 1.0}

@@ -22,7 +22,7 @@ from m4e_fmi.cosim.connections.links import Bond, Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.scenario.effects import Effect, Given
 from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
 
@@ -220,7 +220,7 @@ class Scenario:
 
     def act(self, time: float) -> Acted:
         """Act at the present point, at `time` [s]; inputs and variables of FMUs change."""
-        now = round(time * NS_PER_SECOND)
+        now = nanoseconds(time)
         ports = tuple(action.port for action in self._turning(now))
         changes: dict[str, set[str]] = {}
         for port, variable in self._variables.items():

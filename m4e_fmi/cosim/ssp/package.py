@@ -7,6 +7,7 @@ import os
 import zipfile
 from collections.abc import Iterator
 from functools import cache
+from importlib.resources import files
 from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -120,9 +121,7 @@ def check(root: Element, file: str, namespace: str) -> None:
 
 @cache
 def _schema(namespace: str) -> Any:
-    import fmpy
-
-    folder = Path(fmpy.__file__).parent / "ssp" / "schema"
+    folder = files("fmpy") / "ssp" / "schema"
     return etree.XMLSchema(file=str(folder / SCHEMAS[namespace]))
 
 

@@ -24,7 +24,6 @@ from m4e_fmi.cosim.ssp.scenario import scenario_in
 from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
 from m4e_fmi.cosim.ssp.units import Definition, read_units
 from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.component_units import with_units
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
 from m4e_fmi.cosim.system.system import System
@@ -84,7 +83,7 @@ def read_ssp(path: str | Path) -> System:
         folder=package.path.parent,
     )
     found = zip(system.components, (descriptions[node.path] for node in parts), strict=True)
-    described = {component.name: with_units(component, d) for component, d in found}
+    described = {component.name: component.described(d) for component, d in found}
     return restored(package, system, _annotation(root), described)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
-from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.stepping.algorithm import (
     Algorithm,
@@ -37,9 +36,15 @@ def made(name: str, network: Network) -> Algorithm:
         )
     algorithm = descriptor.make(network)
     delayed = [str(link) for link in network.links if link.delayed]
-    stepped = dict.fromkeys(str(k.source) for k in network.links if _is_stepped(network, k))
+    described = {name: instance.description for name, instance in network.instances.items()}
+    stepped = dict.fromkeys(
+        str(port)
+        for port in (link.source for link in network.links)
+        if how_known(described[port.component], port.variable) == STEPPED
+    )
     notes = [
-        f"{_first_of(late)} {what}: first order, half the step leaves half the error"
+        f"{late[0]}{f' (and {len(late) - 1} more)' * (len(late) > 1)} {what}: first order, half "
+        "the step leaves half the error"
         for late, what in (
             (delayed, "has the value of the previous step"),
             (list(stepped), "shows its FMU's inputs only after the next step"),
@@ -68,15 +73,6 @@ def error_estimating(name: str, network: Network) -> ErrorEstimating:
     if isinstance(algorithm, OwnEstimate) and algorithm.estimates and algorithm.order > 1:
         return algorithm
     return StepHalving(network, algorithm)
-
-
-def _is_stepped(network: Network, link: Link) -> bool:
-    source = link.source
-    return how_known(network.instances[source.component].description, source.variable) == STEPPED
-
-
-def _first_of(names: list[str]) -> str:
-    return names[0] + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
 
 
 class StepHalving:

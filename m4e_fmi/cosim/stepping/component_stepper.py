@@ -96,10 +96,11 @@ class ComponentStepper:
         self._early = len(network.outputs[network.early(name)])
         self.holds = bool(self._links) and not self._follows
         rate = network.rates.get(name)
-        self.pieces, self._steps = network.pieces(rate) if rate else (self._fewest(), 1)
+        fewest = 2 if self._links or self._outputs else 1
+        fewest = self._interpolation.held_pieces if self.holds else fewest
+        self.pieces, self._steps = network.pieces(rate) if rate else (fewest, 1)
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self._sizes = 0.0, 0.0
         self._held, self._reached = np.zeros(len(self._links)), np.zeros(3)
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
@@ -126,17 +127,10 @@ class ComponentStepper:
 
     def prepare(self, size: float, last: float) -> None:
         """Make the operations those of a step of `size` [s] after one of `last` [s] (0: none)."""
-        if (size, last) != self._sizes:
-            for weight, unit, power in self._sized:
-                np.divide(unit, size**power, out=weight)
-            if self._middle:
-                self._middle.prepare(size, last)
-            self._sizes = size, last
-
-    def _fewest(self) -> int:
-        if self.holds:
-            return self._interpolation.held_pieces
-        return 2 if self._links or self._outputs else 1
+        for weight, unit, power in self._sized:
+            np.divide(unit, size**power, out=weight)
+        if self._middle:
+            self._middle.prepare(size, last)
 
     def _piece(self, k: int) -> list[Operation]:
         """The operations of FMU step k."""

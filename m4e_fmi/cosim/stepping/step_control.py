@@ -149,13 +149,21 @@ class StepControl:
         scale = self._scale.with_values(end)
         values = end[self._sources]
         changes = np.maximum(np.abs(change[self._sources]), self._jumps.missed(now + size, values))
-        enough = np.maximum(scale, self._attempted(np.abs(end) + np.abs(change)))
+        attempt = self._scale.with_values(np.abs(end) + np.abs(change))
+        self._reached = np.maximum(self._reached, attempt)
+        enough = np.maximum(scale, np.minimum(self._reached, self._most_reached))
         ratios = changes / np.where(enough > 0.0, self._tolerance * enough, 1.0)
         error = float(ratios.max(initial=0.0))
         factor = MOST if error == 0.0 else SAFETY * error ** (-1 / self._order)
         missed, smallest = error > 1.0, size <= self._smallest
         if missed and smallest and self.passed:
-            self._refuse(ratios, size)
+            worst = self._network.outputs[self._sources[int(ratios.argmax())]]
+            raise RunError(
+                f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
+                f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
+                "its FMU does not repeat its outputs after rollback, or it jumps "
+                "repeatedly: remove coupling_tolerance, or increase it",
+            )
         accepted = not missed or smallest
         if accepted:
             self.passed = missed
@@ -190,20 +198,6 @@ class StepControl:
         self._scale.keep(self._scale.with_values(end))
         self._jumps.note(time, end[self._sources])
         self._jumps.forget()
-
-    def _attempted(self, reached: np.ndarray) -> np.ndarray:
-        """Largest values of attempts, this one included, within their bounds."""
-        self._reached = np.maximum(self._reached, self._scale.with_values(reached))
-        return np.minimum(self._reached, self._most_reached)
-
-    def _refuse(self, ratios: np.ndarray, size: int) -> None:
-        worst = self._network.outputs[self._sources[int(ratios.argmax())]]
-        raise RunError(
-            f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
-            f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
-            "its FMU does not repeat its outputs after rollback, or it jumps "
-            "repeatedly: remove coupling_tolerance, or increase it",
-        )
 
 
 class Scale:

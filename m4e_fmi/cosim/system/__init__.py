@@ -1,6 +1,6 @@
 """The system as described by its author: components, start values, connection texts, own steps.
 
 Start reading at `system`. `component` and `simulation` are its parts, `connection_text` the grammar
-of a connection; `start_values`, `component_units` and `component_steps` compare them with the FMUs,
-`component_step` calculates with steps; `origins` tells who has given a value.
+of a connection; `start_values` and `component_steps` compare them with the FMUs, `component_step`
+calculates with steps.
 """

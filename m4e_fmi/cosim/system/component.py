@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
@@ -15,10 +15,11 @@ from types import ModuleType
 
 from m4e_fmi.cosim.system.component_step import common_step, seconds
 from m4e_fmi.cosim.system.processes import Limits, check_process
-from m4e_fmi.cosim.system.simulation import TICK, Simulation
+from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.limits import beyond_limits
+from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.shown import short
 from m4e_fmi.units import Quantity, Unit
 
@@ -90,6 +91,14 @@ class Component:
     def __post_init__(self) -> None:
         check_process(self.name, self.process, self.limits)
 
+    def described(self, description: Description) -> Description:
+        """The `description` of its FMU, with the units that the system adds."""
+        variables = dict(description.variables)
+        for name, unit in self.units.items():
+            if name in variables and variables[name].dimension is None:
+                variables[name] = replace(variables[name], unit=unit.text, dimension=unit)
+        return replace(description, variables=variables)
+
     @property
     def own_step(self) -> Fraction | None:
         """`step_size` [s], None without one; InputError if it is not a valid duration."""
@@ -136,7 +145,7 @@ def step_problems(components: Sequence[Component], simulation: Simulation) -> li
         for _, message, remedy in beyond_limits(span, step_size=float(step)):
             found[name] = Problem(message, remedy)
     fitting = {name: step for name, step in steps.items() if name not in found}
-    found |= common_step(simulation.step, fitting, TICK)[1]
+    found |= common_step(simulation.step, fitting)[1]
     return [
         Problem(
             f"component {c.name!r}: {found[c.name].message}",

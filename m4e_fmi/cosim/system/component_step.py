@@ -18,6 +18,8 @@ from fractions import Fraction
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.units import parse_unit
 
+NS_PER_SECOND = 1_000_000_000
+"""Nanoseconds, in which the master counts time."""
 FINEST = 10
 """Most parts into which the given step of a system is divided to meet the points of all."""
 HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
@@ -26,6 +28,11 @@ TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank bef
 """Remedy for a text that is not a duration."""
 DIGITS = 5e-6
 """Relative error of a step written in decimals: 0.000333333 s is a third of 1 ms."""
+
+
+def nanoseconds(time: float) -> int:
+    """A time [s] as the master counts it [ns]."""
+    return round(time * NS_PER_SECOND)
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,11 @@ class ComponentStep:
     constant: bool = False
     adaptive: bool = False
     held: bool = False
+
+    @property
+    def step_ns(self) -> int:
+        """`step` as the master counts it [ns]."""
+        return nanoseconds(self.step)
 
     @property
     def is_longer(self) -> bool:
@@ -102,12 +114,12 @@ def time_of(text: str) -> Fraction:
 
 
 def common_step(
-    macro: Fraction, steps: Mapping[str, Fraction], tick: Fraction
+    macro: Fraction, steps: Mapping[str, Fraction]
 ) -> tuple[Fraction, dict[str, Problem]]:
     """The longest step [s], `macro` or a part of it, to which all own `steps` of components fit.
 
-    It is a multiple of `tick` [s]. Own steps that fit to no such step, or to none of reasonable
-    length, have a problem each, by component.
+    It is of whole nanoseconds. Own steps that fit to no such step, or to none of reasonable length,
+    have a problem each, by component.
     """
     problems: dict[str, Problem] = {}
     found, before = macro, Fraction(0)
@@ -117,7 +129,7 @@ def common_step(
             if name in problems or fits(step, found):
                 continue
             finer = _divisor(step, found)
-            if macro / finer > FINEST or (finer / tick).denominator > 1:
+            if macro / finer > FINEST or (finer * NS_PER_SECOND).denominator > 1:
                 problems[name] = (
                     _misfit(step, macro) if not fits(step, macro) else _clash(step, steps)
                 )

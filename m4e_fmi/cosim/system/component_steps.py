@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, fits, rate, seconds
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, TICK, Simulation, is_whole
+from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation, is_whole
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.importer.reading import Description
@@ -22,9 +22,8 @@ def rounded(simulation: Simulation) -> list[str]:
     size = simulation.step_size
     if is_whole(size):
         return []
-    times = (size, simulation.start_time, simulation.stop_time)
-    whole, begin, end = (round(time * NS_PER_SECOND) for time in times)
-    left = (end - begin) % whole
+    whole = simulation.step_ns
+    left = (simulation.stop_ns - simulation.start_ns) % whole
     note = f"steps are whole nanoseconds: those of step_size {size:.12g} s are {whole} ns long"
     if left and simulation.coupling_tolerance is None:
         note += f", but the last one, up to the stop time, which is {left} ns long"
@@ -44,7 +43,7 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
         for c in system.components
     }
     own = {name: seconds(step) for name, step in given.items() if step}
-    step, problems = common_step(macro, own, TICK)
+    step, problems = common_step(macro, own)
     if problems or step == macro:
         return system, ""
     usual = simulation.step_size
@@ -154,14 +153,11 @@ def _check(own: ComponentStep, system: System) -> None:
             f"{why}, and with a coupling_tolerance the steps of the system change",
             "leave coupling_tolerance out",
         )
-    begin, end = (
-        round(simulation.start_time * NS_PER_SECOND),
-        round(simulation.stop_time * NS_PER_SECOND),
-    )
-    left = Fraction(end - begin, NS_PER_SECOND) % simulation.step
+    step, end = simulation.step_ns, simulation.stop_ns
+    left = (end - simulation.start_ns) % step
     if left and not own.shortens:
-        stop = Fraction(end, NS_PER_SECOND) - left
+        fitting = (f"{time / NS_PER_SECOND:g} s" for time in (end - left, end - left + step))
         raise InputError.single(
-            f"{only}, and the last step would be one of {float(left):g} s",
-            f"take a stop_time of {float(stop):g} s or {float(stop + simulation.step):g} s",
+            f"{only}, and the last step would be one of {left / NS_PER_SECOND:g} s",
+            f"take a stop_time of {' or '.join(fitting)}",
         )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import AfterValidator, BeforeValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator
 
 from m4e_fmi.cosim.system.simulation import Time
 from m4e_fmi.errors import InputError
@@ -18,10 +18,6 @@ OWN, HERE = "own", "here"
 _BYTES = {"kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
 _MEMORY = re.compile(rf"(\d{{1,6}}(?:\.\d{{1,6}})?) *({'|'.join(_BYTES)})")
 _SIZES = "write a number and its unit, as '500 MB' or '2 GiB'"
-_NO_LIMITS = (
-    "there are no limits for an FMU in this process",
-    "leave out `limits`, or `process: here`",
-)
 LEAST_MEMORY = 10**8
 """Bytes that a worker needs before it has loaded an FMU."""
 
@@ -34,12 +30,15 @@ def _positive(given: float | None) -> float | None:
 
 def _in_bytes(given: object) -> object:
     """A text with unit as a number of bytes."""
-    found = _MEMORY.fullmatch(given) if isinstance(given, str) else None
     if given is None:
         return None
-    if found is None:
-        raise rejected(f"{given!r} is not a size of memory", _SIZES)
-    size = round(float(found[1]) * _BYTES[found[2]])
+    if isinstance(given, int):
+        size = given
+    else:
+        found = _MEMORY.fullmatch(given) if isinstance(given, str) else None
+        if found is None:
+            raise rejected(f"{given!r} is not a size of memory", _SIZES)
+        size = round(float(found[1]) * _BYTES[found[2]])
     if size < LEAST_MEMORY:
         raise rejected(f"{given!r} is too little for any FMU", f"give {LEAST_MEMORY // 10**6} MB")
     return size
@@ -48,56 +47,20 @@ def _in_bytes(given: object) -> object:
 Limit = Annotated[Time | None, AfterValidator(_positive)]
 
 
-class LimitsSection(Section):
-    """`call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
+class Limits(Section):
+    """Limits for FMUs in processes of their own; None leaves one as it is for all components.
 
+    `call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
     `end`: the same for terminating and freeing it, 30 s by default. `memory`: address space of its
-    process, as "2 GB"; no limit by default.
+    process [bytes], or as "2 GB"; no limit by default.
     """
 
     call: Limit = None
     end: Limit = None
     memory: Annotated[int | None, BeforeValidator(_in_bytes)] = None
 
-
-class EnvironmentSection(Section):
-    """`keep`: variables of the environment that FMUs get in processes of their own."""
-
-    keep: tuple[str, ...] = ()
-
-
-class ProcessSection(Section):
-    """`process`: "own" or "here"; None leaves it to where the FMU was built."""
-
-    process: Literal["own", "here"] | None = None
-    limits: LimitsSection = LimitsSection()
-
-    @model_validator(mode="after")
-    def _has_a_process_for_limits(self) -> ProcessSection:
-        if self.process == HERE and self.limits != LimitsSection():
-            raise rejected(*_NO_LIMITS)
-        return self
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits for FMUs in processes of their own; None leaves one as it is for all components.
-
-    `call` is the time [s] that a call may take, `end` that for terminating and freeing, `memory`
-    the address space [bytes].
-    """
-
-    call: float | None = None
-    end: float | None = None
-    memory: int | None = None
-
     def __bool__(self) -> bool:
         return self != Limits()
-
-    @classmethod
-    def of(cls, section: LimitsSection) -> Limits:
-        """The limits that a section of a file has."""
-        return cls(section.call, section.end, section.memory)
 
 
 @dataclass(frozen=True)
@@ -131,4 +94,5 @@ def check_process(component: str, process: str | None, limits: Limits) -> None:
         message = f"component {component!r}: process {process!r} is unknown"
         raise InputError.single(message, f"give {OWN!r} or {HERE!r}, or nothing")
     if process == HERE and limits:
-        raise InputError.single(f"component {component!r}: {_NO_LIMITS[0]}", _NO_LIMITS[1])
+        message = f"component {component!r}: there are no limits for an FMU in this process"
+        raise InputError.single(message, "leave out `limits`, or `process: here`")

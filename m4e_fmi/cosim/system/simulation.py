@@ -11,16 +11,12 @@ from typing import Annotated, SupportsFloat, SupportsIndex
 
 from pydantic import BeforeValidator
 
-from m4e_fmi.cosim.system.component_step import TIMES, time_of
+from m4e_fmi.cosim.system.component_step import NS_PER_SECOND, TIMES, nanoseconds, time_of
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Section, rejected
 from m4e_fmi.files.limits import LONGEST_RUN, beyond_limits
 
-NS_PER_SECOND = 1_000_000_000
-"""Nanoseconds, in which the master counts time."""
-TICK = Fraction(1, NS_PER_SECOND)
-"""A nanosecond [s]."""
 ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
 
@@ -68,9 +64,29 @@ class Simulation:
         return math.nextafter(math.nextafter(self.stop_time, math.inf), math.inf)
 
     @property
+    def start_ns(self) -> int:
+        """`start_time` as the master counts it [ns]."""
+        return nanoseconds(self.start_time)
+
+    @property
+    def stop_ns(self) -> int:
+        """`stop_time` as the master counts it [ns]."""
+        return nanoseconds(self.stop_time)
+
+    @property
+    def step_ns(self) -> int:
+        """`step_size` as the master counts it [ns]."""
+        return nanoseconds(self.step_size)
+
+    @property
     def step(self) -> Fraction:
-        """`step_size` as the master counts it [s]: whole nanoseconds."""
-        return Fraction(round(self.step_size * NS_PER_SECOND), NS_PER_SECOND)
+        """The exact `step_ns` [s]."""
+        return Fraction(self.step_ns, NS_PER_SECOND)
+
+    @property
+    def output_ns(self) -> int:
+        """Time between rows of the results [ns]: `output_interval`, or a step."""
+        return nanoseconds(self.output_interval or self.step_size)
 
     def __post_init__(self) -> None:
         problems: list[Problem] = []
@@ -79,7 +95,12 @@ class Simulation:
                 object.__setattr__(self, key, _number(key, getattr(self, key)))
             except InputError as error:
                 problems += error.problems
-        problems = problems or simulation_problems(self) or [*count_problems(self)]
+        if not problems:
+            problems = [*_time_problems(self), *_interval_problems(self), *_other_problems(self)]
+        if not problems:
+            span = self.stop_time - self.start_time
+            intervals = {"output_interval": self.output_interval, "step_size": self.step_size}
+            problems = [_problem(*found) for found in beyond_limits(span, **intervals)]
         if problems:
             raise InputError(problems)
 
@@ -135,16 +156,11 @@ class SimulationSection(Section):
     checkpoint_wall_interval: Time | None = None
 
 
-def simulation_problems(simulation: Simulation | SimulationSection) -> list[Problem]:
-    """All problems of times, algorithm and tolerances; `keys` has the setting."""
-    return [*_time_problems(simulation), *_interval_problems(simulation), *_other(simulation)]
-
-
 def _problem(key: str, message: str, remedy: str) -> Problem:
     return Problem(message, remedy, keys=(key,))
 
 
-def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+def _time_problems(simulation: Simulation) -> Iterator[Problem]:
     """Problems of start time, stop time and step."""
     span = simulation.stop_time - simulation.start_time
     step = simulation.step_size
@@ -162,17 +178,7 @@ def _time_problems(simulation: Simulation | SimulationSection) -> Iterator[Probl
         yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
 
 
-def count_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
-    """Problems of the numbers of steps and rows, of settings that have no other problem."""
-    found = beyond_limits(
-        simulation.stop_time - simulation.start_time,
-        output_interval=simulation.output_interval,
-        step_size=simulation.step_size,
-    )
-    return (_problem(*one) for one in found)
-
-
-def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+def _interval_problems(simulation: Simulation) -> Iterator[Problem]:
     """The problem of an output interval that is not a multiple of the step."""
     interval, step = simulation.output_interval, simulation.step_size
     if interval is None:
@@ -181,7 +187,7 @@ def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[P
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         yield _problem("output_interval", text, "leave it out for a row after every step")
     elif step <= LONGEST_RUN and step * NS_PER_SECOND >= 1:
-        count = round(interval * NS_PER_SECOND) / round(step * NS_PER_SECOND)
+        count = nanoseconds(interval) / simulation.step_ns
         if count >= 1 and count == int(count):
             return
         text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
@@ -189,14 +195,14 @@ def _interval_problems(simulation: Simulation | SimulationSection) -> Iterator[P
         if not is_whole(step):
             text = (
                 f"output_interval {interval:g} s: steps are whole nanoseconds, so that the "
-                f"step_size of {step:.12g} s is one of {round(step * NS_PER_SECOND)} ns"
+                f"step_size of {step:.12g} s is one of {simulation.step_ns} ns"
             )
             nearest = _fitting(step, interval)
             remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
         yield _problem("output_interval", text, remedy)
 
 
-def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
+def _other_problems(simulation: Simulation) -> Iterator[Problem]:
     """Problems of the tolerances, the checkpoints and the algorithm."""
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
@@ -215,12 +221,12 @@ def _other(simulation: Simulation | SimulationSection) -> Iterator[Problem]:
 
 def is_whole(time: float) -> bool:
     """True for a time [s] of whole nanoseconds."""
-    return abs(time * NS_PER_SECOND - round(time * NS_PER_SECOND)) < ODD
+    return abs(time * NS_PER_SECOND - nanoseconds(time)) < ODD
 
 
 def _fitting(step: float, interval: float) -> float:
     """A time [s] near `step` of whole nanoseconds, of which `interval` [s] is a multiple."""
-    whole, part = round(interval * NS_PER_SECOND), round(step * NS_PER_SECOND)
+    whole, part = nanoseconds(interval), nanoseconds(step)
     count = max(1, round(whole / part))
     near = min(count, part)
     numbers = (n for k in range(near) for n in (near - k, near + k))

@@ -6,14 +6,41 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from m4e_fmi.cosim.system.component import Component, Start, step_problems
-from m4e_fmi.cosim.system.origins import Origin, ParameterSet
+from m4e_fmi.cosim.system.component import Component, Start, StartValue, step_problems
 from m4e_fmi.cosim.system.processes import Processes
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import SETTINGS, Simulation
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.shown import Displayed, listing
+
+
+@dataclass(frozen=True)
+class Origin:
+    """A file of parameters (with its `document` if it is YAML), or "command line", or "Python".
+
+    `value` is the given value of a setting, which a run may refine.
+    """
+
+    name: str = "Python"
+    document: Document | None = None
+    value: object = None
+
+    def problem(self, variable: str, message: str, remedy: str) -> Problem:
+        """A problem with the value that was given for `variable`."""
+        if self.document is not None:
+            return self.document.problem(("values", variable), message, remedy)
+        return Problem(message, remedy, "" if self == Origin() else self.name)
+
+
+class ParameterSet(dict[str, StartValue]):
+    """Start values ``component.variable`` with the file they are from, as `origin`."""
+
+    def __init__(
+        self, values: Mapping[str, StartValue], path: Path, document: Document | None
+    ) -> None:
+        super().__init__(values)
+        self.origin = Origin(str(path), document)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The archive of an FMU: its files, an identifier and a GUID made of them, and the ZIP."""
+"""The archive of any FMU: identifier, licenses, a GUID made of all its files, and the ZIP."""
 
 from __future__ import annotations
 
@@ -6,18 +6,27 @@ import hashlib
 import re
 import uuid
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.metadata import distribution
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.file_names import file_stem
 from m4e_fmi.files.writing import written
+from m4e_fmi.runtime.platforms import PLATFORMS, START_UP, packaged
 
 GUID_NAMESPACE = uuid.UUID("5c1f3a52-6a0e-5c1c-9a0b-6d34655f666d")
 EARLIEST_ZIP_DATE = (1980, 1, 1, 0, 0, 0)
 LEVEL = 4
 """Of compression: half the time of 6, and 2 % more bytes."""
 HASH_LENGTH = 12
+LICENSES = "documentation/licenses"
+_HOLDS = {
+    "m4e_fmi": "m4e_fmi (BSD-3-Clause): the code in binaries, sources and resources",
+    "pythonfmu": "PythonFMU (MIT): the libraries in binaries, and resources/pythonfmu",
+    "mingw-w64": "mingw-w64 (ZPL 2.1): start-up code in the libraries for Windows",
+}
 
 Files = Mapping[str, bytes]
 """Name in the archive → content."""
@@ -30,6 +39,29 @@ def model_identifier(name: str) -> str:
         message = f"{name!r} cannot name an FMU"
         raise InputError.single(message, "use letters, digits and _, a letter first")
     return identifier
+
+
+def license_files(*, pythonfmu: bool, binaries: Iterable[str]) -> dict[str, bytes]:
+    """Name in the archive → text: an overview, and each license of what the FMU holds.
+
+    Sources: FMI Specification 2.0.4, section 2.3; 3.0.2, section 2.5.1. `binaries` are the names of
+    its libraries in the archive. The model itself is its author's, who may say more by
+    documentation of the same names.
+    """
+    packages = ["m4e_fmi", "pythonfmu"] if pythonfmu else ["m4e_fmi"]
+    texts = {name: _license(name) for name in packages}
+    start_up = packaged("fmi", PLATFORMS["x86_64-windows"], START_UP)
+    if start_up is not None and any(name.endswith(".dll") for name in binaries):
+        texts["mingw-w64"] = start_up.read_bytes()
+    overview = "".join(f"{_HOLDS[name]}; see {name}.txt\n" for name in texts)
+    files = {f"{LICENSES}/{name}.txt": text for name, text in texts.items()}
+    return {f"{LICENSES}/license.txt": f"This FMU holds\n{overview}".encode(), **files}
+
+
+@cache
+def _license(package: str) -> bytes:
+    """The text that a package is installed with."""
+    return (distribution(package).read_text("licenses/LICENSE") or "").encode()
 
 
 def content_guid(files: Files, xml: bytes) -> str:
@@ -53,15 +85,11 @@ def write_archive(files: Files, path: Path) -> str:
     RunError if it cannot be written.
     """
     with written(path) as part:
-        _write(files, part)
+        with zipfile.ZipFile(part, "x") as archive:
+            for name in sorted(files):
+                info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                info.create_system = 3  # Unix, wherever it is written
+                info.external_attr = 0o644 << 16
+                archive.writestr(info, files[name], compresslevel=LEVEL)
         return hashlib.sha256(part.read_bytes()).hexdigest()
-
-
-def _write(files: Files, path: Path) -> None:
-    with zipfile.ZipFile(path, "x") as archive:
-        for name in sorted(files):
-            info = zipfile.ZipInfo(name, EARLIEST_ZIP_DATE)
-            info.compress_type = zipfile.ZIP_DEFLATED
-            info.create_system = 3  # Unix, wherever it is written
-            info.external_attr = 0o644 << 16
-            archive.writestr(info, files[name], compresslevel=LEVEL)

@@ -14,15 +14,11 @@ from pathlib import Path
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.export.archive import write_archive
 from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
-from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription, PythonSource
-from m4e_fmi.fmu.export.from_program import describe, python_slave, with_rates
+from m4e_fmi.fmu.export.description import Options, PythonSource, asked, described, shown
 from m4e_fmi.fmu.export.native_fmu import native_fmu_files
-from m4e_fmi.fmu.export.options import Options
-from m4e_fmi.fmu.export.python_fmu import python_fmu_files
-from m4e_fmi.fmu.export.selection import renamed, with_outputs
+from m4e_fmi.fmu.export.python_fmu import python_fmu_files, python_slave
 from m4e_fmi.program import Program
 
-LAST_ERROR = "last_error"
 OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
 """Options that say something of a program, and nothing of Python code."""
 
@@ -87,67 +83,20 @@ def build_fmu(
 
 def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
-    _check_source(source)
-    if not isinstance(source, Program):
-        _check_python_source(source, options)
-        description = asked(source.description, options)
-        return python_fmu_files(replace(source, description=description), options)
-    program = shown(source, options)
-    description = described(program, options)
-    if options.native:
-        return native_fmu_files(program, description, options)
-    return python_fmu_files(python_slave(program, description, options.method), options)
-
-
-def shown(program: Program, options: Options) -> Program:
-    """The part of `program` that its FMU shows, with names before they are changed."""
-    chosen = program if options.outputs is None else with_outputs(program, options.outputs)
-    return with_rates(chosen)
-
-
-def described(program: Program, options: Options) -> ModelDescription:
-    """The description of an FMU of a program that is as `shown`."""
-    return asked(describe(renamed(program, options.rename)), options)
-
-
-def _check_source(source: object) -> None:
-    if not isinstance(source, Program | PythonSource):
+    if isinstance(source, Program):
+        program = shown(source, options)
+        description = described(program, options)
+        if options.native:
+            return native_fmu_files(program, description, options)
+        slave = python_slave(program, description, options.method)
+        return python_fmu_files(slave, options.documentation)
+    if not isinstance(source, PythonSource):  # pyright: ignore[reportUnnecessaryIsInstance]
         message = f"expected a Program or a PythonSource, got {type(source).__name__}"
         raise InputError.single(message, "model_program makes that of a model, or of a model file")
-
-
-def _check_python_source(source: PythonSource, options: Options) -> None:
     for name in OF_PROGRAMS:
         if getattr(options, name) != getattr(Options(), name):
             what = "be a native FMU" if name == "native" else f"have the option {name!r}"
             message = f"{source.description.name} is Python code: it cannot {what}"
             raise InputError.single(message, f"build it without {name}")
-
-
-def asked(description: ModelDescription, options: Options) -> ModelDescription:
-    """`description` with the default experiment that is asked for, and the variable for errors.
-
-    InputError for a variable of that name, and a step longer than the experiment.
-    """
-    if any(v.name == LAST_ERROR for v in description.variables):
-        message = f"{description.name}: every FMU has a variable {LAST_ERROR!r} of its own"
-        raise InputError.single(message, "give yours another name")
-    last_error = FmuVariable(
-        name=LAST_ERROR,
-        unit="",
-        description="Text of the error that stopped this component; empty while all is well",
-        variability="discrete",
-        initial="calculated",
-        type="String",
-    )
-    asked = {key: getattr(options, key) for key in ("tolerance", "stop_time", "step_size")}
-    result = replace(
-        description,
-        variables=(*description.variables, last_error),
-        **{key: value for key, value in asked.items() if value is not None},
-    )
-    if result.step_size > result.stop_time:
-        message = f"the step size {result.step_size:g} s is longer than the default experiment"
-        remedy = f"it stops at {result.stop_time:g} s: take a shorter step, or a later stop time"
-        raise InputError.single(message, remedy)
-    return result
+    description = asked(source.description, options)
+    return python_fmu_files(replace(source, description=description), options.documentation)

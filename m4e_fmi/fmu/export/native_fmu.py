@@ -1,29 +1,49 @@
-"""The files of a native FMU: the shell's shared library beside the program in its binary form."""
+"""The files of a native FMU: FMI 2.0 or 3.0, without Python and without a compiler.
+
+`native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c` and
+`fmi3.c`, the standards' names for what is declared there. Both together are one shared library, the
+same for every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in
+its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of
+the integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
+`variables.txt` and `dependencies.txt`, which `arrays.layout_files` explains.
+"""
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from decimal import Decimal
-from pathlib import PurePath
+from pathlib import Path
+from zipfile import BadZipFile, ZipFile
 
-from m4e_fmi.fmu.export.archive import content_guid, model_identifier
-from m4e_fmi.fmu.export.description.arrays import Grouped, grouped
-from m4e_fmi.fmu.export.description.description import ModelDescription
-from m4e_fmi.fmu.export.description.model_description import XML, model_description_xml, with_guid
-from m4e_fmi.fmu.export.description.model_description_3 import (
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.files.limits import LARGEST_PROGRAM
+from m4e_fmi.fmu.export.archive import content_guid, license_files, model_identifier
+from m4e_fmi.fmu.export.arrays import grouped, layout_files
+from m4e_fmi.fmu.export.description import ModelDescription, Options
+from m4e_fmi.fmu.export.model_description import (
     BUILD,
+    NATIVE_2,
+    NATIVE_3,
+    TERMINALS,
+    XML,
     build_description_xml,
-    model_description_3_xml,
+    model_description_xml,
+    terminals_xml,
+    with_guid,
 )
-from m4e_fmi.fmu.export.description.terminals import TERMINALS, terminals_xml
-from m4e_fmi.fmu.export.layout_files import layout_files
-from m4e_fmi.fmu.export.licenses import license_files
-from m4e_fmi.fmu.export.native import shell_binaries, shell_sources
-from m4e_fmi.fmu.export.options import Options
-from m4e_fmi.fmu.export.program_files import PROGRAM, TANGENT, model_file, tangent_file
-from m4e_fmi.program import Program
+from m4e_fmi.fmu.export.selection import renamed
+from m4e_fmi.program import TIME, Program, rate_entries, tangent
+from m4e_fmi.program.binary_form import decode, encode
+from m4e_fmi.runtime import compiler
 from m4e_fmi.runtime.declarations import METHODS
+from m4e_fmi.runtime.platforms import packaged, packaged_platforms, this_platform
 
-SETTINGS = "resources/fmu.txt"
+PROGRAM, TANGENT, SETTINGS = "model.m4e", "tangent.m4e", "resources/fmu.txt"
+FAT_MAGIC = 0xCAFEBABE
+MACH_O_64 = 0xFEEDFACF
+ALIGNMENT = 1 << 14  # a page of Apple's processors
 
 
 def native_fmu_files(
@@ -33,7 +53,7 @@ def native_fmu_files(
     identifier = model_identifier(description.name)
     files = {
         f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
-        f"resources/{TANGENT}": tangent_file(program),
+        f"resources/{TANGENT}": encode(_tangent(program)),
     }
     binaries = shell_binaries(identifier, fmi=options.fmi)
     files |= binaries | license_files(pythonfmu=False, binaries=binaries)
@@ -43,37 +63,128 @@ def native_fmu_files(
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
     settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
     files[SETTINGS] = settings.encode()
-    listed = [PurePath(name).name for name in code if name.endswith(".c")]
+    sources = [Path(name).name for name in code if name.endswith(".c")]
+    variables = grouped(description, options.fmi)
     if options.fmi == "3":
-        variables = grouped(description)
-        if listed:
-            files[BUILD] = build_description_xml(identifier, listed)
-        files |= _files_of_version_3(description, variables)
-        xml = model_description_3_xml(description, variables, model_identifier=identifier)
-    else:
-        xml = model_description_xml(
-            description,
-            model_identifier=identifier,
-            guid="",
-            native=True,
-            sources=listed,
-        )
+        if sources:
+            files[BUILD] = build_description_xml(identifier, sources)
+        for name, content in layout_files(description, variables).items():
+            files[f"resources/{name}"] = content
+        if terminals := terminals_xml(variables):
+            files[TERMINALS] = terminals
+    xml = model_description_xml(
+        description,
+        variables,
+        NATIVE_3 if options.fmi == "3" else NATIVE_2,
+        model_identifier=identifier,
+        sources=sources,
+    )
     guid = content_guid(files, xml)
     files[SETTINGS] = f"{guid} {settings}".encode()
     files[XML] = with_guid(xml, guid)
     return files
 
 
-def _files_of_version_3(
-    description: ModelDescription, variables: tuple[Grouped, ...]
-) -> dict[str, bytes]:
-    lists = layout_files(description, variables)
-    files = {f"resources/{name}": content for name, content in lists.items()}
-    terminals = terminals_xml(variables)
-    return files if terminals is None else {**files, TERMINALS: terminals}
-
-
 def _without_point(value: float) -> str:
     """`value` as "25e-2": C reads it in every locale, whose decimal point may be a comma."""
     _, digits, exponent = Decimal(repr(value)).as_tuple()
     return f"{''.join(map(str, digits))}e{exponent}"
+
+
+def model_file(program: Program, method: str, rename: Mapping[str, str]) -> bytes:
+    """The program in its binary form, with what `method` needs; `rename` as in `renamed`."""
+    entries = rate_entries(program) if method == "rodas" else ()
+    return encode(renamed(program, rename), entries)
+
+
+def _tangent(program: Program) -> Program:
+    """Directional derivatives of rates, outputs and calculated parameters, in this order.
+
+    Directions follow the inputs: of time, states, inputs, parameters. Outputs are numbered: one may
+    be a rate, and have its name.
+    """
+    outputs = enumerate((*program.outputs, *program.calculated))
+    shown = replace(
+        program,
+        outputs=tuple(replace(v, name=f"y[{k}]", description=v.name) for k, v in outputs),
+        results=(*program.results, *program.constants),
+        calculated=(),
+        constants=(),
+    )
+    groups = (program.states, program.inputs, program.parameters)
+    return tangent(shown, along=[TIME, *(v.name for group in groups for v in group)])
+
+
+def carried_program(fmu: Path) -> Program | None:
+    """The program that a native FMU of ours carries; None of another FMU, or of another version."""
+    try:
+        with ZipFile(fmu) as archive:
+            info = archive.getinfo(f"resources/{PROGRAM}")
+            if info.file_size > LARGEST_PROGRAM:
+                return None
+            return decode(archive.read(info))[0]
+    except (KeyError, InputError, OSError, BadZipFile):
+        return None
+
+
+def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
+    """Name in the archive → content of the shared library, for every platform there is one for.
+
+    Libraries come with the package; where this machine's is missing, it is compiled once into the
+    cache. Folders are those of version `fmi` of the standard. RunError if there is none at all.
+    """
+    here = this_platform()
+    found = {p: path.read_bytes() for p in packaged_platforms() if (path := packaged("fmi", p))}
+    if here not in found:
+        try:
+            found[here] = compiler.cached_shared(
+                "m4e_fmi", compiler.shell_sources(), flags=compiler.SHELL_FLAGS
+            ).read_bytes()
+        except compiler.CompilationError as error:
+            if not found:
+                message = f"there is no library for native FMUs, and none can be compiled: {error}"
+                remedy = "install a C compiler, or build without --native"
+                raise RunError(message, remedy) from error
+    if fmi == "3":
+        return {f"binaries/{p.name}/{identifier}{p.suffix}": found[p] for p in found}
+    chosen = {p.fmi2: (p, content) for p, content in reversed(found.items())}
+    chosen |= {p.fmi2: (p, content) for p, content in found.items() if p == here}
+    files = {f"binaries/{p.fmi2}/{identifier}{p.suffix}": c for p, c in chosen.values()}
+    if darwin := [content for p, content in found.items() if p.fmi2 == "darwin64"]:
+        files[f"binaries/darwin64/{identifier}.dylib"] = universal(darwin)
+    return files
+
+
+def universal(libraries: Sequence[bytes]) -> bytes:
+    """One file of macOS' libraries, each for a processor of its own; ValueError if one is no
+    Mach-O.
+
+    A signature inside a library stays valid: it covers that library alone. Source: Apple,
+    `mach-o/fat.h` and `mach-o/loader.h`; the header is big-endian.
+    """
+    if len(libraries) == 1:
+        return libraries[0]
+    header = struct.pack(">II", FAT_MAGIC, len(libraries))
+    place = _aligned(len(header) + 20 * len(libraries))
+    content = bytearray()
+    first = place
+    for library in libraries:
+        magic, processor, variant = struct.unpack_from("<III", library)
+        if magic != MACH_O_64:
+            raise ValueError("not a 64-bit Mach-O library")
+        power = ALIGNMENT.bit_length() - 1
+        header += struct.pack(">IIIII", processor, variant, place, len(library), power)
+        content += bytes(place - first - len(content)) + library
+        place = _aligned(place + len(library))
+    return header + bytes(first - len(header)) + bytes(content)
+
+
+def _aligned(place: int) -> int:
+    return (place + ALIGNMENT - 1) // ALIGNMENT * ALIGNMENT
+
+
+def shell_sources() -> dict[str, bytes]:
+    """Name in the archive → content of the library's C sources, headers among them."""
+    headers = (*compiler.SOURCES.glob("*.h"), *compiler.SHELL_SOURCES.glob("*.h"))
+    paths = (*compiler.shell_sources(), *headers)
+    return {f"sources/{path.name}": path.read_bytes() for path in paths}

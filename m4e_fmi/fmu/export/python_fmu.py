@@ -2,23 +2,54 @@
 
 Each FMU's Python files lie in one package, and its main script in one file, whose names end in a
 hash of their content: two FMUs in one process never share a module by accident.
+
+One defect of the binaries is mended. The Linux binary of 0.7.0 releases its static Python state
+twice when it is unloaded: once by the destructor of the static, once more in an unload handler that
+runs after it. The second release decrements a word of memory that is free by then, perhaps somebody
+else's; processes end with "corrupted double-linked list". The handler's jump becomes a return: the
+destructor suffices.
 """
 
 from __future__ import annotations
 
 import ast
+import hashlib
 import json
 import math
+import sys
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, distribution
+from itertools import count
+from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import read_bytes
-from m4e_fmi.fmu.export.archive import content_guid, content_hash, model_identifier
-from m4e_fmi.fmu.export.binaries import binaries, pythonfmu_folder
-from m4e_fmi.fmu.export.description.description import ModelDescription, PythonSource
-from m4e_fmi.fmu.export.description.model_description import XML, model_description_xml, with_guid
-from m4e_fmi.fmu.export.from_program import EMBEDDED
-from m4e_fmi.fmu.export.licenses import license_files
-from m4e_fmi.fmu.export.options import Options
+from m4e_fmi.fmu.export.archive import (
+    content_guid,
+    content_hash,
+    license_files,
+    model_identifier,
+)
+from m4e_fmi.fmu.export.arrays import grouped
+from m4e_fmi.fmu.export.description import ModelDescription, PythonSource
+from m4e_fmi.fmu.export.model_description import PYTHON, XML, model_description_xml, with_guid
+from m4e_fmi.fmu.export.native_fmu import PROGRAM, model_file
+from m4e_fmi.fmu.export.selection import GROUPS
+from m4e_fmi.program import Program
+from m4e_fmi.program.python_form import python_source
+from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
+from m4e_fmi.runtime.library import library_path
+from m4e_fmi.runtime.platforms import PLATFORMS, packaged
+
+EMBEDDED = Path(__file__).parent / "embedded"
+BINARIES = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
+"""FMI's name of a platform → PythonFMU's binary for it."""
+LIBRARIES = {"linux": "x86_64-linux", "win32": "x86_64-windows"}
+"""`sys.platform` → the platform whose runtime library an FMU carries for it."""
+_DEFECTIVE = "4be156a552c16f30eb4395805c59855d8d4086056d0f165442565f6c5fbac0c9"
+"""SHA-256 of the Linux binary of 0.7.0."""
+_JUMP, _RETURN = 0x16F34, b"\xc3"
+"""Place of `jmp finalizePythonInterpreter` of its unload handler, which becomes `ret`."""
 
 _MAIN_SCRIPT = """from {package}.{module} import {base}
 
@@ -29,12 +60,45 @@ class Slave({base}):
 """
 
 
-def python_fmu_files(source: PythonSource, options: Options) -> dict[str, bytes]:
+def python_slave(program: Program, description: ModelDescription, method: str) -> PythonSource:
+    """The Python slave that runs `program`; the variables of `description` follow it in order."""
+    references = count()
+    layout = {group: [next(references) for _ in getattr(program, group)] for group in GROUPS}
+    settings = {
+        "method": method,
+        "tolerance": description.tolerance,
+        "step_size": description.step_size,
+    }
+    data = {
+        "model.py": python_source(program).encode(),
+        "layout.json": json.dumps({**layout, **settings}).encode(),
+    }
+    for system, name in LIBRARIES.items():
+        own = system == sys.platform
+        path = library_path() if own else packaged("runtime", PLATFORMS[name])
+        if path is not None:  # as program_slave names them
+            data |= {f"runtime.{system}": path.read_bytes(), PROGRAM: b""}
+    if PROGRAM in data:
+        data[PROGRAM] = model_file(program, method, {})
+    return PythonSource(
+        description=description,
+        slave="program_slave:ProgramSlave",
+        modules={
+            "program_slave.py": EMBEDDED / "program_slave.py",
+            "declarations.py": Path(declarations.__file__),
+            "dormand_prince.py": Path(dormand_prince.__file__),
+            "runge_kutta.py": Path(runge_kutta.__file__),
+        },
+        data=data,
+    )
+
+
+def python_fmu_files(source: PythonSource, documentation: Mapping[str, bytes]) -> dict[str, bytes]:
     """Every file of the FMU: name in the archive → content."""
     description = source.description
     identifier = model_identifier(description.name)
     _check_modules(source)
-    contents = _package_files(source, description)
+    contents = _package_files(source)
     package = f"m4e_{content_hash(contents)}"
     module, base = source.slave.split(":")
     script = _MAIN_SCRIPT.format(package=package, module=module, base=base)
@@ -42,11 +106,16 @@ def python_fmu_files(source: PythonSource, options: Options) -> dict[str, bytes]
     stem = f"{identifier}_{content_hash({'script': script.encode()})}"
     resources[f"{stem}.py"] = script.encode()
     resources["slavemodule.txt"] = stem.encode()
-    resources |= _pythonfmu_files()
+    for file in _pythonfmu_folder().glob("*.py"):
+        resources[f"pythonfmu/{file.name}"] = file.read_bytes()
     files = {f"resources/{name}": content for name, content in resources.items()}
-    files |= binaries(identifier) | license_files(pythonfmu=True, binaries=())
-    files |= options.documentation
-    xml = model_description_xml(description, model_identifier=identifier, guid="")
+    for platform in BINARIES:
+        path = binary_path(platform)
+        files[f"binaries/{platform}/{identifier}{path.suffix}"] = _mended(path.read_bytes())
+    files |= license_files(pythonfmu=True, binaries=())
+    files |= documentation
+    variables = grouped(description, "2")
+    xml = model_description_xml(description, variables, PYTHON, model_identifier=identifier)
     files[XML] = with_guid(xml, content_guid(files, xml))
     return files
 
@@ -69,10 +138,12 @@ def _check_modules(source: PythonSource) -> None:
             raise InputError([problem]) from None
 
 
-def _package_files(source: PythonSource, description: ModelDescription) -> dict[str, bytes]:
+def _package_files(source: PythonSource) -> dict[str, bytes]:
+    """The files that are specific to a slave, as one package; its variables as the base reads
+    them."""
     modules = {"slave_base.py": EMBEDDED / "slave_base.py", **source.modules}
     listed: dict[str, list[dict[str, str | float | bool]]] = {"reals": [], "strings": []}
-    for variable in description.variables:
+    for variable in source.description.variables:
         group, default = ("reals", 0.0) if variable.type == "Real" else ("strings", "")
         start = default if variable.start is None else variable.start
         always = variable.causality == "input" or variable.variability == "tunable"
@@ -90,6 +161,22 @@ def _package_files(source: PythonSource, description: ModelDescription) -> dict[
     }
 
 
-def _pythonfmu_files() -> dict[str, bytes]:
-    folder = pythonfmu_folder()
-    return {f"pythonfmu/{file.name}": file.read_bytes() for file in folder.glob("*.py")}
+def binary_path(platform: str) -> Path:
+    """PythonFMU's binary for an FMI platform name such as "linux64"; InputError if there is no
+    PythonFMU."""
+    return _pythonfmu_folder() / "resources" / "binaries" / platform / BINARIES[platform]
+
+
+def _pythonfmu_folder() -> Path:
+    # not the importable module: once an FMU has run in this process, that is the FMU's own copy
+    try:
+        return Path(str(distribution("pythonfmu").locate_file("pythonfmu")))
+    except PackageNotFoundError:
+        remedy = "pip install pythonfmu==0.7.0"
+        raise InputError.single("pythonfmu is not installed", remedy) from None
+
+
+def _mended(content: bytes) -> bytes:
+    if hashlib.sha256(content).hexdigest() != _DEFECTIVE:
+        return content
+    return content[:_JUMP] + _RETURN + content[_JUMP + 1 :]

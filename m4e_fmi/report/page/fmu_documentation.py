@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu import ModelDescription, Options, described, renamed, shown
 from m4e_fmi.fmu.export.archive import model_identifier
-from m4e_fmi.fmu.export.description.arrays import Grouped, grouped, ungrouped
-from m4e_fmi.fmu.export.options import ICON
+from m4e_fmi.fmu.export.arrays import Grouped, grouped
+from m4e_fmi.fmu.export.description import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.model_program.declaration import is_unset
@@ -51,7 +51,7 @@ def fmu_documentation(model: Model, program: Program, options: Options) -> dict[
     visible = shown(program, options)
     description = described(visible, options)
     named = renamed(visible, options.rename)
-    variables = grouped(description) if options.fmi == "3" else ungrouped(description)
+    variables = grouped(description, options.fmi)
     elements = {m.name: e for v in variables for m, e in zip(v.members, v.elements, strict=True)}
     series, others = _series(named, description, variables, options)
     page = fmu_page(
@@ -88,7 +88,7 @@ def whole_documentation(
     """
     visible = shown(program, options)
     description, named = described(visible, options), renamed(visible, options.rename)
-    variables = grouped(description) if options.fmi == "3" else ungrouped(description)
+    variables = grouped(description, options.fmi)
     series, others = _series(named, description, variables, options)
     parts = {part.name: part.program for part in program.parts}
     page = whole_page(

@@ -13,7 +13,7 @@ from m4e_fmi.report.run_report.record import Record, RecordEnd
 from m4e_fmi.report.text.summaries import mean_over_time
 from m4e_fmi.report.web.markup import facts, folded, lines, paragraph, table
 from m4e_fmi.results.results_file import AT_STOP, Results
-from m4e_fmi.results.row_header import NOT_ENDED
+from m4e_fmi.results.row_file import NOT_ENDED
 
 
 def summary(results: Results, record: Record, end: RecordEnd, printed: str) -> str:

@@ -1,10 +1,15 @@
 /* Performs schedules of a co-simulation's macro steps. */
+#define _POSIX_C_SOURCE 200809L
 #include "loop.h"
 
 #include <math.h>
 #include <string.h>
+#include <time.h>
 
 #include "environment.h"
+#ifdef _WIN32
+#include <windows.h>
+#endif
 
 typedef int get_real(void *component, const uint32_t *references, size_t count, double *values);
 typedef int set_real(void *component, const uint32_t *references, size_t count,
@@ -19,6 +24,19 @@ typedef int call(void *access, void *cells);
 static const double SECOND = 1e9;
 static const double ROUNDING = 1e-9; /* share of a component's own step */
 static const int WARNING = 1;
+
+double m4e_seconds(void) {
+#ifdef _WIN32
+    LARGE_INTEGER now, per_second;
+    QueryPerformanceCounter(&now);
+    QueryPerformanceFrequency(&per_second);
+    return (double)now.QuadPart / (double)per_second.QuadPart;
+#else
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+#endif
+}
 
 static int checked(const m4e_operation *o, const double *values) {
     for (uint32_t i = 0; i < o->count; ++i)

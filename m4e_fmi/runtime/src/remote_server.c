@@ -1,181 +1,273 @@
-/* Performs calls of FMI on an FMU of this process, as they are asked for by remote_calls.c. */
+/* Performs calls of FMI on an FMU of this process, as they are asked for by remote_client.c. */
+#ifndef _WIN32
 #include <stdarg.h>
 #include <stdatomic.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "environment.h"
-#include "remote_server.h"
-#ifndef _WIN32
-#include <unistd.h>
-#endif
+#include "remote.h"
 
 typedef void (*any)(void);
-enum { CLIENT, SERVER };
-enum { WARNING = M4E_REMOTE_WARNING, ERROR = M4E_REMOTE_ERROR, PENDING = 5 };
+enum { WARNING = 1, ERROR = 3, PENDING = 5 };
 
-m4e_remote_server m4e_serving;
+/* The only FMU of this process. */
+static struct {
+    m4e_end end;
+    long process; /* that began to serve */
+    void *component;
+    void *pointers; /* arrays of them for the present call */
+} serving;
 static _Thread_local bool is_serving; /* this thread, during a call */
 
-/* ---- channel ---- */
-
-static int hear(void) {
-    m4e_channel *c = m4e_serving.channel;
-    if (!m4e_remote_wait(&c->asked, m4e_serving.seen, &c->asleep[SERVER], &c->lost,
-                         &m4e_serving.eager))
-        return 0;
-    m4e_serving.seen = atomic_load(&c->asked);
-    return 1;
-}
+/* ---- messages ---- */
 
 /* A process that an FMU has forked, and that returns from its call, too, serves nobody. */
 static void end_if_forked(void) {
-#ifndef _WIN32
-    if (getpid() != m4e_serving.process) _exit(0);
-#endif
-}
-
-static void answer(int status, int is_message) {
-    m4e_channel *c = m4e_serving.channel;
-    c->status = status;
-    c->is_message = is_message;
-    atomic_fetch_add(&c->answered, 1);
-    m4e_remote_wake(&c->answered, &c->asleep[CLIENT]);
+    if (getpid() != serving.process) _exit(0);
 }
 
 /* To the client, if it waits for a call; otherwise to standard error. */
-static void tell(int status, const char *text) {
-    m4e_channel *c = m4e_serving.channel;
+static void log_1(void *environment, const char *name, int status, const char *category,
+                  const char *format, ...) {
+    static _Thread_local m4e_message message;
+    va_list arguments;
+    (void)environment, (void)name, (void)category;
+    va_start(arguments, format);
+    if (vsnprintf(message.text, sizeof message.text, format ? format : "", arguments) < 0)
+        message.text[0] = 0;
+    va_end(arguments);
     if (!is_serving) {
-        fprintf(stderr, "%s\n", text);
+        fprintf(stderr, "%s\n", message.text);
         return;
     }
     end_if_forked();
-    strncpy(c->text, text, M4E_TEXT_ROOM - 1);
-    answer(status, 1);
-    if (!hear()) exit(1); /* the client is gone */
+    message.status = status;
+    const size_t size = offsetof(m4e_message, text) + strlen(message.text) + 1;
+    m4e_send(&serving.end, M4E_MESSAGE, &message, size);
+    if (m4e_await_parcel(&serving.end) != M4E_GO_ON) exit(1); /* the client is gone */
 }
 
-void m4e_remote_log(void *environment, const char *name, int status, const char *category,
-                    const char *message, ...) {
-    static _Thread_local char text[M4E_TEXT_ROOM];
-    va_list arguments;
-    (void)environment, (void)name, (void)category;
-    va_start(arguments, message);
-    if (vsnprintf(text, sizeof text, message ? message : "", arguments) < 0) text[0] = 0;
-    va_end(arguments);
-    tell(status, text);
+static void log_3(void *environment, int status, const char *category, const char *text) {
+    log_1(environment, "", status, category, "%s", text ? text : "");
 }
 
-void m4e_remote_log_3(void *environment, int status, const char *category, const char *text) {
-    (void)environment, (void)category;
-    tell(status, text ? text : "");
+static callbacks_2 callbacks = {{{(any)log_1, (any)calloc, (any)free, NULL}}, &serving};
+
+/* ---- arguments, from the request and to the answer ---- */
+
+static void *pointers(size_t count) {
+    return serving.pointers = calloc(count + 1, sizeof(void *));
 }
 
-/* ---- requests ---- */
+static const void *taken_all(m4e_bytes *in, size_t count, size_t size) {
+    if (size) return m4e_take(in, count * size);
+    m4e_text *texts = pointers(count);
+    for (size_t k = 0; k < count && texts; ++k) texts[k] = m4e_take_text(in);
+    return texts;
+}
 
-/* A piece of a request that does not fit. */
-static int collect(void) {
-    m4e_channel *c = m4e_serving.channel;
-    if (!c->taken) {
-        free(m4e_serving.request);
-        m4e_serving.request = calloc(1, c->given);
+static void *room_for(m4e_bytes *out, size_t count, size_t size) {
+    if (!size) return pointers(count);
+    void *room = m4e_extend(out, count * size);
+    if (room) memset(room, 0, count * size);
+    return room;
+}
+
+/* What the FMU has put into `room_for` it: texts are still to be copied. */
+static void give_all(m4e_bytes *out, const void *values, size_t count, size_t size, int status) {
+    m4e_text const *text = values;
+    for (size_t k = 0; k < count && !size; ++k) {
+        const char *found = text[k] && status <= WARNING ? text[k] : "";
+        m4e_put_blob(out, found, strlen(found) + 1);
     }
-    if (!m4e_serving.request) return ERROR;
-    const size_t rest = c->given - c->taken;
-    memcpy(m4e_serving.request + c->taken, c->request, rest < M4E_ROOM ? rest : M4E_ROOM);
+}
+
+static const void *taken_blobs(m4e_bytes *in, size_t count, size_t **sizes) {
+    const unsigned char **values = pointers(2 * count);
+    *sizes = (size_t *)(values + count);
+    for (size_t k = 0; k < count && values; ++k) values[k] = m4e_take_blob(in, &(*sizes)[k]);
+    return values;
+}
+
+static void give_blobs(m4e_bytes *out, const unsigned char **values, const size_t *sizes,
+                       size_t count, int status) {
+    for (size_t k = 0; k < count; ++k)
+        m4e_put_blob(out, values[k], values[k] && status <= WARNING ? sizes[k] : 0);
+}
+
+static int made(void *component) {
+    const uint64_t is_made = component != NULL;
+    serving.component = component;
+    m4e_put(&serving.end.out, &is_made, sizeof is_made);
     return 0;
 }
 
-static int called(any f, uint32_t function, const uint64_t *number, const unsigned char *at) {
-    for (int k = 0; k < 4; ++k) m4e_serving.number[k] = number[k];
-    m4e_serving.at = at;
-    atomic_store(&m4e_serving.channel->present, function);
-    const m4e_remote_shape *shape = &M4E_REMOTE_SHAPES[function];
-    const int status = f ? shape->perform(f, shape->size) : ERROR;
+#define TAKE(kind, ...) TAKE_##kind(__VA_ARGS__)
+#define TAKE_VALUE(T, name) const T name = *(const T *)m4e_take(in, sizeof(T));
+#define TAKE_CHANGED(T, name) T *const name = m4e_take(in, sizeof(T));
+#define TAKE_GIVEN(T, name, count) const T *const name = taken_all(in, count, SIZE_OF(T));         \
+    if (!name) return ERROR;
+#define TAKE_WANTED(T, name, count) T *const name = room_for(out, count, SIZE_OF(T));              \
+    if (!name) return ERROR;
+#define TAKE_COUNT(name) TAKE_VALUE(size_t, name##_count)
+#define TAKE_ARRAY(T, name) TAKE_COUNT(name) TAKE_GIVEN(T, name, name##_count)
+#define TAKE_ROOM(T, name) TAKE_COUNT(name) TAKE_WANTED(T, name, name##_count)
+#define TAKE_TEXT(name) const char *const name = m4e_take_text(in);
+#define TAKE_BLOBS(name)                                                                           \
+    TAKE_COUNT(name)                                                                               \
+    size_t *sizes;                                                                                 \
+    const unsigned char *const *const name = taken_blobs(in, name##_count, &sizes);                \
+    if (!name) return ERROR;
+#define TAKE_BLOB_ROOM(name)                                                                       \
+    TAKE_COUNT(name)                                                                               \
+    const unsigned char **const name = pointers(2 * name##_count);                                 \
+    if (!name) return ERROR;                                                                       \
+    size_t *const sizes = (size_t *)(name + name##_count);
+#define TAKE_CALLBACKS_1(name)
+#define TAKE_CALLBACKS_2(name)
+#define TAKE_CALLBACKS_3(name)
+
+#define PASS(kind, ...) PASS_##kind(__VA_ARGS__)
+#define PASS_VALUE(T, name) , name
+#define PASS_CHANGED(T, name) , name
+#define PASS_GIVEN(T, name, count) , name
+#define PASS_WANTED(T, name, count) , name
+#define PASS_ARRAY(T, name) , name, name##_count
+#define PASS_ROOM(T, name) , name, name##_count
+#define PASS_TEXT(name) , name
+#define PASS_BLOBS(name) , sizes, name, name##_count
+#define PASS_BLOB_ROOM(name) , sizes, name, name##_count
+#define PASS_CALLBACKS_1(name) , callbacks.callbacks
+#define PASS_CALLBACKS_2(name) , &callbacks
+#define PASS_CALLBACKS_3(name) , &serving, (any)log_3, NULL
+
+#define GIVE(kind, ...) GIVE_##kind(__VA_ARGS__)
+#define GIVE_VALUE(T, name)
+#define GIVE_CHANGED(T, name) m4e_put(out, name, sizeof(T));
+#define GIVE_GIVEN(T, name, count)
+#define GIVE_WANTED(T, name, count) give_all(out, name, count, SIZE_OF(T), status);
+#define GIVE_ARRAY(T, name)
+#define GIVE_ROOM(T, name) GIVE_WANTED(T, name, name##_count)
+#define GIVE_TEXT(name)
+#define GIVE_BLOBS(name)
+#define GIVE_BLOB_ROOM(name) give_blobs(out, name, sizes, name##_count, status);
+#define GIVE_CALLBACKS_1(name)
+#define GIVE_CALLBACKS_2(name)
+#define GIVE_CALLBACKS_3(name)
+
+/* ---- calls ---- */
+
+#define CALL(signature, T)                                                                         \
+    ((int (*)(void *signature(PARAMETER, T)))f)(serving.component signature(PASS, T))
+#define CALL_NOW CALL
+#define CALL_LATE CALL
+#define CALL_AHEAD CALL
+#define CALL_STEP CALL
+#define CALL_FREE(signature, T) (((void (*)(void *))f)(serving.component), made(NULL))
+#define CALL_MAKE(signature, T)                                                                    \
+    made(((void *(*)(WITHOUT_FIRST(signature(PARAMETER, T))))f)(WITHOUT_FIRST(signature(PASS, T))))
+#define DEFINE(name, how, signature, T)                                                            \
+    static int call_##name(any f, m4e_bytes *in, m4e_bytes *out) {                                 \
+        (void)in, (void)out;                                                                       \
+        signature(TAKE, T)                                                                         \
+        const int status = CALL_##how(signature, T);                                               \
+        signature(GIVE, T)                                                                         \
+        return status;                                                                             \
+    }
+M4E_REMOTE_FUNCTIONS(DEFINE)
+
+enum { HOW_NOW, HOW_LATE, HOW_AHEAD, HOW_STEP, HOW_MAKE, HOW_FREE };
+#define ENTRY(name, how, signature, T) {call_##name, HOW_##how},
+static const struct {
+    int (*call)(any f, m4e_bytes *in, m4e_bytes *out);
+    int how;
+} CALLS[] = {M4E_REMOTE_FUNCTIONS(ENTRY)};
+
+static int called(any f, uint32_t function) {
+    atomic_store(&serving.end.channel->present, function);
+    const int status = f ? CALLS[function].call(f, &serving.end.in, &serving.end.out) : ERROR;
+    free(serving.pointers);
+    serving.pointers = NULL;
     end_if_forked();
     m4e_default_environment();
     return status < 0 || status > PENDING ? M4E_NO_STATUS : status;
 }
 
-/* Sets the values that have come along. The status: OK, WARNING, or M4E_LATE if a call fails. */
-static int set_late(any const *functions) {
-    m4e_channel *c = m4e_serving.channel;
-    const unsigned char *at = c->request, *end = at + c->late;
-    int worst = 0;
-    while (at < end) {
-        m4e_late head;
-        memcpy(&head, at, sizeof head);
-        const uint64_t number[4] = {head.number[0], head.number[1]};
-        at += sizeof head;
-        const int status = called(functions[head.function], head.function, number, at);
-        if (status > WARNING) {
-            c->late_function = head.function;
+/* A step of FMI 3.0 has ended with an event or early, or is the last. */
+static bool has_event(const m4e_bytes *out, size_t place) {
+    bool found = false;
+    for (int k = 0; k < 3 && place < out->size; ++k, place += 8) found |= out->at[place];
+    return found;
+}
+
+/* Performs the calls of a request, up to one that fails. */
+static m4e_answer performed(any const *functions) {
+    m4e_channel *c = serving.end.channel;
+    m4e_bytes *in = &serving.end.in, *out = &serving.end.out;
+    m4e_answer answer = {0, -1, 0};
+    bool has_stepped = false;
+    while (in->place < in->size && answer.status <= WARNING) {
+        const uint32_t function = *(const uint32_t *)m4e_take(in, sizeof function);
+        const int how = CALLS[function].how;
+        const size_t place = out->size;
+        const int status = called(functions[function], function);
+        if (has_stepped) {
+            answer.ahead_status = status;
+            answer.ahead = place;
+            break;
+        }
+        if (how != HOW_LATE || status > answer.status) answer.status = status;
+        if (how == HOW_LATE && status > WARNING) {
+            c->late_function = function;
             c->late_status = status;
-            return M4E_LATE;
+            answer.status = M4E_LATE;
         }
-        if (status == WARNING) worst = WARNING;
-        at += head.size;
+        has_stepped = how == HOW_STEP;
+        if (has_stepped && has_event(out, place)) break;
     }
-    return worst;
+    return answer;
 }
 
-/* Reads what is expected to be wanted after a step. */
-static void read_ahead(any const *functions, const unsigned char *references) {
-    m4e_channel *c = m4e_serving.channel;
-    const uint64_t number[4] = {c->ahead_counts[0], c->ahead_counts[1]};
-    c->ahead_status = called(functions[c->ahead], c->ahead, number, references);
+static void begin_answer(void) {
+    serving.end.out.size = 0;
+    m4e_extend(&serving.end.out, sizeof(m4e_answer));
 }
 
-static void perform(any const *functions, uint32_t function) {
-    m4e_channel *c = m4e_serving.channel;
-    const unsigned char *at = m4e_serving.request ? m4e_serving.request : c->request + c->late;
-    is_serving = true;
-    c->ahead_status = -1;
-    int status = set_late(functions);
-    if (status != M4E_LATE && function != M4E_SETS) {
-        status = called(functions[function], function, c->number, at);
-        if (m4e_remote_is_step(function) && status <= WARNING && c->ahead != M4E_LOAD)
-            read_ahead(functions, at);
-    }
-    is_serving = false;
-    free(m4e_serving.request);
-    m4e_serving.request = NULL;
-    atomic_store(&c->busy, 0);
-    answer(status, 0);
+static void answer(m4e_answer head) {
+    m4e_bytes *out = &serving.end.out;
+    memcpy(out->at, &head, sizeof head);
+    atomic_store(&serving.end.channel->busy, 0);
+    m4e_send(&serving.end, M4E_ANSWER, out->at, out->size);
 }
 
-void m4e_remote_refuse(m4e_channel *c, const char *why) {
-    m4e_serving.channel = c;
-    strncpy(c->text, why, M4E_TEXT_ROOM - 1);
-    atomic_store(&c->busy, 0);
-    answer(ERROR, 0);
+static void begin(m4e_channel *channel) {
+    serving.end = (m4e_end){.channel = channel, .side = M4E_SERVER};
+    serving.process = getpid();
+    begin_answer();
 }
 
-int m4e_remote_serve(m4e_channel *c, void (*const *functions)(void)) {
-    m4e_serving.channel = c;
-#ifndef _WIN32
-    m4e_serving.process = getpid();
-#endif
+void m4e_remote_refuse(m4e_channel *channel, const char *why) {
+    begin(channel);
+    m4e_put(&serving.end.out, why, strlen(why) + 1);
+    answer((m4e_answer){ERROR, -1, 0});
+}
+
+int m4e_remote_serve(m4e_channel *channel, void (*const *functions)(void)) {
+    uint32_t kind;
     m4e_default_environment(); /* loading an FMU may have changed it */
-    atomic_store(&c->busy, 0);
-    answer(0, 0);
-    while (hear()) {
-        const uint32_t function = c->function;
-        if (function == M4E_END) {
-            atomic_store(&c->present, M4E_END);
-            return 0;
-        }
-        if (function == M4E_PIECE) {
-            answer(collect(), 0);
-        } else if (function == M4E_FETCH) {
-            memcpy(c->answer, m4e_serving.answer + c->given, c->taken);
-            answer(0, 0);
-        } else {
-            perform(functions, function);
-        }
+    begin(channel);
+    answer((m4e_answer){0, -1, 0});
+    while ((kind = m4e_hear(&serving.end)) == M4E_REQUEST) {
+        begin_answer();
+        is_serving = true;
+        const m4e_answer head = performed(functions);
+        is_serving = false;
+        answer(head);
     }
-    return 1;
+    atomic_store(&channel->present, M4E_END);
+    return kind != M4E_LEAVE;
 }
+#endif

@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 
-from m4e_fmi.cosim.load import load_system
 from m4e_fmi.cosim.results.run_record import system_inputs
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.errors import InputError
 from m4e_fmi.report.run_report.inputs import input_file, versions
 from m4e_fmi.report.run_report.record import InputFile

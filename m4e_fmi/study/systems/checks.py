@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from m4e_fmi.cosim.input_checks.inputs import checked_inputs
 from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
@@ -17,8 +16,7 @@ from m4e_fmi.study.systems.plan import Versions, versions
 def checked(study: Study, system: System, *, quick: bool = False) -> Versions:
     """The versions of the components of a study, as `versions`.
 
-    InputError with all problems of names, of values, of sections with these, of the start-up, and,
-    if there are any, of the system itself.
+    InputError with all problems of names, of values, of sections with these, and of the start-up.
     """
     named, problems = resolved(study, system)
     try:
@@ -30,7 +28,7 @@ def checked(study: Study, system: System, *, quick: bool = False) -> Versions:
             problems += _start_up_problems(made)
         if not problems:
             return made
-    raise InputError(dict.fromkeys([*problems, *checked_inputs(system)[0]]))
+    raise InputError(dict.fromkeys(problems))
 
 
 def _start_up_problems(made: Versions) -> list[Problem]:

@@ -9,6 +9,7 @@ import subprocess
 import zipfile
 from collections.abc import Sequence
 from functools import cache
+from importlib.resources import files
 from pathlib import Path
 
 import fmpy
@@ -22,7 +23,7 @@ def packed(
 ) -> Path:
     """The FMU `name` with a description and the library that the compiler makes of `arguments`."""
     library = folder / (name + fmpy.sharedLibraryExtension)
-    headers = Path(fmpy.__file__).parent / "c-code"
+    headers = files("fmpy") / "c-code"
     compiled(["-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *arguments], library)
     return archived(library, text, platform)
 

@@ -32,8 +32,7 @@ from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.program.binary_form import encode
 from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import write_netcdf
-from m4e_fmi.results.row_file import RowFile, is_row_file
-from m4e_fmi.results.row_header import CELLS, Column, Section
+from m4e_fmi.results.row_file import CELLS, MAGIC, Column, RowFile, Section
 
 ROOT = Path(__file__).parents[3]
 Files = Mapping[str, bytes]
@@ -290,7 +289,7 @@ def _results() -> Iterator[Seed]:
 
 
 def _is_results(path: Path) -> bool:
-    return is_row_file(path) or path.read_bytes()[:8] == b"\x89HDF\r\n\x1a\n"
+    return path.read_bytes().startswith((MAGIC, b"\x89HDF\r\n\x1a\n"))
 
 
 def _programs() -> Iterator[Seed]:

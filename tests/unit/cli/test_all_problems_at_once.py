@@ -18,7 +18,7 @@ from m4e_fmi.cosim import prepare
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.document import Document
 from m4e_fmi.fmu import build_fmu, read_description
-from m4e_fmi.fmu.export.expected import expected_description
+from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmus import hydrodynamics, mooring

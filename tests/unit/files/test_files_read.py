@@ -23,8 +23,7 @@ from m4e_fmi.files.files_read import (
     read_bytes,
 )
 from m4e_fmi.fmu.importer.opening import check_archive
-from m4e_fmi.results.results_file import load
-from m4e_fmi.results.rows_again import rows_again
+from m4e_fmi.results.results_file import load, rows_of
 
 
 def test_a_file_is_read_up_to_the_limit_and_not_a_byte_beyond(tmp_path: Path) -> None:
@@ -70,7 +69,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     "s.ssp": Package,
     "p.ssv": read_parameter_set,
     "r.nc": load,
-    "again.nc": lambda path: list(rows_again(path, (), 1, int)),
+    "again.nc": lambda path: list(rows_of(path, (), 1, int)),
     "r.nc.checkpoint": read_checkpoint,
 }
 

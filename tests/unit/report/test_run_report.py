@@ -30,7 +30,7 @@ from m4e_fmi.report.run_report.record import (
     carried_record,
     record_of,
 )
-from m4e_fmi.results.row_header import NOT_ENDED
+from m4e_fmi.results.row_file import NOT_ENDED
 
 TIME = np.linspace(0.0, 10.0, 101)
 HOSTILE = "</script><img src=x onerror=alert(1)>&%{y}\"'$x^$"

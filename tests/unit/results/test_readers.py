@@ -15,8 +15,7 @@ from netCDF4 import Dataset
 import m4e_fmi
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.compared_file import read_compared
-from m4e_fmi.results.row_file import RowFile
-from m4e_fmi.results.row_header import Column, Section
+from m4e_fmi.results.row_file import Column, RowFile, Section
 
 TIME = (0.0, 0.1, 0.2, 0.4)
 PLACE = np.array([1.5, np.nan, 0.25, -3e-7])

@@ -13,8 +13,7 @@ from netCDF4 import Dataset
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, Results, load, write_netcdf
-from m4e_fmi.results.row_file import RowFile
-from m4e_fmi.results.row_header import NOT_ENDED, Column, Section
+from m4e_fmi.results.row_file import NOT_ENDED, Column, RowFile, Section
 
 NUMBER = Recorded("Integer", "i4")
 SECTIONS = (

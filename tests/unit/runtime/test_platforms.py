@@ -17,8 +17,7 @@ from support.libraries import (
     universal_parts,
 )
 
-from m4e_fmi.fmu.export.native import shell_binaries
-from m4e_fmi.fmu.export.native.universal import universal
+from m4e_fmi.fmu.export.native_fmu import shell_binaries, universal
 from m4e_fmi.runtime import platforms
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged, this_platform
 

@@ -1,20 +1,31 @@
 """Slave of a program: integrates its states, computes its outputs.
 
-The C runtime does it where its library, which is packed, can be loaded; plain Python elsewhere,
-with another integrator unless the method is rk4. Inputs are held during a step. The local error per
-step is bounded by the importer's tolerance, or by the one that `layout.json` gives; rk4 takes fixed
-steps.
+The C runtime does it where its library, which is packed, can be loaded, with the bits of a native
+FMU; plain Python elsewhere, with another integrator unless the method is rk4. Inputs are held
+during a step. The local error per step is bounded by the importer's tolerance, or by the one that
+`layout.json` gives; rk4 takes fixed steps.
 """
 
 from __future__ import annotations
 
 import json
+import sys
+import weakref
+from collections.abc import Callable, Sequence
+from ctypes import CDLL, Array, byref, c_double, c_int32, c_uint32, create_string_buffer
+from math import inf, isfinite
+from pathlib import Path
 
-from .python_engine import PythonEngine
-from .runtime_engine import RuntimeEngine
+from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
+from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed too
+from .dormand_prince import DormandPrince  # type: ignore[import]
+from .runge_kutta import RungeKutta  # type: ignore[import]
 from .slave_base import M4eSlave, Saved
 
-LAYOUT = "layout.json"
+LAYOUT, LIBRARY, PROGRAM = "layout.json", f"runtime.{sys.platform}", "model.m4e"
+DONE, SMALL_STEP, MANY_STEPS = 0, -2, -3
+MOST_STEPS = 1_000_000  # of one call of advance
+_loaded: list[CDLL] = []  # once per process: the folder of the first instance may be gone by now
 
 
 class ProgramSlave(M4eSlave):
@@ -23,82 +34,230 @@ class ProgramSlave(M4eSlave):
 
     def __init__(self, **kwargs: str) -> None:
         super().__init__(**kwargs)
-        layout = json.loads((self.resources / LAYOUT).read_text(encoding="utf-8"))
-        self._parameters = layout["parameters"]
-        self._inputs = layout["inputs"]
-        self._states = layout["states"]
-        self._outputs = layout["outputs"]
-        self._calculated = layout["calculated"]
-        self._fixed = set(self._parameters)
-        self._default = layout["tolerance"]
-        self._known = False
+        self._layout = layout = json.loads((self.resources / LAYOUT).read_text(encoding="utf-8"))
+        self._fixed = set(layout["parameters"])
+        self._known = False  # what is calculated from parameters, to the engine and here
         self._held = False  # nothing was set since the last step
-        self._engine = self._new_engine(layout["method"], layout["step_size"])
-
-    def _new_engine(self, method: str, step_size: float) -> RuntimeEngine | PythonEngine:
-        states, outputs = ([self._names[k] for k in vrs] for vrs in (self._states, self._outputs))
+        self._engine: RuntimeEngine | PythonEngine
         try:
-            return RuntimeEngine(
-                self.resources,
-                self._default,
-                states,
-                outputs,
-                len(self._calculated),
-                method=method,
-                step_size=step_size,
-            )
+            self._engine = RuntimeEngine(self.resources, layout, self._names)
         except OSError:
-            return PythonEngine(self._default, method=method, step_size=step_size)
+            self._engine = PythonEngine(layout)
 
-    def setup_experiment(
-        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
-    ) -> None:
-        super().setup_experiment(start_time, stop_time, tolerance)
-        self._set_tolerance()
-
-    def _set_tolerance(self) -> None:
-        self._engine.tolerance = self.tolerance or self._default
+    @property
+    def _tolerance(self) -> float:
+        return self.tolerance or self._layout["tolerance"]
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         before = [self.values[k] for k in vrs if k < len(self.values)]
         super().set_real(vrs, values)
         if before != [self.values[k] for k in vrs if k < len(self.values)]:
             self._held = False
-        if self._known and not self._fixed.isdisjoint(vrs):
+        if not self._fixed.isdisjoint(vrs):
             self._known = False
+
+    def _vector(self, group: str) -> list[float]:
+        return [self.values[k] for k in self._layout[group]]
+
+    def _set_vector(self, group: str, found: list[float]) -> None:
+        for k, value in zip(self._layout[group], found, strict=True):
+            self.values[k] = value
 
     def _prepare(self) -> None:
         """Collect the inputs; recompute what depends on parameters if one has changed."""
-        values = self.values
         if not self._known:
-            found = self._engine.set_parameters([values[k] for k in self._parameters])
-            for k, value in zip(self._calculated, found, strict=True):
-                values[k] = value
+            found = self._engine.set_parameters(self._vector("parameters"))
+            self._set_vector("calculated", found)
             self._known = True
-        self._engine.set_inputs([values[k] for k in self._inputs])
+        self._engine.set_inputs(self._vector("inputs"))
 
     def step(self, t: float, h: float) -> None:
         self._prepare()
-        values = self.values
-        x = [values[k] for k in self._states]
-        found = self._engine.advance(t, x, t + h, held=self._held)
-        for k, value in zip(self._states, found, strict=True):
-            values[k] = value
+        x = self._vector("states")
+        found = self._engine.advance(t, x, t + h, held=self._held, tolerance=self._tolerance)
+        self._set_vector("states", found)
         self._held = True
 
     def update(self) -> None:
         self._prepare()
-        values = self.values
-        x = [values[k] for k in self._states]
-        results = self._engine.outputs(self.time, x)
-        for k, value in zip(self._outputs, results, strict=True):
-            values[k] = value
+        self._set_vector("outputs", self._engine.outputs(self.time, self._vector("states")))
 
     def save(self) -> Saved:
         return {"held": self._held, "engine": self._engine.save()}
 
     def restore(self, saved: Saved) -> None:
         self._held = saved["held"]
-        self._set_tolerance()
-        self._engine.restore(saved["engine"])
+        self._engine.restore(saved["engine"], self._tolerance)
         self._known = False
+
+
+def _doubles(values: list[float]) -> Array[c_double]:
+    return (c_double * len(values))(*values)
+
+
+class RuntimeEngine:
+    """The program run by the C runtime's library in `folder`; OSError where it cannot be loaded.
+
+    `layout` is that of `ProgramSlave`, `names` are the variables', for messages.
+    """
+
+    def __init__(self, folder: Path, layout: Saved, names: list[str]) -> None:
+        if not _loaded:
+            _loaded.append(load(folder / LIBRARY))
+        self._lib = lib = _loaded[0]
+        content = (folder / PROGRAM).read_bytes()
+        message = create_string_buffer(128)
+        program = lib.m4e_program_read(content, len(content), message, len(message))
+        if not program:
+            raise OSError(f"{PROGRAM} {message.value.decode()}")
+        count = len(layout["outputs"])
+        self._model = lib.m4e_model_new(
+            program, 1, count, (c_uint32 * count)(*range(count)), 0, None
+        )
+        if not self._model:
+            lib.m4e_program_free(program)
+            raise OSError(f"{PROGRAM} does not fit into memory")
+        weakref.finalize(self, _free, lib, program, self._model)
+        self._layout, self._names = layout, names
+        self._integrator: int | None = None
+        self._release: Callable[[], object] | None = None
+        self._built = 0.0  # tolerance of the integrator
+        self._step = 0.0
+        self._ahead = c_int32(0)
+
+    def set_parameters(self, p: list[float]) -> list[float]:
+        """Calculated parameters, after parameters have been set to `p`."""
+        self._lib.m4e_set_parameters(self._model, _doubles(p))
+        result = (c_double * len(self._layout["calculated"]))()
+        self._lib.m4e_calculated(self._model, result)
+        return list(result)
+
+    def set_inputs(self, u: list[float]) -> None:
+        """Set the inputs, which are held during a step."""
+        self._lib.m4e_set_inputs(self._model, _doubles(u))
+
+    def outputs(self, t: float, x: list[float]) -> list[float]:
+        """Outputs at t [s] and the states x; ArithmeticError if one is not finite."""
+        result = (c_double * len(self._layout["outputs"]))()
+        self._lib.m4e_outputs(self._model, t, _doubles(x), result)
+        for k, value in zip(self._layout["outputs"], result, strict=True):
+            if not isfinite(value):
+                raise ArithmeticError(f"{self._names[k]} is {value}")
+        return list(result)
+
+    def advance(
+        self, t: float, x: list[float], t_end: float, *, held: bool, tolerance: float
+    ) -> list[float]:
+        """States at t_end [s] from the states x at t; ArithmeticError if it is not reached.
+
+        Where nothing was set since the last call, which is `held`, the integrator cuts no step.
+        """
+        self._build(tolerance)
+        report, result = Report(), _doubles(x)
+        status = self._lib.m4e_go_on(
+            self._integrator, t, result, t_end, held, self._step, byref(self._ahead), byref(report)
+        )
+        self._step = report.step
+        if status != DONE:
+            raise ArithmeticError(self._failure(report))
+        return list(result)
+
+    def save(self) -> list[float]:
+        """Numbers that `advance` goes on from, besides states, inputs and parameters."""
+        numbers = (c_double * kept(len(self._layout["states"])))()
+        if self._ahead.value:
+            self._lib.m4e_keep(self._integrator, numbers)
+        return [self._step, *(numbers if self._ahead.value else ())]
+
+    def restore(self, saved: list[float], tolerance: float) -> None:
+        """Take back what `save` returned, in a run to `tolerance`."""
+        self._step, *ahead = saved
+        self._ahead.value = bool(ahead)
+        if ahead:
+            self._build(tolerance)
+            self._lib.m4e_take_up(self._integrator, _doubles(ahead))
+
+    def _build(self, tolerance: float) -> None:
+        """Make the integrator for a tolerance, unless it is there."""
+        if self._built == tolerance:
+            return
+        if self._release:
+            self._release()
+        method = self._layout["method"]
+        options = Options(
+            method=METHODS[method],
+            rtol=tolerance,
+            atol=tolerance,
+            max_step=self._layout["step_size"] if method == "rk4" else inf,
+            max_steps=MOST_STEPS,
+        )
+        self._integrator = self._lib.m4e_integrator_new(self._model, options, None)
+        if not self._integrator:
+            raise MemoryError("no memory for the integrator")
+        self._release = weakref.finalize(self, self._lib.m4e_integrator_free, self._integrator)
+        self._built = tolerance
+
+    def _failure(self, report: Report) -> str:
+        why = {
+            SMALL_STEP: "the step size needed is too small to go on",
+            MANY_STEPS: "too many steps are needed",
+        }.get(report.status, "a state or its rate is not finite")
+        states = self._layout["states"]
+        known = 0 <= report.component < len(states)
+        where = f": {self._names[states[report.component]]}" if known else ""
+        return f"{why} at t = {report.time:.9g} s{where}"
+
+
+def _free(lib: CDLL, program: int, model: int) -> None:
+    lib.m4e_model_free(model)
+    lib.m4e_program_free(program)
+
+
+class PythonEngine:
+    """The program run by plain Python; the size of steps is kept between calls of `advance`.
+
+    With the method rk4 steps are fixed; all other methods are replaced by Dormand and Prince's.
+    """
+
+    def __init__(self, layout: Saved) -> None:
+        self._p: list[float] = []
+        self._c: list[float] = []
+        self._u: list[float] = []
+        if layout["method"] == "rk4":
+            self._integrator = RungeKutta(self._rates, step=layout["step_size"], tolerance=1.0)
+        else:
+            self._integrator = DormandPrince(self._rates)
+
+    def set_parameters(self, p: list[float]) -> list[float]:
+        """Calculated parameters, after parameters have been set to `p`."""
+        self._p = p
+        self._c = model.constants(p)
+        return model.calculated(p, self._c)
+
+    def set_inputs(self, u: list[float]) -> None:
+        """Set the inputs, which are held during a step."""
+        self._u = u
+
+    def _rates(self, t: float, x: Sequence[float]) -> list[float]:
+        return model.rates(t, x, self._u, self._p, self._c)
+
+    def outputs(self, t: float, x: list[float]) -> list[float]:
+        """Outputs at t [s] and the states x."""
+        return model.outputs(t, x, self._u, self._p, self._c)
+
+    def advance(
+        self, t: float, x: list[float], t_end: float, *, held: bool, tolerance: float
+    ) -> list[float]:
+        """The states at t_end [s] from the states x at t; every call starts anew, `held` or not."""
+        del held
+        self._integrator.tolerance = tolerance
+        return self._integrator.advance(t, x, t_end)
+
+    def save(self) -> list[float]:
+        """Step size that `advance` goes on from, besides states, inputs and parameters."""
+        return [self._integrator.step]
+
+    def restore(self, saved: list[float], tolerance: float) -> None:
+        """Take back what `save` returned."""
+        del tolerance
+        [self._integrator.step] = saved

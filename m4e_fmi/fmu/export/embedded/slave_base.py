@@ -31,12 +31,12 @@ IDENTITY = __package__
 """Of states: the package's name ends in a hash of the FMU's code, variables and data."""
 CHECKSUM = 8  # hexadecimal digits before a state as bytes
 Saved = dict[str, Any]
-"""A state: JSON values and bytes, by name."""
+"""JSON values and, of a state, bytes, by name."""
 _T = TypeVar("_T")
 _PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
-class M4eSlave(Fmi2Slave):
+class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu has no types
     """Override `initialise`, `step`, `update`, `save`, `restore`, `finish`; raise on failure.
 
     Available to them: `values` (list of floats by value reference), `index` (name → value
@@ -222,17 +222,13 @@ class M4eSlave(Fmi2Slave):
             for vr, value in zip(vrs, values, strict=True):
                 if not isfinite(value):
                     self._fail(f"{self._names[vr]} was set to {value}")
-                elif vr in self._limits:
-                    self._check_limits(vr, value)
+                low, high = self._limits.get(vr, (value, value))
+                if not low <= value <= high:
+                    where = f"outside its range from {low:g} to {high:g}"
+                    self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
                 self.values[vr] = value
         except IndexError:
             self._unknown(vrs, nan)
-
-    def _check_limits(self, vr: int, value: float) -> None:
-        low, high = self._limits[vr]
-        if not low <= value <= high:
-            where = f"outside its range from {low:g} to {high:g}"
-            self._fail(f"{self._names[vr]} was set to {value:g}, {where}")
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Values of string variables."""

@@ -16,9 +16,6 @@ class Channel(ctypes.Structure):
     """The fields that `m4e_channel` of remote.h begins with."""
 
     _fields_ = [
-        ("asked", c_uint32),
-        ("answered", c_uint32),
-        ("asleep", c_uint32 * 2),
         ("lost", c_int32),
         ("calls", c_uint32),
         ("busy", c_int32),

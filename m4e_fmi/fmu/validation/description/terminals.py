@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.xml_text import check_size, xml_root
-from m4e_fmi.fmu.export.description.terminals import TERMINALS
+from m4e_fmi.fmu.export.model_description import TERMINALS
 from m4e_fmi.fmu.importer.elements import array_name
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.fmu_under_test import FmuUnderTest

@@ -20,7 +20,7 @@ from m4e_fmi.cosim import Component, FmuFile, Kind, Simulation, System, prepare,
 from m4e_fmi.cosim.preparation import components
 from m4e_fmi.cosim.system import component as component_module
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.export import native as native_module
+from m4e_fmi.fmu.export import native_fmu as native_module
 from m4e_fmi.runtime import compiler
 
 KIND_CODE = """\

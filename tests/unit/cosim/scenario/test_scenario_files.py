@@ -9,7 +9,7 @@ import numpy as np
 from support.small_systems import Fmus
 
 from m4e_fmi.cosim import load, run, save_system
-from m4e_fmi.cosim.load import load_system
+from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.report.text.summaries import run_summary
 
 FILE = """\

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from m4e_fmi.fmu.export.description.arrays import Grouped, Place, grouped, places
-from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.export.arrays import Grouped, Place, grouped, places
+from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
 
 
 def output(name: str, **more: Any) -> FmuVariable:
@@ -17,7 +17,7 @@ def output(name: str, **more: Any) -> FmuVariable:
 
 def arrays(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> dict[str, Grouped]:
     description = ModelDescription("m", "m", variables, derivatives=derivatives)
-    return {v.name: v for v in grouped(description)}
+    return {v.name: v for v in grouped(description, "3")}
 
 
 def elements(found: dict[str, Grouped]) -> dict[str, list[str]]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from zipfile import ZipFile
 
 from m4e_fmi.fmu import build_fmu
-from m4e_fmi.fmu.export.description.model_description import LONG, XML
+from m4e_fmi.fmu.export.model_description import LONG, XML
 from m4e_fmi.fmu.importer.reading import read_description
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program

@@ -12,8 +12,8 @@ from support.fuzz.shell import shell_fuzzer
 from support.plane import plane
 from support.sanitized import FUZZERS, INCLUDES, STRICT, sanitized, written
 
-from m4e_fmi.fmu.export.from_program import with_rates
-from m4e_fmi.fmu.export.native import shell_binaries
+from m4e_fmi.fmu.export.description import with_rates
+from m4e_fmi.fmu.export.native_fmu import shell_binaries
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.compiler import FLAGS, compiler, shell_sources
 from m4e_fmi.runtime.platforms import this_platform

@@ -10,7 +10,7 @@ from support.driven import driven
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.fmu import ModelDescription, PythonSource, build_fmu
-from m4e_fmi.fmu.export.from_program import with_rates
+from m4e_fmi.fmu.export.description import with_rates
 from m4e_fmi.fmu.export.selection import renamed, with_outputs
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.engine import Engine

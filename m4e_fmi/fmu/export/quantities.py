@@ -5,7 +5,6 @@ Names of quantities are those of the Modelica Standard Library, which importers 
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 
 from m4e_fmi.units import parse_unit
@@ -49,12 +48,6 @@ QUANTITIES = {
         Quantity("Frequency", "Hz"),
     )
 }
-
-
-def quantities_of(units: Collection[str]) -> list[Quantity]:
-    """The quantities that have these units, by name."""
-    found = [QUANTITIES[unit] for unit in set(units) if unit in QUANTITIES]
-    return sorted(found, key=lambda q: q.name)
 
 
 def display_factor(unit: str, display: str) -> float:

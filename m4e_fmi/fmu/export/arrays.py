@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from m4e_fmi.fmu.export.description.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
 from m4e_fmi.joints import ATTITUDE, QUATERNION, TURNING
 from m4e_fmi.program import TIME
 
@@ -31,6 +31,8 @@ IN_SPACE: Mapping[str, tuple[str, ...]] = {
 }
 """Name of a vector that exists in space only → last parts of the names of all its components."""
 
+KIND_NUMBERS = {"constant": 1, "fixed": 2, "tunable": 3, "dependent": 5}
+"""Kinds of dependencies as fmi3DependencyKind has them."""
 LIMITS = ("minimum", "maximum", "nominal")
 
 _TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
@@ -38,7 +40,7 @@ _TIME = FmuVariable(TIME, "s", "Simulation time", causality="independent")
 
 @dataclass(frozen=True)
 class Grouped:
-    """A variable of FMI 3.0: the scalars that are its elements, row by row; shape () for one."""
+    """A variable of an FMU: the scalars that are its elements, row by row; shape () for one."""
 
     name: str
     shape: tuple[int, ...]
@@ -88,19 +90,17 @@ def places(variables: Sequence[Grouped]) -> dict[str, Place]:
     }
 
 
-def ungrouped(description: ModelDescription) -> tuple[Grouped, ...]:
-    """Variables of FMI 2.0, in the form of those of FMI 3.0: each is a scalar."""
-    return tuple(Grouped(v.name, (), (v,)) for v in description.variables)
+def grouped(description: ModelDescription, fmi: str) -> tuple[Grouped, ...]:
+    """Variables of a description in version `fmi` of the standard: scalars in "2".
 
-
-def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
-    """Variables of FMI 3.0: time, then all of the description's, each at the place of its first.
-
-    Scalars become elements if they agree in type, causality, variability, display unit, limits and
-    in whether they have a start value; vectors in their unit, too. A variable and what it is the
-    derivative of have equal dimensions: where elements are derivatives, they are those of the
-    elements of another array, and no scalar is the derivative of an element.
+    In "3" time, then all of the description's, each at the place of its first. Scalars become
+    elements if they agree in type, causality, variability, display unit, limits and in whether they
+    have a start value; vectors in their unit, too. A variable and what it is the derivative of have
+    equal dimensions: where elements are derivatives, they are those of the elements of another
+    array, and no scalar is the derivative of an element.
     """
+    if fmi == "2":
+        return tuple(Grouped(v.name, (), (v,)) for v in description.variables)
     variables = {v.name: v for v in description.variables}
     found = {
         name: Grouped(name, shape, tuple(variables[m] for m in members))
@@ -117,6 +117,41 @@ def grouped(description: ModelDescription) -> tuple[Grouped, ...]:
         group = group_of.get(v.name, Grouped(v.name, (), (v,)))
         result.setdefault(group.name, group)
     return tuple(result.values())
+
+
+def dependencies(variable: FmuVariable, *, initial: bool) -> dict[str, str] | None:
+    """Dependencies of a scalar → their kind, "" if it says nothing; at the start, or later.
+
+    None of a scalar that may depend on all.
+    """
+    names, kinds = variable.dependencies, variable.kinds
+    if initial:
+        names, kinds = variable.initial_dependencies, variable.initial_kinds
+    return None if names is None else dict(zip(names, kinds or [""] * len(names), strict=True))
+
+
+def layout_files(description: ModelDescription, variables: Sequence[Grouped]) -> dict[str, bytes]:
+    """Name in `resources` → content: which scalars a value reference of FMI 3.0 stands for.
+
+    All are lines of numbers; scalars are numbered as the value references of FMI 2.0 are, time
+    last. `variables.txt` has a line for each value reference: its scalars. `dependencies.txt` has
+    one for each dependency: value reference and element of what depends, of what it depends on, and
+    how.
+    """
+    scalars = [v.name for v in description.variables if v.type == "Real"]
+    numbers = {name: k for k, name in enumerate([*scalars, TIME])}
+    place, lines, needs = places(variables), list[str](), list[str]()
+    for variable in (v for v in variables if v.first.type == "Real"):
+        lines.append(" ".join(str(numbers[m.name]) for m in variable.members))
+        initial = variable.first.causality == "calculatedParameter"
+        for member in variable.members:
+            here = place[member.name]
+            for name, kind in (dependencies(member, initial=initial) or {}).items():
+                on = place[name]
+                line = f"{here.reference} {here.element} {on.reference} {on.element}"
+                needs.append(f"{line} {KIND_NUMBERS[kind]}")
+    texts = {"variables.txt": lines, "dependencies.txt": needs}
+    return {name: "".join(f"{x}\n" for x in text).encode() for name, text in texts.items()}
 
 
 def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[str]]]:

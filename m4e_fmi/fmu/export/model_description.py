@@ -1,0 +1,412 @@
+"""modelDescription.xml, of FMI 2.0 and 3.0, from one table of what an FMU declares.
+
+A version has variables that are `Grouped`: FMI 2.0 scalars, FMI 3.0 arrays. What else differs is in
+a `Form`. Sources: FMI Specification 2.0.4, section 2.2, and 3.0.2, section 2.4. Element order and
+attributes follow their schemas.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+import m4e_fmi
+from m4e_fmi.fmu.export.arrays import Grouped, dependencies, places
+from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
+from m4e_fmi.fmu.export.quantities import QUANTITIES, display_factor
+from m4e_fmi.fmu.importer.elements import ELEMENTS
+from m4e_fmi.program.dependence import KINDS
+from m4e_fmi.units import BASE_UNITS, parse_unit
+
+XML = "modelDescription.xml"
+BUILD = "sources/buildDescription.xml"
+TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
+LONG = 200
+"""Dependencies beyond which FMI 2.0 has no list of all that is known, nor of kinds that are alike:
+it reads them the same, and lists of n outputs of n others grow as n²."""
+LOG_CATEGORIES = {
+    "logStatusWarning": "Messages with status warning.",
+    "logStatusDiscard": "Messages with status discard.",
+    "logStatusError": "Messages with status error.",
+    "logStatusFatal": "Messages with status fatal.",
+    "logAll": "All messages.",
+}
+DECLARATION = "<?xml version='1.0' encoding='UTF-8'?>"
+_RANK = {kind: k for k, kind in enumerate(("", *KINDS))}
+
+
+@dataclass(frozen=True)
+class Form:
+    """How a kind of FMU is described: version of FMI, its words, and what the FMU can do.
+
+    `token` is the attribute for the GUID; `unknowns` are the elements for outputs, rates of states,
+    and what is computed at the start. `abilities` are attributes of both modes, `exchange` (None:
+    no model exchange) and `stepping` further ones of model exchange and co-simulation.
+    """
+
+    version: str
+    token: str
+    unknowns: tuple[str, str, str]
+    abilities: Mapping[str, str]
+    exchange: Mapping[str, str] | None
+    stepping: Mapping[str, str]
+
+    @property
+    def is_2(self) -> bool:
+        """True of FMI 2.0."""
+        return self.version == "2.0"
+
+
+_UNKNOWNS_2 = ("Outputs", "Derivatives", "InitialUnknowns")
+_ABILITIES_2 = {
+    "canNotUseMemoryManagementFunctions": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
+}
+PYTHON = Form(
+    version="2.0",
+    token="guid",
+    unknowns=_UNKNOWNS_2,
+    abilities={"needsExecutionTool": "true", **_ABILITIES_2},
+    exchange=None,
+    stepping={"canHandleVariableCommunicationStepSize": "true"},
+)
+NATIVE_2 = Form(
+    version="2.0",
+    token="guid",
+    unknowns=_UNKNOWNS_2,
+    abilities={
+        "needsExecutionTool": "false",
+        **_ABILITIES_2,
+        "providesDirectionalDerivative": "true",
+    },
+    exchange={"completedIntegratorStepNotNeeded": "true"},
+    stepping={
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "true",
+        "maxOutputDerivativeOrder": "1",
+    },
+)
+NATIVE_3 = Form(
+    version="3.0",
+    token="instantiationToken",
+    unknowns=("Output", "ContinuousStateDerivative", "InitialUnknown"),
+    abilities={
+        "needsExecutionTool": "false",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+        "providesDirectionalDerivatives": "true",
+        "providesAdjointDerivatives": "true",
+        "providesPerElementDependencies": "true",
+    },
+    exchange={},
+    stepping={
+        "canHandleVariableCommunicationStepSize": "true",
+        "maxOutputDerivativeOrder": "1",
+        "providesIntermediateUpdate": "true",
+        "mightReturnEarlyFromDoStep": "false",
+        "canReturnEarlyAfterIntermediateUpdate": "true",
+        "hasEventMode": "false",
+    },
+)
+
+
+def model_description_xml(
+    description: ModelDescription,
+    variables: Sequence[Grouped],
+    form: Form,
+    *,
+    model_identifier: str,
+    sources: Sequence[str] = (),
+) -> bytes:
+    """The XML text (UTF-8) of `description`, whose scalars are grouped into `variables`.
+
+    Its GUID is empty: see `with_guid`. `sources` are the C files in the FMU that an importer of
+    FMI 2.0 compiles. ValueError names a unit that is not understood, or variables of one name.
+    """
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": form.version,
+            "modelName": description.name,
+            form.token: "",
+            "description": _legal(description.description),
+            "generationTool": f"m4e_fmi {m4e_fmi.__version__}",
+            "variableNamingConvention": "structured",
+        },
+    )
+    if form is NATIVE_2:
+        root.set("numberOfEventIndicators", "0")
+    for mode, more in (("ModelExchange", form.exchange), ("CoSimulation", form.stepping)):
+        if more is None:
+            continue
+        abilities = {"modelIdentifier": model_identifier, **form.abilities, **more}
+        element = SubElement(root, mode, abilities)
+        if form.is_2 and sources:
+            files = SubElement(element, "SourceFiles")
+            for name in sources:
+                SubElement(files, "File", name=name)
+    reals = [m for v in variables for m in v.members if m.type == "Real"]
+    _add_units(root, reals)
+    _add_types(root, reals, form)
+    categories = SubElement(root, "LogCategories")
+    for name, text in LOG_CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=text)
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=repr(description.stop_time),
+        tolerance=repr(description.tolerance),
+        stepSize=repr(description.step_size),
+    )
+    _add_variables(root, variables, form)
+    _add_structure(root, description, variables, form)
+    return _xml_bytes(root)
+
+
+def with_guid(xml: bytes, guid: str) -> bytes:
+    """The XML of a description that was written with an empty GUID (FMI 3.0: token)."""
+    return re.sub(rb'(guid|instantiationToken)=""', rf'\1="{guid}"'.encode(), xml, count=1)
+
+
+def _xml_bytes(root: Element) -> bytes:
+    """The document of `root`, indented, in UTF-8."""
+    indent(root)
+    text = tostring(root, encoding="unicode")  # encoded at once, which takes half the time
+    return f"{DECLARATION}\n{text}\n".encode()
+
+
+def _legal(text: str) -> str:
+    """`text` with the characters that XML 1.0 cannot hold replaced."""
+    return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+
+
+def _add_units(root: Element, reals: Iterable[FmuVariable]) -> None:
+    """Add the units of variables, with what their values may be shown in."""
+    displays: dict[str, set[str]] = {}
+    for variable in reals:
+        displays.setdefault(variable.unit, set())
+        if variable.display_unit:
+            displays[variable.unit].add(variable.display_unit)
+    if not displays:
+        return
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in sorted(displays):
+        unit = parse_unit(name)
+        element = SubElement(definitions, "Unit", name=name)
+        powers = {
+            base: str(power)
+            for base, power in zip(BASE_UNITS, unit.exponents, strict=True)
+            if power
+        }
+        if unit.factor != 1.0:
+            powers["factor"] = repr(unit.factor)
+        SubElement(element, "BaseUnit", powers)
+        offered = QUANTITIES[name].displays if name in QUANTITIES else ()
+        for display in sorted({*displays[name], *offered}):
+            factor = display_factor(name, display)
+            SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def _add_types(root: Element, reals: Iterable[FmuVariable], form: Form) -> None:
+    """Add the quantities of variables as types."""
+    units = {v.unit for v in reals} & QUANTITIES.keys()
+    if not units:
+        return
+    definitions = SubElement(root, "TypeDefinitions")
+    for quantity in sorted((QUANTITIES[unit] for unit in units), key=lambda q: q.name):
+        tag = "SimpleType" if form.is_2 else "Float64Type"
+        element = SubElement(definitions, tag, name=quantity.type_name)
+        if form.is_2:
+            element = SubElement(element, "Real")
+        element.set("quantity", quantity.name)
+        element.set("unit", quantity.unit)
+        if quantity.shown:
+            element.set("displayUnit", quantity.shown)
+
+
+def _numbers(variables: Sequence[Grouped], form: Form) -> dict[str, int]:
+    """Name of each scalar → the number by which its variable is referred to.
+
+    In FMI 2.0 its place, from 1; in FMI 3.0 its value reference, which is its place from 0.
+    """
+    first = 1 if form.is_2 else 0
+    return {name: first + place.reference for name, place in places(variables).items()}
+
+
+def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> None:
+    number = _numbers(variables, form)
+    names = [m.name for v in variables for m in v.members]
+    if len(number) != len(names):
+        twice = sorted(name for name, count in Counter(names).items() if count > 1)
+        raise ValueError(f"variables named twice: {twice}")
+    count_of_type = Counter[str]()
+    parent = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        first = variable.first
+        real = "Real" if form.is_2 else "Float64"
+        kind = real if first.type == "Real" else first.type
+        attributes = {
+            "name": variable.name,
+            "valueReference": str(count_of_type[kind] if form.is_2 else reference),
+            "description": _legal(variable.description),
+            "causality": first.causality,
+            "variability": first.variability,
+        }
+        count_of_type[kind] += 1
+        if first.initial:
+            attributes["initial"] = first.initial
+        element = SubElement(parent, "ScalarVariable" if form.is_2 else kind, attributes)
+        if form.is_2:
+            element = SubElement(element, kind)
+        elif first.variability == "continuous" and first.causality != "independent":
+            element.set("intermediateUpdate", "true")
+        if first.type == "Real" and variable.unit is not None:
+            _add_quantity(element, first)
+        if first.start is not None:
+            element.set("start", " ".join(str(m.start) for m in variable.members))
+        if first.derivative_of:
+            element.set("derivative", str(number[first.derivative_of]))
+        if variable.shape:
+            notes = SubElement(element, "Annotations")
+            note = SubElement(notes, "Annotation", type=ELEMENTS)
+            note.text = "\n".join(f"{member.name}\t{member.unit}" for member in variable.members)
+        for size in variable.shape:
+            SubElement(element, "Dimension", start=str(size))
+
+
+def _add_quantity(element: Element, variable: FmuVariable) -> None:
+    """Add type, units, limits and nominal value of a Real.
+
+    The unit stands here, too, for importers that do not look at types.
+    """
+    quantity = QUANTITIES.get(variable.unit)
+    if quantity:
+        element.set("declaredType", quantity.type_name)
+    element.set("unit", variable.unit)
+    display = variable.display_unit or (quantity.shown if quantity else None)
+    if display:
+        element.set("displayUnit", display)
+    for key, value, default in (
+        ("min", variable.minimum, -math.inf),
+        ("max", variable.maximum, math.inf),
+        ("nominal", variable.nominal, 1.0),
+    ):
+        if value != default:
+            element.set(key, repr(value))
+
+
+def _add_structure(
+    root: Element, description: ModelDescription, variables: Sequence[Grouped], form: Form
+) -> None:
+    structure = SubElement(root, "ModelStructure")
+    outputs, derivatives, at_start = form.unknowns
+    rates = [] if form.exchange is None else _state_rates(description, variables)
+    # at a communication point of co-simulation without model exchange only the inputs are known
+    states = {m.derivative_of for rate in rates for m in rate.members}
+    number = _numbers(variables, form)
+    known = {
+        m.name: number[m.name]
+        for v in variables
+        for m in v.members
+        if m.causality in ("input", "independent") or m.name in states
+    }
+    exact = {number[v.first.name] for v in variables if v.first.initial == "exact"}
+
+    def unknowns(title: str, listed: Sequence[Grouped], *, initial: bool = False) -> None:
+        parent = SubElement(structure, title) if form.is_2 and listed else structure
+        tag, attribute = ("Unknown", "index") if form.is_2 else (title, "valueReference")
+        everything = {*known.values(), *(exact if initial else ())}
+        for v in listed:
+            element = SubElement(parent, tag, {attribute: str(number[v.first.name])})
+            found = _union(v, number if initial else known, initial=initial)
+            if found is None:
+                continue
+            long = form.is_2 and len(found) > LONG
+            plain = long and all(kind == KINDS[-1] for kind in found.values())
+            if plain and everything <= found.keys():
+                continue
+            element.set("dependencies", " ".join(map(str, found)))
+            kinds = v.first.initial_kinds if initial else v.first.kinds
+            if kinds is not None and not plain:
+                element.set("dependenciesKind", " ".join(found.values()))
+
+    unknowns(outputs, [v for v in variables if v.first.causality == "output"])
+    unknowns(derivatives, rates)
+    shown, names = ("output", "calculatedParameter"), {rate.name for rate in rates}
+    asked = [v for v in variables if v.first.causality in shown or v.name in names]
+    unknowns(at_start, [v for v in asked if v.first.initial != "exact"], initial=True)
+
+
+def _state_rates(description: ModelDescription, variables: Sequence[Grouped]) -> list[Grouped]:
+    """The rates of the states, in the order of the states among `variables`."""
+    place = places(variables)
+    by_name = {v.name: v for v in description.variables}
+    rate_of = {by_name[name].derivative_of: name for name in description.derivatives}
+    return [
+        variables[place[rate_of[v.first.name]].reference]
+        for v in variables
+        if v.first.name in rate_of
+    ]
+
+
+def _union(
+    variable: Grouped, numbers: Mapping[str, int], *, initial: bool
+) -> dict[int, str] | None:
+    """Numbers of what any element depends on, and how at most, in their order; None: of all."""
+    found: dict[int, str] = {}
+    for member in variable.members:
+        needs = dependencies(member, initial=initial)
+        if needs is None:
+            return None
+        for name, kind in needs.items():
+            if (k := numbers.get(name)) is not None and _RANK[kind] >= _RANK[found.get(k, "")]:
+                found[k] = kind
+    return dict(sorted(found.items()))
+
+
+def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
+    """The XML text (UTF-8) of `BUILD`: how a compiler makes the library of `sources`.
+
+    Source: FMI Specification 3.0.2, section 2.4.10.
+    """
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=model_identifier)
+    files = SubElement(configuration, "SourceFileSet", language="C11")
+    for name in sources:
+        SubElement(files, "SourceFile", name=name)
+    return _xml_bytes(root)
+
+
+def terminals_xml(variables: Sequence[Grouped]) -> bytes | None:
+    """The XML text (UTF-8) of `TERMINALS`, for importers that connect whole groups; None if none.
+
+    There is a terminal for each connector: inputs and outputs whose names begin alike, such as
+    `body.buoy.position`, `body.buoy.force`. Members of two terminals belong together if their names
+    are equal, and either may have more: rule "bus". Source: FMI Specification 3.0.2, section 2.4.9.
+    """
+    groups: dict[str, dict[str, Grouped]] = {}
+    for variable in variables:
+        prefix, dot, last = variable.name.rpartition(".")
+        if dot and variable.first.causality in ("input", "output"):
+            groups.setdefault(prefix, {})[last] = variable
+    root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
+    terminals = SubElement(root, "Terminals")
+    for name, members in groups.items():
+        if len({v.first.causality for v in members.values()}) < 2:
+            continue
+        terminal = SubElement(terminals, "Terminal", name=name, matchingRule="bus")
+        for last, variable in members.items():
+            SubElement(
+                terminal,
+                "TerminalMemberVariable",
+                variableName=variable.name,
+                memberName=last,
+                variableKind="signal",
+            )
+    return _xml_bytes(root) if len(terminals) else None
