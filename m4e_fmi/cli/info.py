@@ -55,7 +55,7 @@ def _run(options: argparse.Namespace) -> None:
         print(fmu_text(options.source))
     elif is_system(options.source):
         from m4e_fmi.cosim import prepare
-        from m4e_fmi.cosim.connections.overview import outline
+        from m4e_fmi.cosim.connections.prepared import outline
         from m4e_fmi.cosim.preparation.components import waiting
 
         if options.output_file:

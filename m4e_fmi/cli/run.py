@@ -149,7 +149,7 @@ def _run(options: argparse.Namespace) -> None:
 def _system(options: argparse.Namespace) -> System:
     """The system with what the command line changes; InputError with all problems of both."""
     from m4e_fmi.cosim import read_parameters
-    from m4e_fmi.cosim.master.reference import reference_problems
+    from m4e_fmi.cosim.run.reference import reference_problems
     from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 
     with Gathered() as gathered:
@@ -202,15 +202,15 @@ def _unknown_variables(system: System, patterns: Iterable[str]) -> Iterator[Prob
 
 def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     from m4e_fmi.cosim import prepare, run, system_program
-    from m4e_fmi.cosim.master.recording import scene_of
-    from m4e_fmi.cosim.master.run import begun_at
+    from m4e_fmi.cosim.results.system_scene import system_scene
+    from m4e_fmi.cosim.run.verbs import checkpoint_to_resume
     from m4e_fmi.report import run_numbers, run_summary
 
     file = output.absolute()  # an FMU may change the working folder
     animation = animation_file(options, system.name, (".html",))
     report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
-    begun_at(output, options.resume, check=options.check, watched=False, warn=None)
+    checkpoint_to_resume(output, options.resume, check=options.check, observed=False)
     tell_event(_plan(system, output))
     program = system_program(system) if options.reference else None
     prepared = prepare(
@@ -219,7 +219,10 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     count, links = len(system.components), len(prepared.wiring.links)
     show(f"{system.name}: {count} FMUs, {links} connected variables")
     times = system.simulation
-    animated = animation is not None or (report is not None and scene_of(prepared) is not None)
+    animated = animation is not None or (
+        report is not None
+        and system_scene(prepared.system, prepared.descriptions, prepared.wiring) is not None
+    )
     told: list[str] = []
 
     def heed(line: str) -> None:

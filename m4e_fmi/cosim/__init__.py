@@ -3,27 +3,26 @@
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
 Start reading at `system/` (what is coupled), then `connections/` (what follows from it),
-`exchange/` and `time_loop/`, `algorithms/` (how a step is made), and `error_estimate/`. `master/`
+`exchange/` and `time_loop/`, `algorithms/` (how a step is made), and `error_estimate/`. `run/`
 runs it all. See docs/architecture.md.
 """
 
-from m4e_fmi.cosim.checkpoint.state import State
 from m4e_fmi.cosim.composition.compose import system_in_waves, system_program
 from m4e_fmi.cosim.composition.start_at_rest import at_equilibrium
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.timing import Timing
+from m4e_fmi.cosim.connections.prepared import Prepared, Timing
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
 from m4e_fmi.cosim.exchange.fmu_log import FmuMessage
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.master.outcome import ExportError, Outcome
-from m4e_fmi.cosim.master.reference import ActualError, Reference, reference
-from m4e_fmi.cosim.master.run import run, start
-from m4e_fmi.cosim.master.stepwise import CommunicationPoint, Execution
 from m4e_fmi.cosim.monitoring.program_start import program_start_warnings
 from m4e_fmi.cosim.preparation.components import fmu_files
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.system_scene import scene_without_build
+from m4e_fmi.cosim.run.checkpoint import State
+from m4e_fmi.cosim.run.execution import CommunicationPoint, Execution
+from m4e_fmi.cosim.run.outcome import ExportError, Outcome
+from m4e_fmi.cosim.run.reference import ActualError, Reference, reference
+from m4e_fmi.cosim.run.verbs import run, start
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.scenario_section import Action

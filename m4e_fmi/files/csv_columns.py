@@ -17,7 +17,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.file_kinds import check_named
-from m4e_fmi.files.files_read import TooLongError, opened, read_text
+from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_TABLE
 from m4e_fmi.units import number_in, parse_unit
 
@@ -178,8 +178,9 @@ def is_unit(text: str) -> bool:
 
 def _rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     """Lines of a file, and the entries of those that are not empty with their numbers."""
-    text = table_text(path)
-    mark = _separator(text)
+    text, _ = table_text(path)
+    first = text.strip("\r\n ").partition("\n")[0]
+    mark = next((mark for mark in ";\t," if mark in first), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=mark, strict=True)
     try:
         rows = [(reader.line_num, row) for row in reader if any(entry.strip() for entry in row)]
@@ -225,12 +226,6 @@ def _with_points(path: Path, lines: Sequence[str], rows: Rows) -> Rows:
     ]
 
 
-def _separator(text: str) -> str:
-    """Mark between columns of the first line that is not empty: a semicolon, a tab or a comma."""
-    first = text.strip("\r\n ").partition("\n")[0]
-    return next((mark for mark in ";\t," if mark in first), ",")
-
-
 def shortened(problems: Sequence[Problem]) -> list[Problem]:
     """The first problems of a file, and how many more there are."""
     shown, rest = list(problems[:MOST_PROBLEMS]), problems[MOST_PROBLEMS:]
@@ -239,39 +234,14 @@ def shortened(problems: Sequence[Problem]) -> list[Problem]:
     return shown
 
 
-def table_text(path: Path, *, largest: int = LARGEST_TABLE, encoding: str = UTF_8) -> str:
-    """Text of a table of up to `largest` bytes; InputError unless it is one by name and content."""
-    _check_table(path)
-    try:
-        return _checked_text(path, encoding, largest)
-    except UnicodeDecodeError as error:
-        shown = {UTF_8: "UTF-8", UTF_16: "UTF-16"}.get(encoding, encoding)
-        message = f"cannot be read: byte {error.start + 1} is not valid {shown}"
-        raise InputError.single(message, "save it as UTF-8", str(path)) from None
+def table_text(
+    path: Path, *, largest: int = LARGEST_TABLE, encodings: Sequence[str] = (UTF_8,)
+) -> tuple[str, str]:
+    """Text of a table of up to `largest` bytes; its encoding is the first in which it is valid.
 
-
-def foreign_text(path: Path, *, largest: int) -> tuple[str, str]:
-    """As `table_text`, of a table that another tool wrote; and its encoding if that is not UTF-8.
-
-    A file that begins with the mark of UTF-16 is in that. One that is not valid UTF-8 is taken as
-    Windows-1252, which has all printed characters of Latin-1.
+    Where there are several, a file that begins with the mark of UTF-16 is in that. The encoding is
+    told unless it is UTF-8. InputError unless the file is a table by name and content.
     """
-    _check_table(path)
-    try:
-        with opened(path) as file:
-            marked = file.read(2) in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
-    except OSError as error:
-        raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
-    if marked:
-        return table_text(path, largest=largest, encoding=UTF_16), "UTF-16"
-    try:
-        return _checked_text(path, UTF_8, largest), ""
-    except UnicodeDecodeError:
-        return table_text(path, largest=largest, encoding=WINDOWS), WINDOWS
-
-
-def _check_table(path: Path) -> None:
-    """InputError unless a file of that name is there, and is a table by its name."""
     if is_other(path):
         raise InputError.single("is a pipe or a device", "copy it into a file", str(path))
     if not is_file(path):
@@ -281,19 +251,28 @@ def _check_table(path: Path) -> None:
             names = [other.name for other in here.glob("*.csv")]
         raise InputError.single("no such file", suggestion(path.name, names), str(path))
     check_named(path, SUFFIXES, "table")
-
-
-def _checked_text(path: Path, encoding: str, largest: int) -> str:
-    """Text of a file in an encoding, without its mark; InputError, and UnicodeDecodeError."""
+    message, remedy = "", "save it as UTF-8"
     try:
-        text = read_text(path, encoding=encoding, largest=largest)
+        content = read_bytes(path, largest=largest)
     except TooLongError as error:
         raise InputError.single(str(error), "leave out rows, or columns", str(path)) from None
     except OSError as error:
         raise InputError.single(f"cannot be read: {error}", "", str(path)) from None
-    if _NO_TEXT.search(text):
-        raise InputError.single("is not a table: it has control characters", "", str(path))
-    return text
+    if len(encodings) > 1 and content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encodings = (UTF_16,)
+    for encoding in encodings:
+        told = {UTF_8: "", UTF_16: "UTF-16"}.get(encoding, encoding)
+        try:
+            text = io.TextIOWrapper(io.BytesIO(content), encoding=encoding).read()
+        except UnicodeDecodeError as error:
+            shown = told or "UTF-8"
+            message = f"cannot be read: byte {error.start + 1} is not valid {shown}"
+            continue
+        if not _NO_TEXT.search(text):
+            return text, told
+        message, remedy = "is not a table: it has control characters", ""
+        break
+    raise InputError.single(message, remedy, str(path))
 
 
 def _unit_problem(name: str, unit: str | None) -> tuple[str, str] | None:

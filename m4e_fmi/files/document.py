@@ -97,51 +97,26 @@ class Document:
     def validate_as_far_as_possible(
         self, section: type[SectionType], *, required: Mapping[str, object]
     ) -> tuple[SectionType | None, list[Problem]]:
-        """The whole document as a `section` without its wrong entries, and all problems.
+        """The whole document as a `section` without its wrong parts, and all problems.
 
-        So that later checks can look at the rest. An unknown key is left out; anything else that is
-        wrong takes its entry (two levels from the top) with it. `required` gives values that stand
-        in for required keys of the top level. None if nothing useful is left.
+        So that later checks can look at the rest. An unknown key is left out; a wrong value takes
+        the section that it stands in with it. `required` gives values that stand in for required
+        keys of the top level. None if nothing useful is left.
         """
         data = copy.deepcopy(self.data)
-        problems: dict[Problem, None] = {}
+        problems: list[Problem] = []
         for _ in range(_MOST_PRUNINGS):
             try:
-                return section.model_validate(data), list(problems)
+                return section.model_validate(data), problems
             except ValidationError as error:
-                wrong: dict[Location, None] = {}
-                problems |= self._problems(section, (), error)
-                for item in error.errors():
-                    location, _ = found_at(self.data, tuple(item["loc"]))
-                    wrong[location if item["type"] == "extra_forbidden" else location[:2]] = None
-                for location in reversed(wrong):  # backwards: the indices of a list stay right
-                    _remove(data, location)
-                data = {**required, **data}
-        return None, list(problems)
-
-    def valid_part(
-        self, section: type[SectionType], *, at: Location = (), drop: tuple[str, ...] = ()
-    ) -> SectionType | None:
-        """The part of the document at `at` as a `section` without its wrong parts.
-
-        An unknown key is left out; a wrong value takes the section that it stands in with it. None
-        if nothing useful is left. No problems are reported: those of the rest may follow from what
-        was left out.
-        """
-        data = copy.deepcopy(self._at(at))
-        if not isinstance(data, dict):
-            return None
-        data = {k: v for k, v in data.items() if k not in drop}
-        for _ in range(_MOST_PRUNINGS):
-            try:
-                return section.model_validate(data)
-            except ValidationError as error:
+                problems = problems or self._problems(section, (), error)
                 wrong = {_wrong_part(data, item) for item in error.errors()}
-                if () in wrong:
-                    return None
+                if () in wrong and required.keys() <= data.keys():
+                    break
                 for location in sorted(wrong, key=str, reverse=True):
                     _remove(data, location)
-        return None
+                data = {**required, **data}
+        return None, problems
 
     def texts(self, at: Location) -> Iterator[tuple[Location, str]]:
         """All texts below `at`, each with the keys that lead to it from there."""
@@ -172,10 +147,11 @@ class Document:
 
     def _problems(
         self, section: type[Section], at: Location, error: ValidationError
-    ) -> dict[Problem, None]:
+    ) -> list[Problem]:
         """All problems that pydantic found, each once."""
         found = complaints(section, self._at(at), error, at)
-        return dict.fromkeys(self.problem((*at, *keys), *texts) for keys, *texts in found)
+        problems = (self.problem((*at, *keys), *texts) for keys, *texts in found)
+        return list(dict.fromkeys(problems))
 
 
 def _wrong_part(data: object, error: ErrorDetails) -> Location:

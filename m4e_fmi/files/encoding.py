@@ -1,42 +1,34 @@
-"""Values as JSON and raw bytes, and back by type hints: dataclasses, arrays, containers, numbers.
+"""Values as bytes, and back: dataclasses, arrays, containers, numbers.
 
-Nothing in a file names code: what is decoded follows from the hints of the class that is asked for,
-down to each field, and anything else is refused. A dataclass that is met twice is one object again.
-Fields with the metadata LIVE are not in the file: they belong to the running process.
+They are pickled, but nothing in a file names code: what is decoded are dataclasses of the package
+that is asked for, and plain values; anything else is refused. An object that is met twice is one
+object again. Fields with the metadata LIVE are not in the file: they belong to the running process.
 """
 
 from __future__ import annotations
 
-import types
-import typing
+import io
+import pickle
+import sys
 from collections import deque
-from collections.abc import Iterable, Mapping
-from dataclasses import Field, fields, is_dataclass
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import (
-    Protocol,
-    TypeVar,
-    Union,
-    get_args,
-    get_origin,
-    get_type_hints,
-    runtime_checkable,
-)
+from types import GenericAlias
+from typing import Any, Protocol, TypeVar, cast, get_type_hints, runtime_checkable
 
 import numpy as np
+from pydantic import ConfigDict, TypeAdapter
 
 LIVE = {"live": True}
 """Metadata of a field that is not saved; `Decoder` is given its value."""
-_AT, _TYPE, _SIZE, _SHAPE, _CLASS, _SAME = "at", "dtype", "size", "shape", "class", "same"
 _KINDS = "biuf"
 """Kinds of NumPy's types that arrays may have."""
 _Made = TypeVar("_Made")
-Json = typing.Any
-"""Values that `json` reads and writes."""
-Hint = Json
-"""A type hint: a class, or what `typing` makes of one."""
-Decoded = Json
-"""A value of the type that a hint asks for."""
+_PLACE = TypeAdapter(tuple[int, int])
+_ERRORS = (pickle.UnpicklingError, ValueError, TypeError, LookupError, AttributeError, EOFError,
+           ImportError, OverflowError, MemoryError, RecursionError)  # fmt: skip
+"""Errors of Python for a pickle that is damaged."""
 
 
 @runtime_checkable
@@ -53,60 +45,19 @@ class DamagedError(Exception):
 
 
 class Encoder:
-    """Encodes values; their arrays and bytes are in `blobs`, one after the other.
-
-    Each is encoded for itself: an object is known again within one value only.
-    """
+    """Encodes values one by one; an object is known again within one value only."""
 
     def __init__(self) -> None:
-        self.blobs: list[bytes | memoryview] = []
-        self._size = 0
-        self._known: dict[int, int] = {}
-        self._kept: list[object] = []
+        self.blobs: list[bytes] = []
+        """The values, one after the other."""
 
-    def encode(self, value: object) -> Json:
-        """`value` as JSON; TypeError for a type that cannot be encoded."""
-        self._known, self._kept = {}, []
-        return self._encoded(value)
-
-    def _encoded(self, value: object) -> Json:
-        if isinstance(value, np.generic):
-            value = value.item()
-        if value is None or isinstance(value, bool | int | float | str):
-            return value
-        if isinstance(value, bytes):
-            return {_AT: self._put(value), _SIZE: len(value)}
-        if isinstance(value, np.ndarray):
-            return self._array(value)
-        if isinstance(value, Mapping):
-            return [[self._encoded(k), self._encoded(v)] for k, v in value.items()]
-        if isinstance(value, list | tuple | deque):
-            return [self._encoded(one) for one in value]
-        if isinstance(value, set | frozenset):
-            return sorted((self._encoded(one) for one in value), key=repr)
-        if is_dataclass(value) and not isinstance(value, type):
-            return self._object(value)
-        raise TypeError(f"there is no form for {type(value).__name__}")
-
-    def _object(self, value: object) -> Json:
-        if id(value) in self._known:
-            return {_SAME: self._known[id(value)]}
-        self._kept.append(value)  # so that no other object gets its id
-        self._known[id(value)] = len(self._known)
-        found = {f.name: self._encoded(getattr(value, f.name)) for f in _saved(type(value))}
-        return {_CLASS: type(value).__name__, **found}
-
-    def _array(self, value: np.ndarray) -> Json:
-        if value.dtype.kind not in _KINDS:
-            raise TypeError(f"there is no form for array of {value.dtype}")
-        plain = np.ascontiguousarray(value, value.dtype.newbyteorder("<"))
-        at = self._put(plain.reshape(-1).view(np.uint8).data)
-        return {_AT: at, _TYPE: plain.dtype.str, _SHAPE: list(value.shape)}
-
-    def _put(self, data: bytes | memoryview) -> int:
-        at, self._size = self._size, self._size + len(data)
-        self.blobs.append(data)
-        return at
+    def encode(self, value: object) -> tuple[int, int]:
+        """The place and size of `value` in `blobs`; TypeError for a type that cannot be encoded."""
+        file = io.BytesIO()
+        _Pickler(file, pickle.HIGHEST_PROTOCOL).dump(value)
+        place = sum(map(len, self.blobs))
+        self.blobs.append(file.getvalue())
+        return place, len(self.blobs[-1])
 
 
 class Decoder:
@@ -114,130 +65,87 @@ class Decoder:
 
     def __init__(self, blobs: memoryview) -> None:
         self._blobs = blobs
-        self._live: Mapping[str, object] = {}
-        self._known: list[object] = []
 
-    def decode(self, kind: type[_Made], data: Json, live: Mapping[str, object]) -> _Made:
-        """The value of a class; DamagedError if `data` is not one of it.
+    def decode(self, kind: type[_Made], data: object, live: Mapping[str, object]) -> _Made:
+        """The value of a class at a place and size; DamagedError if it is not one of it.
 
-        `live` are the values of fields that are not in `data`, by their names.
+        `live` are the values of fields that are not in the file, by their names.
         """
-        self._live, self._known = live, []
         try:
-            return self._decode(kind, data)
-        except (TypeError, ValueError, KeyError, IndexError, OverflowError) as error:
+            place, size = _PLACE.validate_python(data)
+            file = io.BytesIO(self._blobs[place : place + size])
+            found = _Unpickler(file, kind.__module__.partition(".")[0], live).load()
+        except _ERRORS as error:
             raise DamagedError(f"{kind.__name__}: {type(error).__name__}: {error}") from error
-        except RecursionError:
-            raise DamagedError(f"{kind.__name__}: nested too deeply") from None
+        if not isinstance(found, kind):
+            raise DamagedError(f"{type(found).__name__} is not of type {kind.__name__}")
+        return found
 
-    def _decode(self, hint: Hint, data: Json) -> Decoded:
-        origin, arguments = get_origin(hint), get_args(hint)
-        if origin in (Union, types.UnionType):
-            return self._one_of(arguments, data)
-        if origin is not None:
-            return self._container(origin, arguments, data)
-        if hint is np.ndarray:
-            return self._array(data)
-        if hint is bytes:
-            return bytes(self._part(data[_AT], data[_SIZE]))
-        if is_dataclass(hint):
-            return self._object(hint, data)
-        if hint is float and type(data) is int:
-            return float(data)
-        if hint in (bool, int, float, str, types.NoneType) and type(data) is hint:
-            return data
-        raise _not_a(hint, data)
 
-    def _one_of(self, hints: Iterable[Hint], data: Json) -> Decoded:
-        for hint in sorted(hints, key=lambda one: one is float):  # an integer is one first of all
-            known = len(self._known)
-            try:
-                return self._decode(hint, data)
-            except (DamagedError, TypeError, ValueError, KeyError):
-                del self._known[known:]
-        raise DamagedError(f"{_shown(data)} has none of the types that it may have")
+class _Pickler(pickle.Pickler):
+    def reducer_override(self, value: object) -> Any:
+        """A call that makes the value again, by one of the functions below."""
+        if isinstance(value, np.ndarray) and value.dtype.kind in _KINDS:
+            return _array, (value.dtype.str, value.shape, value.tobytes())
+        if isinstance(value, np.generic):
+            return _plain, (value.item(),)
+        if isinstance(value, Mapping):
+            return _plain, (dict(value),)
+        if is_dataclass(value) and not isinstance(value, type):
+            live = [f.name for f in fields(value) if f.metadata.get("live")]
+            rest = {f.name: getattr(value, f.name) for f in fields(value) if f.name not in live}
+            return _object, (type(value), rest, live)
+        if isinstance(value, deque) or is_dataclass(value) or any(value is one for one in _CALLED):
+            return NotImplemented
+        raise TypeError(f"there is no form for {type(value).__name__}")
 
-    def _container(self, origin: Hint, arguments: tuple[Hint, ...], data: Json) -> Decoded:
-        if not isinstance(data, list):
-            raise _not_a(origin, data)
-        if issubclass(origin, Mapping):
-            key, value = arguments
-            return {self._decode(key, k): self._decode(value, v) for k, v in data}
-        if origin is tuple and arguments[-1] is not Ellipsis:
-            pairs = zip(arguments, data, strict=True)
-            return tuple(self._decode(hint, one) for hint, one in pairs)
-        if origin in (list, tuple, set, frozenset, deque):
-            return origin(self._decode(arguments[0], one) for one in data)
-        raise TypeError(f"there is no form for {origin.__name__}")
 
-    def _object(self, hint: Hint, data: Json) -> Decoded:
-        if not isinstance(data, dict):
-            raise _not_a(hint, data)
-        if _SAME in data:
-            found = self._known[_index(data[_SAME])]
-            if not isinstance(found, hint):
-                raise _not_a(hint, type(found).__name__)
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, file: io.BytesIO, package: str, live: Mapping[str, object]) -> None:
+        super().__init__(file)
+        self._package, self._live = package, live
+
+    def find_class(self, module: str, name: str) -> object:
+        """One of the functions that make values again, or a dataclass; UnpicklingError else."""
+        for one in _CALLED:
+            if (one.__module__, one.__name__) == (module, name):
+                return self._object if one is _object else one
+        found = getattr(sys.modules.get(module), name, None)
+        ours = module.partition(".")[0] == self._package
+        if ours and isinstance(found, type) and is_dataclass(found):
             return found
-        kind = _class(hint, data[_CLASS])
-        place = len(self._known)
-        self._known.append(None)
-        hints, saved = _hints(kind), _saved(kind)
-        if data.keys() != {_CLASS, *(f.name for f in saved)}:
-            raise DamagedError(f"{kind.__name__} has other fields")
-        given = {f.name: self._live[f.name] for f in fields(kind) if f.metadata.get("live")}
-        found = kind(**given, **{f.name: self._decode(hints[f.name], data[f.name]) for f in saved})
-        self._known[place] = found
+        raise pickle.UnpicklingError(f"{module}.{name} is no dataclass of {self._package}")
+
+    def _object(self, kind: type, values: dict[str, object], live: list[str]) -> object:
+        _types(kind).validate_python(tuple(values.values()))
+        found = kind(**values, **{name: self._live[name] for name in live})
         if isinstance(found, Checked):
             found.check()
         return found
 
-    def _array(self, data: Json) -> np.ndarray:
-        kind, shape = np.dtype(data[_TYPE]), tuple(_index(n) for n in data[_SHAPE])
-        if kind.kind not in _KINDS or kind.str != data[_TYPE]:
-            raise DamagedError(f"an array of {data[_TYPE]}")
-        count = 1
-        for length in shape:
-            count *= length
-        part = self._part(data[_AT], count * kind.itemsize)
-        found = np.frombuffer(part, kind) if count else np.zeros(0, kind)
-        return found.reshape(shape).astype(kind.newbyteorder("="))
 
-    def _part(self, at: Json, size: Json) -> memoryview:
-        first, length = _index(at), _index(size)
-        if first + length > len(self._blobs):
-            raise DamagedError(f"{length} bytes at {first}, of {len(self._blobs)}")
-        return self._blobs[first : first + length]
+def _array(kind: str, shape: tuple[int, ...], data: bytes) -> np.ndarray:
+    if np.dtype(kind).kind not in _KINDS:
+        raise TypeError(f"an array of {kind}")
+    return np.frombuffer(data, kind).reshape(shape).copy()
 
 
-def _index(data: Json) -> int:
-    if type(data) is not int or data < 0:
-        raise _not_a(int, data)
-    return data
+def _plain(value: object) -> object:
+    return value
 
 
-def _not_a(hint: Hint, data: Json) -> DamagedError:
-    return DamagedError(f"{_shown(data)} is not of type {getattr(hint, '__name__', hint)}")
+def _object(*_: object) -> None:
+    """In a file it stands for `_Unpickler._object`."""
 
 
-def _shown(data: Json) -> str:
-    return type(data).__name__ if isinstance(data, list | dict) else repr(data)[:40]
+_CALLED = (_array, _plain, _object, deque)
+"""The functions that a file may call."""
 
 
 @cache
-def _saved(kind: type) -> tuple[Field[object], ...]:
-    return tuple(f for f in fields(kind) if not f.metadata.get("live"))
-
-
-@cache
-def _hints(kind: type) -> dict[str, Hint]:
-    return get_type_hints(kind)
-
-
-def _class(hint: type, name: Json) -> type:
-    """The class of a name among `hint` and the classes derived from it."""
-    kinds = [hint]
-    for kind in kinds:
-        if kind.__name__ == name:
-            return kind
-        kinds += kind.__subclasses__()
-    raise DamagedError(f"{_shown(name)} is not a {hint.__name__}")
+def _types(kind: type) -> TypeAdapter[object]:
+    """Checks the values of all fields but those that are LIVE, in their order."""
+    hints = get_type_hints(kind)
+    saved = tuple(hints[f.name] for f in fields(kind) if not f.metadata.get("live"))
+    config = ConfigDict(strict=True, arbitrary_types_allowed=True)
+    return TypeAdapter(cast("type", GenericAlias(tuple, saved)), config=config)

@@ -39,7 +39,6 @@ LARGEST_QTF = 200 * MB
 LARGEST_COEFFICIENTS = 500 * MB
 LARGEST_PROGRAM = 1_000 * MB
 LARGEST_CHECKPOINT = 4_000 * MB
-LARGEST_CHECKPOINT_TEXT = 250 * MB
 MOST_RESULTS = 2_000_000_000
 LARGEST_SCENE = 20 * MB
 
@@ -101,8 +100,6 @@ LIMITS = (
           "the C library of an FMU reads 1,073 MB"),
     Limit("checkpoint", "size", LARGEST_CHECKPOINT, "bytes",
           "that of a ring of 200 FMUs has 2 MB; states of some FMUs are large"),
-    Limit("checkpoint", "size without arrays and states of FMUs", LARGEST_CHECKPOINT_TEXT, "bytes",
-          "that of a ring of 200 FMUs has 0.1 MB"),
     Limit("results", "values", MOST_RESULTS, "",
           "a day of 100 rows a second of 100 variables has 900,000,000"),
     Limit("results", "unpacked scene of an animation", LARGEST_SCENE, "bytes",

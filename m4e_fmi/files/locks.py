@@ -49,18 +49,19 @@ class Lock:
         until = time.monotonic() + patience
         for _ in range(_TRIALS):
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-            if not _locked(descriptor):
+            if _locked(descriptor):
+                with suppress(FileNotFoundError):  # its holder may have removed it in the meantime
+                    if os.path.samestat(os.fstat(descriptor), path.stat()):
+                        with suppress(OSError):  # a full disk
+                            os.ftruncate(descriptor, 0)
+                            os.write(descriptor, f"process {os.getpid()} on {_HOST}".encode())
+                        return cls(path, descriptor)
                 os.close(descriptor)
-                if time.monotonic() >= until:
-                    return None
-                time.sleep(PAUSE)
                 continue
-            if _is_at(descriptor, path):
-                with suppress(OSError):  # a full disk
-                    os.ftruncate(descriptor, 0)
-                    os.write(descriptor, f"process {os.getpid()} on {_HOST}".encode())
-                return cls(path, descriptor)
-            os.close(descriptor)  # its holder has removed it in the meantime
+            os.close(descriptor)
+            if time.monotonic() >= until:
+                return None
+            time.sleep(PAUSE)
         raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
     def release(self) -> None:
@@ -98,13 +99,6 @@ def _locked(descriptor: int) -> bool:
     return True
 
 
-def _is_at(descriptor: int, path: Path) -> bool:
-    try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
-    except FileNotFoundError:
-        return False
-
-
 @contextmanager
 def claimed(path: str | Path) -> Generator[Path]:
     """The absolute form of `path`, which nobody else writes during the block.
@@ -124,8 +118,11 @@ def claimed(path: str | Path) -> Generator[Path]:
     except OSError as error:
         raise cannot_write(Path(path), error) from error
     if lock is None:
+        holder = ""
+        with suppress(OSError, UnicodeDecodeError):
+            holder = file.read_text(encoding="utf-8")
         raise RunError(
-            f"{path}: another run writes it ({_holder(file)})",
+            f"{path}: another run writes it ({holder or 'its process is not known'})",
             "wait for its end, or choose another file with --output-file",
         )
     _held[file] = threading.get_ident()
@@ -137,13 +134,6 @@ def claimed(path: str | Path) -> Generator[Path]:
         _remove_rows(place)
         del _held[file]
         lock.release()
-
-
-def _holder(file: Path) -> str:
-    try:
-        return file.read_text(encoding="utf-8") or "its process is not known"
-    except (OSError, UnicodeDecodeError):
-        return "its process is not known"
 
 
 def _remove_rows(place: Path) -> None:

@@ -4,20 +4,24 @@
 `validation/` checks whether they do what they say.
 """
 
-from m4e_fmi.fmu.export.build import build_fmu
-from m4e_fmi.fmu.export.description import (
-    FmuVariable,
-    ModelDescription,
-    Options,
-    PythonSource,
-    describe,
-    described,
-    shown,
-)
-from m4e_fmi.fmu.export.selection import matching, renamed
-from m4e_fmi.fmu.importer.contents import fmu_contents
-from m4e_fmi.fmu.importer.reading import Description, read_description
-from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from m4e_fmi.fmu.export.build import build_fmu
+    from m4e_fmi.fmu.export.description import (
+        FmuVariable,
+        ModelDescription,
+        Options,
+        PythonSource,
+        describe,
+        described,
+        shown,
+    )
+    from m4e_fmi.fmu.export.selection import matching, renamed
+    from m4e_fmi.fmu.importer.contents import fmu_contents
+    from m4e_fmi.fmu.importer.reading import Description, read_description
+    from m4e_fmi.fmu.validation import Finding, Group, Report, validate_fmu
 
 __all__ = [
     "Description",
@@ -38,3 +42,33 @@ __all__ = [
     "shown",
     "validate_fmu",
 ]
+
+_NAMES = {
+    "export.build": ("build_fmu",),
+    "export.description": (
+        "FmuVariable",
+        "ModelDescription",
+        "Options",
+        "PythonSource",
+        "describe",
+        "described",
+        "shown",
+    ),
+    "export.selection": ("matching", "renamed"),
+    "importer.contents": ("fmu_contents",),
+    "importer.reading": ("Description", "read_description"),
+    "validation": ("Finding", "Group", "Report", "validate_fmu"),
+}
+_PLACES = {name: place for place, names in _NAMES.items() for name in names}
+
+
+def __getattr__(name: str) -> object:
+    """What builds FMUs is not imported where they are only read, or validated."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'm4e_fmi.fmu' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"m4e_fmi.fmu.{_PLACES[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,13 +1,12 @@
 """Equations of motion of a model: topology, B and Ḃ, loads, energies, the equations of motion.
 
 One source runs over SymPy symbols (`Equations`, to read) and over a tape (`model_program`, to run):
-`assembly` sets a model in motion, `recursion` or `closed_form` gives the accelerations,
-`sensitivity` their derivatives. Joints and vectors are those of `joints` and `space`. Imports
-`model` and `program`. Start with `topology`, then `kinematics`, then `assembly`.
+`assembly` sets a model in motion, `recursion` or `closed_form` gives the accelerations, `recording`
+the program. Joints and vectors are those of `joints` and `space`. Imports `model` and `program`.
+Start with `topology`, then `motion`, then `assembly`.
 """
 
-from m4e_fmi.multibody.model_program.mass import mass_matrix_program
-from m4e_fmi.multibody.model_program.recording import model_program
+from m4e_fmi.multibody.recording import mass_matrix_program, model_program
 from m4e_fmi.multibody.symbolic.equations import Equations
 from m4e_fmi.multibody.topology import Topology, topology
 

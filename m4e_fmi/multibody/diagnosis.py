@@ -11,7 +11,7 @@ from m4e_fmi.model import GROUND, Model
 from m4e_fmi.model.checks import findings_with
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import mass_matrix
-from m4e_fmi.multibody.model_program.declaration import state_names
+from m4e_fmi.multibody.declaration import state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
 from m4e_fmi.space import AXES, Vector
 

@@ -1,6 +1,9 @@
-"""Scalars by name in a state: parameters, the time, tables, and how joints, bodies, points move.
+"""Motion of a model's bodies, over any scalar: their frames, and what expressions know of a state.
 
-Loads are computed from these, over any scalar. The names are those of the FMU's variables.
+Every body has an origin, which is where its joint holds it, such as the hinge of a revolute body or
+the centre of gravity of a floating one. `joints` says how its frame follows from the parent's, so
+the cost grows with the number of bodies. Loads are computed from scalars by name: parameters, the
+time, tables, and how joints, bodies, points move, by the names of the FMU's variables.
 """
 
 from __future__ import annotations
@@ -8,16 +11,50 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
-from m4e_fmi.joints import ATTITUDE, GROUND_FRAME, TURNING, Frame, Place, attitude
+from m4e_fmi.joints import ATTITUDE, GROUND_FRAME, TURNING, Frame, Mount, Place, attitude
 from m4e_fmi.model import GROUND, Model, Table
-from m4e_fmi.model.expression import Values
+from m4e_fmi.model.elements import vector
+from m4e_fmi.model.expression import NOTHING, Expression, Values
 from m4e_fmi.multibody.topology import Link, Topology
 from m4e_fmi.program import AnyScalar
-from m4e_fmi.space import AXES, Y, minus
+from m4e_fmi.space import AXES, Vector, Y, minus
 
 Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
 """The value of a table by its name, itself, and the time."""
+
+
+def frames(
+    tree: Topology, q: Sequence[AnyScalar], u: Sequence[AnyScalar], values: Values
+) -> list[Frame]:
+    """The frame of every link for coordinates `q` (n,), velocities `u` (n,) in m, rad, per s.
+
+    `values` are those of the parameters by name.
+    """
+    result: list[Frame] = []
+    for link in tree.links:
+        mount = Mount(
+            parent=result[link.parent] if link.parent >= 0 else GROUND_FRAME,
+            q=[q[k] for k in link.coordinates],
+            u=[u[k] for k in link.speeds],
+            vector=partial(evaluated, link, values),
+            is_relative=link.is_relative,
+        )
+        result.append(link.joint_type.frame(mount))
+    return result
+
+
+def evaluated(link: Link, values: Values, field: str) -> Vector:
+    """A vector of a link's joint, such as ``joint_to_child`` [m]."""
+    return in_space(vector(link.joint, field), values)
+
+
+def in_space(parts: Sequence[Expression], values: Values) -> Vector:
+    """A vector (x, z) or (x, y, z) of the author's; what he wrote as 0 is always zero."""
+    found = [0 if part == NOTHING else part.evaluate(values) for part in parts]
+    x, y, z = found if len(found) == len(AXES) else (found[0], 0, found[1])
+    return x, y, z
 
 
 @dataclass(frozen=True)

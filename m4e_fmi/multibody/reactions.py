@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from m4e_fmi.multibody.assembly import Accelerations, Assembly
-from m4e_fmi.multibody.kinematics import evaluated
+from m4e_fmi.multibody.motion import evaluated
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     TURN,

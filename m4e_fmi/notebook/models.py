@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.model_program.declaration import state_names
+from m4e_fmi.multibody.declaration import state_names
 from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.notebook.sheet import Sheet, text
 from m4e_fmi.report.page.fmu_page import EQUATIONS

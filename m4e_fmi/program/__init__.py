@@ -4,23 +4,14 @@ A `Program` is what travels through the product: named inputs, parameters, state
 with a unit and a description, and one tape of arithmetic that computes derivatives and outputs.
 A `Recorder` makes one by running an ordinary algorithm on recording scalars.
 
-This package is the bottom layer: of m4e_fmi it imports `errors` only. Start reading in `tape`, then
-`program`; `derivatives`, `feedback` and `composition` make programs of programs; `python_form` and
+This package is the bottom layer: of m4e_fmi it imports `errors` and `files`. Start reading in
+`tape`, then `program`; `derivatives` and `composition` make programs of programs; `python_form` and
 `binary_form` are the forms a program is written out in.
 """
 
-from m4e_fmi.program.composition import (
-    LEAST_PIVOT,
-    AlgebraicLoopError,
-    Connection,
-    LocalLaw,
-    compose,
-    is_singular,
-    singular_loop,
-)
+from m4e_fmi.program.binary_form import load_program, save_program
+from m4e_fmi.program.composition import AlgebraicLoopError, Connection, compose, with_feedback
 from m4e_fmi.program.derivatives import Jacobian, jacobian, rate_entries, tangent
-from m4e_fmi.program.evaluation import evaluated
-from m4e_fmi.program.feedback import with_feedback
 from m4e_fmi.program.functions import (
     AnyScalar,
     ScalarLike,
@@ -40,9 +31,18 @@ from m4e_fmi.program.functions import (
     tanh,
 )
 from m4e_fmi.program.kinks import kinks
-from m4e_fmi.program.program import TIME, Loop, Part, Program, Recorder, Solution, Variable
-from m4e_fmi.program.program_file import load_program, save_program
-from m4e_fmi.program.tape import Scalar, Tape
+from m4e_fmi.program.loops import LEAST_PIVOT, is_singular, singular_loop
+from m4e_fmi.program.program import (
+    TIME,
+    LocalLaw,
+    Loop,
+    Part,
+    Program,
+    Recorder,
+    Solution,
+    Variable,
+)
+from m4e_fmi.program.tape import Scalar, Tape, evaluated
 
 __all__ = [
     "LEAST_PIVOT",

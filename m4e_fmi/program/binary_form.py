@@ -1,4 +1,4 @@
-"""The binary form of a program: Program → bytes → Program. Standard library only.
+"""The binary form of a program: Program → bytes → Program, and files of it.
 
 The form is versioned, little-endian and checksummed; `src/program.c` documents it byte by byte. It
 holds the tape as it is (nodes that results need, in order), so nothing is lost: reading gives the
@@ -13,12 +13,17 @@ import sys
 import zlib
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.program.program import TIME, Program, Variable
-from m4e_fmi.program.tape import Operation, Tape
+from m4e_fmi.files.files_read import TooLongError, read_bytes
+from m4e_fmi.files.limits import LARGEST_PROGRAM
+from m4e_fmi.files.writing import written
+from m4e_fmi.program.program import GROUPS, TIME, Program, Variable
+from m4e_fmi.program.tape import Tape
 
 MAGIC = b"\x89M4E\r\n\x1a\n"
 VERSION = 2
@@ -34,82 +39,82 @@ CODES = {name: code for code, name in enumerate(OPERATIONS)}
 FIRST_UNARY, FIRST_BINARY = CODES["neg"], CODES["add"]
 _HEADER = struct.Struct("<8sIIQ9II")
 _CHECKED_FROM = 16
-_GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
+_STARTED = ("parameters", "inputs", "states")
+"""Groups of variables with start values."""
 _TUNABLE, _LOCAL = 1, 2
 
 Entry = tuple[int, int, int]
+"""Row, column and node of a derivative: of rate `row` by state `column`, or by time where column is
+the number of states; what is not listed is 0."""
 
 
-@dataclass
-class Code:
-    """The nodes that a program's results need, numbered from 0, in order of execution.
+def encode(program: Program, jacobian: Iterable[Entry] = ()) -> bytes:
+    """The binary form of `program`; nodes of `jacobian` are those of its tape.
 
-    `operation[k]` is a position in OPERATIONS; `a[k]`, `b[k]` are its arguments: earlier nodes, or
-    for leaves the index of a literal, state, input or parameter in `a`. `jacobian` has
-    (row, column, node): the derivative of rate `row` by state `column`, or by time where column is
-    the number of states; what is not listed is 0.
+    Raises InputError if a name, unit or description contains a zero byte or half a character.
     """
-
-    operation: list[int] = field(default_factory=list)
-    a: list[int] = field(default_factory=list)
-    b: list[int] = field(default_factory=list)
-    literals: list[float] = field(default_factory=list)
-    rates: list[int] = field(default_factory=list)
-    results: list[int] = field(default_factory=list)
-    constants: list[int] = field(default_factory=list)
-    jacobian: list[Entry] = field(default_factory=list)
-
-
-def code_of(program: Program, jacobian: Iterable[Entry] = ()) -> Code:
-    """The code of a program; `jacobian` entries name nodes of its tape (see `Code`)."""
+    variables = [v for group in GROUPS for v in getattr(program, group)]
+    pieces = [program.name, program.description]
+    for v in variables:
+        pieces += [v.name, v.unit, v.display_unit or "", v.derivative_of or "", v.description]
+    if any(re.search("[\0\ud800-\udfff]", piece) for piece in pieces):
+        message = "a name or description contains a zero byte, or half of a character"
+        raise InputError.single(f"{program.name}: {message}")
+    text = "".join(piece + "\0" for piece in pieces).encode()
     entries = sorted(jacobian)
-    operations = program.tape.operations
-    roots = [*program.rates, *program.results, *program.constants, *(e[2] for e in entries)]
-    needed = _needed(operations, roots)
+    roots = [program.rates, program.results, program.constants, [node for _, _, node in entries]]
+    number = [0] * len(program.tape)
     leaves = {TIME: (TIME_NODE, 0)}
-    for kind, group in (
+    for code, group in (
         (STATE, program.states),
         (INPUT, program.inputs),
         (PARAMETER, program.parameters),
     ):
-        leaves |= {v.name: (kind, index) for index, v in enumerate(group)}
-    code = Code()
-    number = [0] * len(operations)
-    for k, operation in enumerate(operations):
-        if not needed[k]:
-            continue
-        number[k] = len(code.operation)
-        kind, first = operation[0], operation[1]
-        second = 0
+        leaves |= {v.name: (code, index) for index, v in enumerate(group)}
+    codes, a, b, literals = bytearray(), list[int](), list[int](), list[float]()
+    for k in program.tape.reachable(k for group in roots for k in group):
+        number[k] = len(codes)
+        kind, first, *others = program.tape.operations[k]
         if kind == "constant":
-            kind_code, first = LITERAL, len(code.literals)
-            code.literals.append(operation[1])
+            literals.append(first)
+            code, first = LITERAL, len(literals) - 1
         elif kind == "symbol":
-            kind_code, first = leaves[first]
+            code, first = leaves[first]
         else:
-            kind_code, first = CODES[kind], number[first]
-            if len(operation) == 3:
-                second = number[operation[2]]
-        code.operation.append(kind_code)
-        code.a.append(first)
-        code.b.append(second)
-    code.rates = [number[k] for k in program.rates]
-    code.results = [number[k] for k in program.results]
-    code.constants = [number[k] for k in program.constants]
-    code.jacobian = [(row, column, number[k]) for row, column, k in entries]
-    return code
-
-
-def _needed(operations: list[Operation], roots: list[int]) -> bytearray:
-    """For each operation 1 if `roots` need it, else 0."""
-    needed = bytearray(len(operations))
-    for k in roots:
-        needed[k] = 1
-    for k in range(max(roots, default=-1), -1, -1):
-        if needed[k] and CODES.get(operations[k][0], 0) >= FIRST_UNARY:
-            for argument in operations[k][1:]:
-                needed[argument] = 1
-    return needed
+            code, first = CODES[kind], number[first]
+        codes.append(code)
+        a.append(first)
+        b.append(number[others[0]] if others else 0)
+    body = b"".join(
+        (
+            _doubles(literals),
+            _doubles(v.start for group in _STARTED for v in getattr(program, group)),
+            _doubles(x for v in variables for x in (v.minimum, v.maximum, v.nominal)),
+            _words(a),
+            _words(b),
+            bytes(codes) + bytes(-len(codes) % 4),
+            *(_words(number[k] for k in group) for group in roots[:3]),
+            _words(row for row, _, _ in entries),
+            _words(column for _, column, _ in entries),
+            _words(number[k] for k in roots[3]),
+            _words(v.tunable * _TUNABLE + v.local * _LOCAL for v in variables),
+            text,
+        )
+    )
+    counts = (
+        len(program.states),
+        len(program.inputs),
+        len(program.parameters),
+        len(program.outputs),
+        len(program.calculated),
+        len(codes),
+        len(literals),
+        len(entries),
+        len(text),
+    )
+    size = _HEADER.size + len(body)
+    checked = _HEADER.pack(MAGIC, VERSION, 0, size, *counts, 0)[_CHECKED_FROM:] + body
+    return struct.pack("<8sII", MAGIC, VERSION, zlib.crc32(checked)) + checked
 
 
 def _words(values: Iterable[int]) -> bytes:
@@ -124,79 +129,6 @@ def _little(values: array[int] | array[float]) -> bytes:
     if sys.byteorder == "big":
         values.byteswap()
     return values.tobytes()
-
-
-def _variables(program: Program) -> list[Variable]:
-    return [v for group in _GROUPS for v in getattr(program, group)]
-
-
-def encode(program: Program, jacobian: Iterable[Entry] = ()) -> bytes:
-    """The binary form of `program`; `jacobian` as for `code_of`.
-
-    Raises InputError if a name, unit or description contains a zero byte or half a character.
-    """
-    code = code_of(program, jacobian)
-    variables = _variables(program)
-    pieces = [program.name, program.description]
-    for v in variables:
-        pieces += [v.name, v.unit, v.display_unit or "", v.derivative_of or "", v.description]
-    if any(re.search("[\0\ud800-\udfff]", piece) for piece in pieces):
-        message = "a name or description contains a zero byte, or half of a character"
-        raise InputError.single(f"{program.name}: {message}")
-    text = "".join(piece + "\0" for piece in pieces).encode()
-    starts = [v.start for g in ("parameters", "inputs", "states") for v in getattr(program, g)]
-    body = b"".join(
-        (
-            _doubles(code.literals),
-            _doubles(starts),
-            _doubles(x for v in variables for x in (v.minimum, v.maximum, v.nominal)),
-            _words(code.a),
-            _words(code.b),
-            bytes(code.operation) + bytes(-len(code.operation) % 4),
-            _words(code.rates),
-            _words(code.results),
-            _words(code.constants),
-            *(_words(e[column] for e in code.jacobian) for column in range(3)),
-            _words(v.tunable * _TUNABLE + v.local * _LOCAL for v in variables),
-            text,
-        )
-    )
-    counts = (
-        len(program.states),
-        len(program.inputs),
-        len(program.parameters),
-        len(program.outputs),
-        len(program.calculated),
-        len(code.operation),
-        len(code.literals),
-        len(code.jacobian),
-        len(text),
-    )
-    size = _HEADER.size + len(body)
-    checked = _HEADER.pack(MAGIC, VERSION, 0, size, *counts, 0)[_CHECKED_FROM:] + body
-    return struct.pack("<8sII", MAGIC, VERSION, zlib.crc32(checked)) + checked
-
-
-class _Reader:
-    """Takes sections off the bytes; InputError where there are not enough."""
-
-    def __init__(self, data: bytes, offset: int) -> None:
-        self.data = data
-        self.offset = offset
-
-    def take(self, size: int) -> bytes:
-        piece = self.data[self.offset : self.offset + size]
-        if len(piece) != size:
-            raise _refused("has counts that do not match its size")
-        self.offset += size
-        return piece
-
-    def numbers(self, kind: str, count: int) -> list[Any]:
-        values = array(kind)
-        values.frombytes(self.take(count * values.itemsize))
-        if sys.byteorder == "big":
-            values.byteswap()
-        return values.tolist()
 
 
 def _refused(why: str) -> InputError:
@@ -226,25 +158,38 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     Raises InputError where the bytes are not a sound program.
     """
     n_x, n_u, n_p, n_y, n_c, nodes, literals, entries, text_size = _checked_counts(data)
-    reader = _Reader(data, _HEADER.size)
-    values = reader.numbers("d", literals)
-    starts = iter(reader.numbers("d", n_p + n_u + n_x))
-    limits = iter(reader.numbers("d", 3 * (n_p + n_u + n_x + n_y + n_c)))
-    a, b = reader.numbers("I", nodes), reader.numbers("I", nodes)
-    operation = reader.take(nodes + -nodes % 4)[:nodes]
-    roots = [reader.numbers("I", count) for count in (n_x, n_y, n_c)]
-    rows, columns, derivatives = (reader.numbers("I", entries) for _ in range(3))
-    flags = iter(reader.numbers("I", n_p + n_u + n_x + n_y + n_c))
-    pieces = reader.take(text_size).decode("utf-8", "replace").split("\0")
-    if reader.offset != len(data) or len(pieces) != 3 + 5 * (n_p + n_u + n_x + n_y + n_c):
+    stream, count = BytesIO(data[_HEADER.size :]), n_p + n_u + n_x + n_y + n_c
+
+    def take(size: int) -> bytes:
+        piece = stream.read(size)
+        if len(piece) != size:
+            raise _refused("has counts that do not match its size")
+        return piece
+
+    def numbers(kind: str, count: int) -> list[Any]:
+        values = array(kind)
+        values.frombytes(take(count * values.itemsize))
+        if sys.byteorder == "big":
+            values.byteswap()
+        return values.tolist()
+
+    values = numbers("d", literals)
+    starts = iter(numbers("d", n_p + n_u + n_x))
+    limits = iter(numbers("d", 3 * count))
+    a, b = numbers("I", nodes), numbers("I", nodes)
+    operation = take(nodes + -nodes % 4)[:nodes]
+    roots = [numbers("I", count) for count in (n_x, n_y, n_c)]
+    rows, columns, derivatives = (numbers("I", entries) for _ in range(3))
+    flags = iter(numbers("I", count))
+    pieces = take(text_size).decode("utf-8", "replace").split("\0")
+    if stream.read() or len(pieces) != 3 + 5 * count:
         raise _refused("has counts that do not match its size")
     groups = {}
     fields = iter(pieces[2:])
-    for name, count in zip(_GROUPS, (n_p, n_u, n_x, n_y, n_c), strict=True):
-        with_start = name in ("parameters", "inputs", "states")
+    for name, size in zip(GROUPS, (n_p, n_u, n_x, n_y, n_c), strict=True):
         groups[name] = tuple(
-            _variable(fields, next(flags), next(starts) if with_start else 0.0, limits)
-            for _ in range(count)
+            _variable(fields, next(flags), next(starts) if name in _STARTED else 0.0, limits)
+            for _ in range(size)
         )
     names = [[v.name for v in groups[g]] for g in ("states", "inputs", "parameters")]
     tape = _tape(operation, a, b, values, names)
@@ -307,3 +252,28 @@ def _tape(
         if tape.node(node) != k:
             raise _refused("has a node twice")
     return tape
+
+
+def save_program(program: Program, path: str | Path) -> None:
+    """Write a program to a file in its binary form.
+
+    The program that is read back is equal to the saved one and runs to the same bits; only its
+    `solutions` and `parts` are not kept. RunError if the file cannot be written.
+    """
+    with written(path) as part:
+        part.write_bytes(encode(program))
+
+
+def load_program(path: str | Path) -> Program:
+    """The program in a file; InputError if there is none, or if it is damaged or foreign."""
+    try:
+        data = read_bytes(path, largest=LARGEST_PROGRAM)
+    except TooLongError as error:
+        raise InputError.single(f"is no program: it {error}", "", str(path)) from error
+    except OSError as error:
+        raise InputError.single(f"{path}: cannot be read: {error.strerror}") from error
+    try:
+        return decode(data)[0]
+    except InputError as error:
+        problems = [replace(problem, file=str(path)) for problem in error.problems]
+        raise InputError(problems) from error

@@ -39,10 +39,12 @@ def tangent(program: Program, along: Iterable[str] | None = None) -> Program:
     """
     names = _readable(program, along)
     recorder = _like(program, f"{program.name}: directional derivative")
+    known = (*program.states, *program.inputs, *program.parameters)
+    units = {TIME: "s", **{v.name: v.unit for v in known}}
     given: dict[int, Slopes] = {}
     for name in names:
         text = f"Direction: change of {name}"
-        direction = recorder.input(Variable(f"d({name})", _unit(program, name), text))
+        direction = recorder.input(Variable(f"d({name})", units[name], text))
         given[program.tape.node(("symbol", name))] = {0: direction}
     rates = zip(program.states, program.rates, strict=True)
     outputs = zip(program.outputs, program.results, strict=True)
@@ -120,12 +122,6 @@ def _readable(program: Program, names: Iterable[str] | None) -> list[str]:
         complaint = f"{program.name} has no parameter, input or state"
         raise UnknownNameError.of(complaint, unknown, known)
     return names
-
-
-def _unit(program: Program, name: str) -> str:
-    groups = (program.states, program.inputs, program.parameters)
-    units = {v.name: v.unit for group in groups for v in group}
-    return units.get(name, "s")
 
 
 def _like(program: Program, description: str) -> Recorder:
@@ -236,23 +232,17 @@ def slopes(tape: Tape, roots: Sequence[int], given: Mapping[int, Slopes]) -> lis
             continue
         kind, result = tape.operations[k][0], tape.scalar(k)
         operands = [tape.scalar(a) for a in arguments]
-        values = {
-            d: _change(kind, result, operands, [found[a].get(d) for a in arguments])
-            for d in directions
-        }
-        found[k] = {d: v for d, v in values.items() if v is not None and tape.value(v.index) != 0.0}
+        change = _unary_change if len(arguments) == 1 else _binary_change
+        found[k] = {}
+        for d in directions:
+            value = change(kind, result, *operands, *(found[a].get(d) for a in arguments))
+            if value is not None and tape.value(value.index) != 0.0:
+                found[k][d] = value
     return [found[k] for k in roots]
 
 
 Change = Scalar | None
 """Of a node in one direction; None for zero."""
-
-
-def _change(kind: str, c: Scalar, operands: Sequence[Scalar], changes: Sequence[Change]) -> Change:
-    """The change of c = operation(operands) for those of the operands."""
-    if len(operands) == 2:
-        return _binary_change(kind, c, *operands, *changes)
-    return None if changes[0] is None else _unary_change(kind, c, operands[0], changes[0])
 
 
 def _unary_change(kind: str, c: Scalar, a: Scalar, da: Scalar) -> Change:

@@ -6,7 +6,7 @@ tape it is recorded, run on SymPy symbols it is derived.
 
 from __future__ import annotations
 
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from m4e_fmi.program.tape import BINARY, UNARY, Scalar
 
@@ -14,23 +14,11 @@ AnyScalar = Any
 """A scalar of the same kind as others that it is computed with, or a float."""
 
 
-class ScalarLike(Protocol):
-    """A scalar to compute with: a float, a recording `Scalar` or a SymPy expression."""
+ScalarLike = AnyScalar
+"""A scalar to compute with: a float, a recording `Scalar` or a SymPy expression."""
 
-    def __add__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __radd__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __sub__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __rsub__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __mul__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __rmul__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __truediv__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __rtruediv__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __pow__(self, other: AnyScalar, /) -> ScalarLike: ...
-    def __neg__(self) -> ScalarLike: ...
-    def __abs__(self) -> ScalarLike: ...
-
-
-S = TypeVar("S", bound=ScalarLike)
+S = TypeVar("S")
+"""A kind of scalar."""
 
 
 def _unary(name: str, value: AnyScalar) -> AnyScalar:

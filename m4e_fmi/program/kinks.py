@@ -7,12 +7,14 @@ parameters alone: rows of tables, ramps, switches. Corners of what moves are eve
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from m4e_fmi.program.program import TIME, Program
+from m4e_fmi.program.tape import Tape
 
 Floats = NDArray[np.float64]
 
@@ -56,95 +58,74 @@ def kinks(program: Program, stop_time: float) -> list[float]:
     A kink is one time, a jump two: just before and just after it. Parameters have their start
     values. Between the corners of its own arguments, each corner is expected to be passed once.
     """
-    corners = _Corners(program, stop_time)
     found: set[float] = set()
-    for node in corners.nodes:
+    for node, times in _corner_times(program, stop_time).items():
         jumps = program.tape.operations[node][0] in JUMPS
-        for time in corners.of(node):
+        for time in times:
             width = max(BESIDE_JUMP, 4.0 * math.ulp(time))
             found |= {time - width, time + width} if jumps else {time}
-    return _apart(time for time in sorted(found) if 0.0 < time < stop_time)
+    apart: list[float] = []
+    for time in sorted(time for time in found if 0.0 < time < stop_time):
+        if not apart or time - apart[-1] > ROUNDING * math.ulp(time):
+            apart.append(time)
+    return apart
 
 
-def _apart(times: Iterable[float]) -> list[float]:
-    """Ascending `times` without those that differ from the one before by rounding only."""
-    kept: list[float] = []
-    for time in times:
-        if not kept or time - kept[-1] > ROUNDING * math.ulp(time):
-            kept.append(time)
-    return kept
+def _corner_times(program: Program, stop_time: float) -> dict[int, list[float]]:
+    """Operations with corners on nothing but time and parameters → the times [s] of these corners.
 
-
-class _Corners:
-    """Operations with corners on nothing but time and parameters, and the times of these corners.
-
-    `nodes` are these operations, in the order of the tape.
+    They are roots of the difference of the arguments, from one corner within these to the next.
     """
-
-    def __init__(self, program: Program, stop_time: float) -> None:
-        self._tape, self._stop = program.tape, stop_time
-        self._fixed: Mapping[str, float] = {v.name: v.start for v in program.parameters}
-        self.nodes = _timely_corners(program, self._fixed)
-        self._times: dict[int, list[float]] = {}
-        for node in self.nodes:
-            self._times[node] = self._found(node)
-
-    def of(self, node: int) -> list[float]:
-        """The times [s] at which an operation of `nodes` has its corner."""
-        return self._times[node]
-
-    def _found(self, node: int) -> list[float]:
-        """Roots of the difference of the arguments, from one inner corner to the next."""
-        inner = self._inner(node)
+    tape, fixed = program.tape, {v.name: v.start for v in program.parameters}
+    found: dict[int, list[float]] = {}
+    for node in _timely_corners(program, fixed):
+        arguments = tape.arguments(node)
+        inner = {time for k in tape.reachable(arguments) for time in found.get(k, ())}
+        found[node] = []
         if len(inner) > MOST_INNER:
-            return []
-        ends = np.array([0.0, *inner, self._stop])
+            continue
+        lead = partial(_lead, tape, arguments, fixed)
+        ends = np.array([0.0, *sorted(inner), stop_time])
         width = np.maximum(BESIDE_JUMP, 4.0 * np.spacing(ends))
         begin, end = ends[:-1] + width[:-1], ends[1:] - width[1:]
-        before, after = self._lead(node, begin), self._lead(node, end)
-        changed = np.flatnonzero((before * after < 0.0) & (begin < end))
-        return [self._root(node, begin[k], end[k], before[k], after[k]) for k in changed]
+        before, after = lead(begin), lead(end)
+        for k in np.flatnonzero((before * after < 0.0) & (begin < end)):
+            found[node].append(_root(lead, begin[k], end[k], before[k], after[k]))
+    return found
 
-    def _inner(self, node: int) -> list[float]:
-        """Times of the corners within the arguments of `node`."""
-        reached = self._tape.reachable(self._tape.arguments(node))
-        return sorted({time for k in reached for time in self._times.get(k, ())})
 
-    def _root(self, node: int, low: float, high: float, before: float, after: float) -> float:
-        """The root between two times of different signs: exact where the lead is a line."""
-        guess = low - before * (high - low) / (after - before)
-        scale = max(abs(before), abs(after))
-        if abs(self._lead(node, np.array([guess]))[0]) <= 1e-12 * scale:
-            return float(guess)
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            if self._lead(node, np.array([middle]))[0] * before > 0.0:
-                low = middle
+def _root(
+    lead: Callable[[Floats], Floats], low: float, high: float, before: float, after: float
+) -> float:
+    """The root between two times of different signs: exact where the lead is a line."""
+    guess = low - before * (high - low) / (after - before)
+    scale = max(abs(before), abs(after))
+    if abs(lead(np.array([guess]))[0]) <= 1e-12 * scale:
+        return float(guess)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if lead(np.array([middle]))[0] * before > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _lead(tape: Tape, nodes: Sequence[int], fixed: Mapping[str, float], times: Floats) -> Floats:
+    """The first of one or two nodes of time and parameters, less the second, at `times` (n,)."""
+    found: dict[int, Floats] = {}
+    with np.errstate(all="ignore"):
+        for k in tape.reachable(nodes):
+            kind, *arguments = tape.operations[k]
+            if kind == "constant":
+                found[k] = np.full(len(times), arguments[0])
+            elif kind == "symbol":
+                name = arguments[0]
+                found[k] = times if name == TIME else np.full(len(times), fixed[name])
             else:
-                high = middle
-        return 0.5 * (low + high)
-
-    def _lead(self, node: int, times: Floats) -> Floats:
-        """The first argument less the second, if there is one, at `times` (n,)."""
-        arguments = self._tape.arguments(node)
-        values = self._values(arguments, times)
-        return values[0] - values[1] if len(values) > 1 else values[0]
-
-    def _values(self, nodes: Sequence[int], times: Floats) -> list[Floats]:
-        """Values of nodes of time and parameters at `times` (n,)."""
-        found: dict[int, Floats] = {}
-        with np.errstate(all="ignore"):
-            for k in self._tape.reachable(nodes):
-                kind, *arguments = self._tape.operations[k]
-                if kind == "constant":
-                    found[k] = np.full(len(times), arguments[0])
-                elif kind == "symbol":
-                    name = arguments[0]
-                    value = times if name == TIME else np.full(len(times), self._fixed[name])
-                    found[k] = value
-                else:
-                    found[k] = FUNCTIONS[kind](*(found[a] for a in arguments))
-        return [found[k] for k in nodes]
+                found[k] = FUNCTIONS[kind](*(found[a] for a in arguments))
+    first, *others = (found[k] for k in nodes)
+    return first - others[0] if others else first
 
 
 def _timely_corners(program: Program, fixed: Mapping[str, float]) -> list[int]:

@@ -10,14 +10,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from m4e_fmi.errors import UnknownNameError
-from m4e_fmi.program.comparison import are_equal
-from m4e_fmi.program.tape import Scalar, Tape
+from m4e_fmi.program.tape import COMMUTATIVE, Operation, Scalar, Tape
 from m4e_fmi.shown import listing, one_line
 
 TIME = "time"
+GROUPS = ("parameters", "inputs", "states", "outputs", "calculated")
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,26 @@ class Part:
     origin: object = field(default=None, repr=False)
 
 
+@runtime_checkable
+class LocalLaw(Protocol):
+    """The `origin` of a part whose equations hold about a point only, such as a tangent.
+
+    Parameters of the part say where that is and how it is there.
+    """
+
+    @property
+    def errors(self) -> Mapping[str, float]:
+        """Errors of the parameters that were found last, in their units; of others 0."""
+        ...
+
+    def parameters_at(self, inputs: Mapping[str, float]) -> Mapping[str, float]:
+        """The parameters with which the part holds about these values of its inputs, by name.
+
+        RunError where that cannot be found out.
+        """
+        ...
+
+
 @dataclass(frozen=True)
 class Loop:
     """An algebraic loop of a composed program, solved for the `inputs` that cut it.
@@ -106,7 +126,8 @@ class Program:
     for, if they were, `parts` what programs it was composed of, and `loops` where their equations
     may have no solution; none of them is needed to run it.
 
-    Programs are equal if their variables and operations are: see `comparison`.
+    Programs are equal if they have the same variables, in the same order, and do the same with
+    them: to the bit they give the same results then, on whatever tapes they are.
     """
 
     name: str
@@ -125,11 +146,32 @@ class Program:
     loops: tuple[Loop, ...] = field(default=(), repr=False, compare=False)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Program) and are_equal(self, other)
+        table: dict[Operation, int] = {}
+        return (
+            isinstance(other, Program)
+            and all(
+                getattr(self, field) == getattr(other, field)
+                for field in ("name", "description", *GROUPS)
+            )
+            and self._identities(table) == other._identities(table)
+        )
+
+    def _identities(self, table: dict[Operation, int]) -> list[int]:
+        """For each rate, output and calculated parameter a number that is the same for the same
+        operations; `table` is shared."""
+        roots = [*self.rates, *self.results, *self.constants]
+        numbers: dict[int, int] = {}
+        for k in self.tape.reachable(roots):
+            kind, *operands = self.tape.operations[k]
+            if self.tape.arguments(k):
+                operands = [numbers[a] for a in operands]
+                if kind in COMMUTATIVE:
+                    operands.sort()
+            numbers[k] = table.setdefault((kind, *operands), len(table))
+        return [numbers[k] for k in roots]
 
     def __hash__(self) -> int:
-        groups = (self.parameters, self.inputs, self.states, self.outputs, self.calculated)
-        return hash((self.name, self.description, *groups))
+        return hash((self.name, self.description, *(getattr(self, group) for group in GROUPS)))
 
     def dependencies(self, node: int) -> frozenset[str]:
         """Names of the inputs, states and parameters (and `time`) that a node depends on."""
@@ -174,7 +216,7 @@ class Program:
 
     def __str__(self) -> str:
         lines = [f"program {self.name}: {one_line(self.description)}", self._size()]
-        for title in ("parameters", "inputs", "states", "outputs", "calculated"):
+        for title in GROUPS:
             variables: tuple[Variable, ...] = getattr(self, title)
             lines.append(f"{title} ({len(variables)})")
             lines += [f"  {v.name} [{v.unit}] {one_line(v.description)}" for v in variables]
@@ -187,11 +229,7 @@ class Program:
     def __repr__(self) -> str:
         return listing(
             f"Program {self.name!r}: {self._size()}",
-            parameters=self.parameters,
-            inputs=self.inputs,
-            states=self.states,
-            outputs=self.outputs,
-            calculated=self.calculated,
+            **{group: getattr(self, group) for group in GROUPS},
         )
 
 
@@ -210,9 +248,7 @@ class Recorder:
         self.description = description
         self.tape = Tape() if tape is None else tape
         self.time = self.tape.symbol(TIME)
-        self._variables: dict[str, dict[str, Variable]] = {
-            group: {} for group in ("parameters", "inputs", "states", "outputs", "calculated")
-        }
+        self._variables: dict[str, dict[str, Variable]] = {group: {} for group in GROUPS}
         self._rates: dict[str, int] = {}
         self._names: set[str] = set()
         self._results: list[int] = []
@@ -279,7 +315,10 @@ class Recorder:
             raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")
         rates = tuple(self._rates[name] for name in self._variables["states"])
         self._check_symbols([*rates, *self._results, *self._constants])
-        self._check_derivatives(self.variables(*self._variables))
+        for v in self.variables(*GROUPS):
+            if v.derivative_of is not None and v.derivative_of not in self._names:
+                message = f"{v.name!r} cannot be the derivative of {v.derivative_of!r}"
+                raise ValueError(f"{self.name}: {message}, which is not declared")
         return Program(
             name=self.name,
             description=self.description,
@@ -295,17 +334,9 @@ class Recorder:
             calculated=tuple(self.variables("calculated")),
         )
 
-    def _check_derivatives(self, variables: Iterable[Variable]) -> None:
-        for v in variables:
-            if v.derivative_of is not None and v.derivative_of not in self._names:
-                message = f"{v.name!r} cannot be the derivative of {v.derivative_of!r}"
-                raise ValueError(f"{self.name}: {message}, which is not declared")
-
     def _check_symbols(self, roots: Iterable[int]) -> None:
-        readable = {TIME}
-        for group in ("parameters", "inputs", "states"):
-            readable.update(self._variables[group])
-        strangers = self.tape.names - readable
+        readable = {v.name for v in self.variables("parameters", "inputs", "states")}
+        strangers = self.tape.names - readable - {TIME}
         if not strangers:
             return
         for index in self.tape.reachable(roots):

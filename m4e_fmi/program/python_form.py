@@ -13,12 +13,11 @@ same bits wherever this text runs.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
-from types import CodeType
 
 from m4e_fmi.program.program import TIME, Program
-from m4e_fmi.program.tape import Operation
 
 Function = Callable[..., list[float]]
 
@@ -63,7 +62,7 @@ class PythonForm:
 def load_python(program: Program) -> PythonForm:
     """The program's functions, ready to call (see the module's docstring)."""
     namespace: dict[str, Function] = {}
-    code: CodeType = compile(python_source(program), f"<program {program.name}>", "exec")
+    code = compile(python_source(program), f"<program {program.name}>", "exec")
     exec(code, namespace)  # our own generated text: names in it are indices, never user strings
     return PythonForm(**{k: namespace[k] for k in PythonForm.__dataclass_fields__})
 
@@ -80,52 +79,28 @@ class _Writer:
             ("u", program.inputs),
         ):
             self.where |= {v.name: f"{letter}[{k}]" for k, v in enumerate(group)}
-        names = {v.name for v in program.parameters}
         roots = [*program.rates, *program.results, *program.constants]
-        self.hoisted = self._hoisted(roots, names)
+        varying = set(program.operations(roots))
+        read = {*roots, *(a for k in varying for a in self.tape.arguments(k))}
+        self.hoisted = [
+            k
+            for k in self.tape.reachable(roots)
+            if k in read and k not in varying and self.tape.arguments(k)
+        ]
         self._slot = {index: f"c[{k}]" for k, index in enumerate(self.hoisted)}
-
-    def _hoisted(self, roots: list[int], parameters: set[str]) -> list[int]:
-        """Parameter-only operations that something else, or the caller, reads."""
-        nodes = self.tape.reachable(roots)
-        fixed: set[int] = set()
-        for k in nodes:
-            operation = self.tape.operations[k]
-            if operation[0] == "symbol":
-                if operation[1] in parameters:
-                    fixed.add(k)
-            elif all(a in fixed for a in self.tape.arguments(k)):
-                fixed.add(k)
-        read = set(roots)
-        for k in nodes:
-            if k not in fixed:
-                read.update(self.tape.arguments(k))
-        operations = self.tape.operations
-        return [k for k in nodes if k in fixed & read and self._computes(operations[k])]
-
-    @staticmethod
-    def _computes(operation: Operation) -> bool:
-        return operation[0] not in ("constant", "symbol")
 
     def function(self, name: str, arguments: str, roots: list[int]) -> str:
         available = {} if name == "constants" else self._slot
         nodes = self._needed(roots, available)
-        uses = dict.fromkeys(nodes, 0)
-        for k in roots:
-            if k in uses:
-                uses[k] += 1
-        for k in nodes:
-            for a in self.tape.arguments(k):
-                if a in uses:
-                    uses[a] += 1
+        uses = Counter([*roots, *(a for k in nodes for a in self.tape.arguments(k))])
         text: dict[int, str] = dict(available)
         depth: dict[int, int] = {}
         lines = [f"def {name}({arguments}):"]
         for k in nodes:
             text[k] = self._expression(k, text)
-            depth[k] = 1 + max((depth.get(a, 0) for a in self.tape.arguments(k)), default=0)
-            leaf = not self._computes(self.tape.operations[k])
-            if not leaf and (uses[k] > 1 or depth[k] > _DEEPEST_NESTING):
+            below = self.tape.arguments(k)
+            depth[k] = 1 + max((depth.get(a, 0) for a in below), default=0)
+            if below and (uses[k] > 1 or depth[k] > _DEEPEST_NESTING):
                 lines.append(f"    v{k} = {text[k]}")
                 text[k] = f"v{k}"
                 depth[k] = 0

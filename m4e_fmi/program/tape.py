@@ -7,7 +7,7 @@ already there returns the old node. Recording therefore is common-subexpression 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NoReturn
 
 Operation = tuple[Any, ...]
@@ -215,8 +215,7 @@ class Tape:
 
     def symbols_of(self, root: int) -> frozenset[str]:
         """Names of the symbols that node `root` depends on (structurally)."""
-        operations = (self.operations[k] for k in self.reachable([root]))
-        return frozenset(op[1] for op in operations if op[0] == "symbol")
+        return self.symbols_of_each([root])[root]
 
     def symbols_of_each(self, roots: Iterable[int]) -> dict[int, frozenset[str]]:
         """`symbols_of` for many roots, in one pass over the tape."""
@@ -232,17 +231,15 @@ class Tape:
                 bits[k] = 0
             else:
                 bits[k] = bits[operation[1]] | bits[operation[-1]]
-        named = {b: _selected(names, b) for b in {bits[k] for k in roots}}
+        named: dict[int, frozenset[str]] = {}
+        for b in {bits[k] for k in roots}:
+            digits = bin(b)[:1:-1]  # lowest first
+            chosen = (name for name, digit in zip(names, digits, strict=False) if digit == "1")
+            named[b] = frozenset(chosen)
         return {k: named[bits[k]] for k in roots}
 
     def __repr__(self) -> str:
         return f"Tape of {len(self)} nodes"
-
-
-def _selected(names: list[str], bits: int) -> frozenset[str]:
-    """The names whose bit is set."""
-    digits = bin(bits)[:1:-1]  # lowest first
-    return frozenset(name for name, digit in zip(names, digits, strict=False) if digit == "1")
 
 
 class Scalar:
@@ -327,3 +324,69 @@ class Scalar:
 
     def __repr__(self) -> str:
         return f"Scalar({self.index}: {self.tape.operations[self.index]})"
+
+
+def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> dict[int, float]:
+    """The values of `nodes` for those of the symbols they need; nan where there is none."""
+    found: dict[int, float] = {}
+    for k in tape.reachable(nodes):
+        kind, *arguments = tape.operations[k]
+        if kind == "constant":
+            found[k] = arguments[0]
+        elif kind == "symbol":
+            found[k] = values[arguments[0]]
+        else:
+            try:
+                function = UNARY[kind] if len(arguments) == 1 else BINARY[kind]
+                found[k] = function(*(found[a] for a in arguments))
+            except (ValueError, ZeroDivisionError, OverflowError):
+                found[k] = math.nan
+    return {k: found[k] for k in nodes}
+
+
+class TapeCopy:
+    """The nodes of `tape` on the tape `target`, each copied when it is first asked for.
+
+    `symbols` are the scalars that stand for symbols of `tape`; more are given by `give`, before a
+    node that needs them is asked for.
+    """
+
+    def __init__(self, tape: Tape, target: Tape, symbols: Mapping[str, Scalar]) -> None:
+        self.tape, self.target = tape, target
+        self._symbols = dict(symbols)
+        self._copied: dict[int, Scalar] = {}
+
+    def give(self, name: str, scalar: Scalar) -> None:
+        """Let `scalar` stand for the symbol `name`."""
+        self._symbols[name] = scalar
+
+    def fork(self) -> TapeCopy:
+        """Another copy that knows what this one has copied so far."""
+        other = TapeCopy(self.tape, self.target, self._symbols)
+        other._copied = dict(self._copied)
+        return other
+
+    def __call__(self, node: int) -> Scalar:
+        """The copy of a node; KeyError for a symbol that nothing stands for."""
+        if node not in self._copied:
+            for k in self._missing(node):
+                kind, *arguments = self.tape.operations[k]
+                if kind == "constant":
+                    self._copied[k] = self.target.constant(arguments[0])
+                elif kind == "symbol":
+                    self._copied[k] = self._symbols[arguments[0]]
+                else:
+                    first, *others = (self._copied[a] for a in arguments)
+                    self._copied[k] = first.record(kind, *others)
+        return self._copied[node]
+
+    def _missing(self, node: int) -> list[int]:
+        """`node` and all that it needs and that is not copied yet, in order."""
+        found = {node}
+        waiting = [node]
+        while waiting:
+            for k in self.tape.arguments(waiting.pop()):
+                if k not in found and k not in self._copied:
+                    found.add(k)
+                    waiting.append(k)
+        return sorted(found)

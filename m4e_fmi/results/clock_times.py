@@ -93,16 +93,11 @@ def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock |
         raise InputError(shortened(problems))
     whole = [match for match in matches if match]
     clock = _clock(path, lines, whole, dated=pattern is patterns[0])
-    replaced = [
-        (number, _replaced(line, match, clock.columns))
-        for (number, line), match in zip(lines, whole, strict=True)
-    ]
+    replaced = []
+    for (number, line), match in zip(lines, whole, strict=True):
+        place = PLACE if clock.columns == 1 else f"{PLACE}{match['gap']}{PLACE}"
+        replaced.append((number, line[: match.start()] + place + line[match.end() :]))
     return [*rows[:start], *replaced], clock
-
-
-def _replaced(line: str, match: re.Match[str], columns: int) -> str:
-    place = PLACE if columns == 1 else f"{PLACE}{match['gap']}{PLACE}"
-    return line[: match.start()] + place + line[match.end() :]
 
 
 def _clock(
@@ -116,7 +111,7 @@ def _clock(
         problems.append(Problem(message, "write it in all rows, or in none", str(path)))
     for (number, line), match in zip(lines, matches, strict=True):
         try:
-            day = _day(match["date"]) if dated else 0
+            day = date(*map(int, re.split(r"[-/.]", match["date"]))).toordinal() if dated else 0
             moments.append((day, _second_of_day(match)))
         except ValueError as error:
             problems.append(Problem(f"{_shown(line)}: {error}", REMEDY, str(path), number, 1))
@@ -135,11 +130,6 @@ def _clock(
         at=first.start(),
         columns=1 if not dated or not re.search(r"[;,\t]", first["gap"]) else 2,
     )
-
-
-def _day(text: str) -> int:
-    """Days from the year 0 to a date; ValueError if there is none."""
-    return date(*map(int, re.split(r"[-/.]", text))).toordinal()
 
 
 def _second_of_day(match: re.Match[str]) -> float:

@@ -11,26 +11,13 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.foreign_table import ForeignColumn, ForeignTable, read_foreign_table
+from m4e_fmi.results.foreign_table import ForeignTable, Quantity, read_foreign_table
 from m4e_fmi.results.results_file import NETCDF, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import parse_unit
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """Values (n,) of a variable over time, nan in gaps; `unit` is None if the file does not say.
-
-    `held` is true of whole numbers and truth values, which hold from row to row.
-    """
-
-    name: str
-    unit: str | None
-    values: np.ndarray = field(repr=False)
-    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -64,8 +51,7 @@ def read_compared(source: str | Path | Results) -> ComparedFile:
     path = as_path(source)
     suffix = path.suffix.lower()
     if suffix in SUFFIXES:
-        table = read_foreign_table(path)
-        return _of_table(path, table)
+        return _of_table(path, read_foreign_table(path))
     if suffix == NETCDF or not path.is_file():
         return _of_results(load(path))
     kinds = ", ".join((NETCDF, *SUFFIXES))
@@ -89,7 +75,7 @@ def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
     return replace(found, origin=clock.origin, zoned=clock.zoned)
 
 
-def _is_in_seconds(column: ForeignColumn) -> bool:
+def _is_in_seconds(column: Quantity) -> bool:
     """True for a time beside dates: T without a unit may as well be a temperature."""
     if column.name.lower() not in TIMES:
         return False
@@ -113,7 +99,7 @@ def _of_results(results: Results) -> ComparedFile:
 
 
 def _of_columns(
-    path: Path, columns: Sequence[ForeignColumn], notes: Sequence[str], lines: Sequence[int] | None
+    path: Path, columns: Sequence[Quantity], notes: Sequence[str], lines: Sequence[int] | None
 ) -> ComparedFile:
     times = [c for c in columns if c.name.lower() in TIMES]
     if not times:
@@ -126,14 +112,14 @@ def _of_columns(
     if not last.all():
         told.append(f"{np.sum(~last)} rows at the time of the next left out")
     found = {
-        c.name: Quantity(c.name, c.unit or None, c.values[last])
+        c.name: replace(c, unit=c.unit or None, values=c.values[last])
         for c in columns
         if c is not first and c.name
     }
     return ComparedFile(path, time[last], found, tuple(told))
 
 
-def _seconds(path: Path, column: ForeignColumn, notes: list[str]) -> np.ndarray:
+def _seconds(path: Path, column: Quantity, notes: list[str]) -> np.ndarray:
     if column.unit is None:
         notes.append(f"column {column.name!r} says no unit: taken as s")
         return column.values

@@ -21,10 +21,12 @@ from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import (
     COMMENTS,
     OF_CLOCK,
-    foreign_text,
+    UTF_8,
+    WINDOWS,
     heading,
     is_unit,
     shortened,
+    table_text,
     unit_text,
 )
 from m4e_fmi.files.limits import LARGEST_RECORD
@@ -40,12 +42,16 @@ _TOA5_LINES = 4
 
 
 @dataclass(frozen=True)
-class ForeignColumn:
-    """A column: its `name` and `unit` as they stand above it; None where no unit does."""
+class Quantity:
+    """Values (n,) of a variable over time, nan in gaps; `unit` is None if the file does not say.
+
+    `held` is true of whole numbers and truth values, which hold from row to row.
+    """
 
     name: str
     unit: str | None
     values: np.ndarray = field(repr=False)
+    held: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,12 +61,11 @@ class ForeignTable:
     `clock_column`, one of the columns, was dates or times of day: those of the `clock`.
     """
 
-    path: Path
-    columns: tuple[ForeignColumn, ...]
+    columns: tuple[Quantity, ...]
     lines: tuple[int, ...] = field(repr=False)
     notes: tuple[str, ...]
     clock: Clock | None = None
-    clock_column: ForeignColumn | None = None
+    clock_column: Quantity | None = None
 
 
 @dataclass(frozen=True)
@@ -128,7 +133,7 @@ def read_foreign_table(path: Path) -> ForeignTable:
     InputError with lines: no file or text, no rows of numbers, no names above them, entries that
     are no numbers, rows of another length.
     """
-    text, encoding = foreign_text(path, largest=LARGEST_RECORD)
+    text, encoding = table_text(path, largest=LARGEST_RECORD, encodings=(UTF_8, WINDOWS))
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith(COMMENTS)]
     rows, clock = without_clock(path, rows)
@@ -147,17 +152,17 @@ def read_foreign_table(path: Path) -> ForeignTable:
     if problems:
         raise InputError(shortened(problems))
     columns = [
-        ForeignColumn(name, unit, column)
+        Quantity(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
     ]
     notes = ((f"taken as {encoding}",) if encoding else ()) + _notes(form, skipped)
     timed = None
     if clock and place is not None:
         last = place + clock.columns - 1
-        timed = ForeignColumn(names[last], "s", clock.seconds)
+        timed = Quantity(names[last], "s", clock.seconds)
         columns[place : last + 1] = [timed]
     numbers = tuple(k for k, _ in rows[first:])
-    return ForeignTable(path, tuple(columns), numbers, notes, clock, timed)
+    return ForeignTable(tuple(columns), numbers, notes, clock, timed)
 
 
 def _place(form: _Form, line: str, clock: Clock) -> int:

@@ -62,11 +62,6 @@ class Recorded:
         return names.get(int(value), f"{value:g}" if self.is_real else str(value))
 
     @property
-    def file_type(self) -> type[str] | str:
-        """The type for netCDF4's createVariable."""
-        return str if self.is_text else self.kind
-
-    @property
     def attributes(self) -> dict[str, str | np.ndarray]:
         """Attributes of the values in a file; arrays are `flag_values` (n_items,) [1]."""
         items = self.named

@@ -8,8 +8,8 @@ killed, has rows in netCDF's classic form: see `row_file`. CSV has one column fo
 
 from __future__ import annotations
 
-import codecs
 import csv
+import hashlib
 import json
 import os
 import unicodedata
@@ -17,16 +17,15 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
-from m4e_fmi.errors import InputError, Named, is_other
+from m4e_fmi.errors import InputError, Named, is_file, is_other
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.dataset import as_dataset
 from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
@@ -41,13 +40,14 @@ from m4e_fmi.results.row_file import (
     Section,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+    from netCDF4 import Dataset, Variable
 
 NETCDF, CSV = ".nc", ".csv"
 FORMAT = "m4e_fmi_format"
@@ -62,6 +62,8 @@ _READ = 2**28
 """Bytes that are read at once of a netCDF-4 file, about."""
 _SMALLER = "read parts of it with netCDF4 or xarray, or record less: output_interval, --variables"
 _BELONG = "the results and the checkpoint of one run belong together: give those, or run again"
+_DAMAGED = (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError)
+"""Errors of reading a file that is damaged."""
 _HDF5 = b"\x89HDF"
 _OTHERS = {
     b"PAR1": "Parquet",
@@ -140,7 +142,11 @@ def load(path: str | Path) -> Results:
     InputError for a file that is not there, empty, damaged, too large, of another kind or of a
     newer form.
     """
-    path = as_path(path)
+    with PROCESS:  # paths are found while the working folder is the user's
+        return _load(as_path(path))
+
+
+def _load(path: Path) -> Results:
     if not path.is_file():
         other = "a folder" if path.is_dir() else "a pipe or a device" if is_other(path) else ""
         what = f"is {other}, not a file of results" if other else "no such file"
@@ -152,16 +158,14 @@ def load(path: str | Path) -> Results:
     if not head.startswith((_HDF5, MAGIC)):  # others are not given to the netCDF library
         message = f"is not a file of results (netCDF), but {_kind(head)}"
         raise InputError.single(message, _instead(path), str(path))
-    said = ""
     try:
         with _stored(path) as stored:
             return _loaded(path, stored)
-    except (OSError, RuntimeError) as error:
-        said = f": {error}"
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        said = f": {error}" if type(error) is ValueError else ""
     except MemoryError:
         raise InputError.single("takes more memory than there is", _SMALLER, str(path)) from None
+    except _DAMAGED as error:
+        clear = isinstance(error, OSError | RuntimeError) or type(error) is ValueError
+        said = f": {error}" if clear else ""
     message, remedy = f"is cut off or damaged{said}", "copy it again, or run again"
     raise InputError.single(message, remedy, str(path))
 
@@ -171,11 +175,8 @@ def _kind(head: bytes) -> str:
     for magic, kind in _OTHERS.items():
         if head.startswith(magic):
             return kind
-    try:
-        text = codecs.getincrementaldecoder("utf-8-sig")().decode(head)  # it may end in a character
-    except UnicodeDecodeError:
-        text = "\0"
-    if "\0" in text:
+    text = head.decode("utf-8-sig", "replace").rstrip("\ufffd")  # it may end in a character
+    if "\0" in text or "\ufffd" in text:
         return "data of a kind that is not known here"
     first = text.partition("\n")[0].strip()
     kind = "a table (CSV)" if "," in first else "text"
@@ -194,6 +195,30 @@ def _instead(path: Path) -> str:
     return WRITTEN
 
 
+def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
+    """Dimensions of all variables of a netCDF-4 file, by name; those of groups as ``group.name``.
+
+    Empty for any other file, and for one that cannot be read.
+    """
+    from netCDF4 import Dataset
+
+    if not is_file(path):
+        return {}
+    with path.open("rb") as head:
+        if head.read(len(_HDF5)) != _HDF5:
+            return {}
+    try:
+        with PROCESS, Dataset(path) as file:
+            groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
+            return {
+                prefix + name: variable.dimensions
+                for prefix, group in groups.items()
+                for name, variable in group.variables.items()
+            }
+    except (OSError, RuntimeError):
+        return {}
+
+
 @dataclass(frozen=True)
 class _Stored:
     """An open file of results: its attributes, its variables, and the `count` of its rows.
@@ -202,7 +227,7 @@ class _Stored:
     block by block: an array (n_rows,) for each of the columns, in its unit.
     """
 
-    attributes: dict[str, Any]
+    attributes: dict[str, str | int]
     columns: list[tuple[str, Column]]
     count: int
     blocks: Callable[[int], Iterator[list[np.ndarray]]]
@@ -217,7 +242,7 @@ def _stored(path: Path) -> Generator[_Stored]:
     """
     from netCDF4 import Dataset
 
-    with opened(path) as rows, PROCESS, Dataset(path) as file:
+    with PROCESS, opened(path) as rows, Dataset(path) as file:
         file.set_auto_mask(False)
         attributes = {name: file.getncattr(name) for name in file.ncattrs()}
         if (number := int(attributes.get(FORMAT, 0))) > FORMAT_NUMBER:
@@ -233,7 +258,7 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Any], attributes: dict[str, Any]
+    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -245,10 +270,10 @@ def _of_rows(
     if (there := path.stat().st_size) < length:
         message = f"is cut off: it has {there} bytes of {length}"
         raise InputError.single(message, "copy it again, or run again", str(path))
-    lines = attributes.pop(TEXTS, "").split("\n")[:-1]  # one that broke off is in no row
+    lines = str(attributes.pop(TEXTS, "")).split("\n")[:-1]  # one that broke off is in no row
     texts = [json.loads(line) for line in lines]
-    ended = attributes.pop(ENDED).rstrip()
-    attributes |= {ENDED: ended, **json.loads(attributes.pop(CLOSING))}
+    ended = str(attributes.pop(ENDED)).rstrip()
+    attributes |= {ENDED: ended, **json.loads(str(attributes.pop(CLOSING)))}
     columns = []
     for name, one in variables.items():
         component, _, rest = name.partition(".")
@@ -264,7 +289,7 @@ def _of_rows(
     return _Stored(attributes, columns, count, blocks)
 
 
-def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
+def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     """A netCDF-4 file, with a group for each component."""
     groups = [("", file), *file.groups.items()]
     variables = [(name, one) for name, group in groups for one in group.variables.values()]
@@ -278,13 +303,13 @@ def _of_groups(file: Any, attributes: dict[str, Any]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Any, name: str) -> Column:
+def _column(variable: Variable, name: str) -> Column:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
     return Column(name, told.get("units", "s"), told.get("long_name", ""), one)
 
 
-def _strange(file: Any) -> str:
+def _strange(file: Dataset) -> str:
     """The first difference of a netCDF-4 file from those of `write_netcdf`; empty if none."""
     if "time" not in file.variables:
         return "it has no variable `time`"
@@ -365,9 +390,17 @@ def rows_of(
                 yield parts
     except FileNotFoundError:
         raise InputError.single("no such file of results", _BELONG, str(path)) from None
-    except (OSError, RuntimeError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except _DAMAGED as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
+
+
+def digest_of(row: Sequence[np.ndarray]) -> str:
+    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
+    digest = hashlib.sha256()
+    for part in row:
+        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
 
 
 def write_netcdf(
@@ -398,7 +431,8 @@ def write_netcdf(
                 variables.append([])
                 for column in section.columns:
                     one = column.recorded
-                    variable = group.createVariable(column.name, one.file_type, ("time",))
+                    kind = str if one.is_text else one.kind
+                    variable = group.createVariable(column.name, kind, ("time",))
                     told = {"units": column.unit, "long_name": column.long_name}
                     variable.setncatts({**told, **one.attributes})
                     variables[-1].append((variable, one))
@@ -436,22 +470,19 @@ def check_export(path: str | Path) -> None:
 
 
 def export(results: Path, path: Path) -> None:
-    """Write the results in the netCDF file `results` to `path` if that is CSV."""
-    if path.suffix.lower() == CSV:
-        _write_csv(load(results), path)
+    """Write the results in the netCDF file `results` to `path` if that is CSV.
 
-
-def _write_csv(results: Results, path: Path) -> None:
-    series = results.series
-    columns = [results.time.tolist(), *(_plain(one) for one in series.values())]
+    Numbers have all digits, Booleans are 0 or 1.
+    """
+    if path.suffix.lower() != CSV:
+        return
+    loaded = load(results)
+    heads, columns = ["time [s]"], [loaded.time.tolist()]
+    for name, one in loaded.series.items():
+        heads.append(f"{name} [{one.unit}]" if one.unit else name)
+        values = one.values.astype(np.int8) if one.values.dtype == bool else one.values
+        columns.append(values.tolist())
     with written(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        heads = (f"{name} [{one.unit}]" if one.unit else name for name, one in series.items())
-        writer.writerow(["time [s]", *heads])
+        writer.writerow(heads)
         writer.writerows(zip(*columns, strict=True))
-
-
-def _plain(series: Series) -> list:
-    """The values as they stand in CSV: all digits of numbers, 0 or 1 for Booleans, texts."""
-    values = series.values
-    return (values.astype(np.int8) if values.dtype == bool else values).tolist()

@@ -230,25 +230,20 @@ def _closing(attributes: Mapping[str, str]) -> bytes:
 def _header(
     sections: Sequence[Section], attributes: Mapping[str, str | int], room: int
 ) -> tuple[bytes, dict[str, int]]:
-    """The header of a file without rows, and the places of the values of its attributes.
+    """The header of a file without rows, and the places of the texts in it that change.
 
-    There is `room` [bytes] for texts, if any; they and ENDED are the last of the attributes.
+    These are the last attributes, of which TEXTS is there if there is `room` [bytes] for it.
     """
     texts = {TEXTS: b" " * room} if room else {}
     rest = {**attributes, CLOSING: _closing({}), **texts, ENDED: _ended(NOT_ENDED)}
-    head = MAGIC + _big(0) + _list(_DIMENSIONS, [_name("time") + _big(0)])
-
-    def made(begin: int) -> tuple[list[bytes], bytes]:
-        told = list(_attributes({ROWS_BEGIN: begin, **rest}))
-        return told, _list(_VARIABLES, list(_variables(sections, begin)))
-
-    told, variables = made(0)
-    whole = head + _list(_ATTRIBUTES, told)
-    told, variables = made(len(whole) + len(variables))  # which is in it, too
-    places, end = {}, len(whole)
-    for name, one in zip(reversed((ROWS_BEGIN, *rest)), reversed(told), strict=True):
-        places[name], end = end - len(one) + len(_name(name)) + 12, end - len(one)
-    return head + _list(_ATTRIBUTES, told) + variables, places
+    start = MAGIC + _big(0) + _list(_DIMENSIONS, [_name("time") + _big(0)])
+    head = whole = b""
+    for _ in range(2):  # once more with the place where rows begin, which is in it, too
+        begin = len(whole)
+        head = start + _list(_ATTRIBUTES, list(_attributes({ROWS_BEGIN: begin, **rest})))
+        whole = head + _list(_VARIABLES, list(_variables(sections, begin)))
+    names = {name: _name(name) for name in (CLOSING, *texts, ENDED)}
+    return whole, {name: head.rindex(one) + len(one) + 12 for name, one in names.items()}
 
 
 def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:

@@ -1,13 +1,20 @@
-"""Values of a variable over time: an array that knows its name and unit."""
+"""Values of variables over time: arrays that know their names and units, and datasets of them."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from m4e_fmi.results.recorded import REAL, Recorded
+
+if TYPE_CHECKING:
+    import xarray
+
+SCENE = "scene"
+"""The attribute with what an animation shows, which is for programs only."""
 
 
 class Series(np.ndarray):
@@ -79,3 +86,25 @@ class Series(np.ndarray):
 
 def _plain(value: object) -> object:
     return value.view(np.ndarray) if isinstance(value, Series) else value
+
+
+def as_dataset(
+    time: np.ndarray, series: Mapping[str, Series], attributes: Mapping[str, str]
+) -> xarray.Dataset:
+    """A dataset with one variable for each of `series`, over the coordinate `time` (n,) [s].
+
+    The variables have `units` and `long_name`, those of whole numbers with names also
+    `flag_values` and `flag_meanings` (CF conventions). They share memory with the series.
+    Attributes go along, but for the SCENE.
+    """
+    import xarray
+
+    told = {name: one for name, one in attributes.items() if name != SCENE}
+    variables = {}
+    for name, one in series.items():
+        has_flags = not (one.recorded.is_real or one.values.dtype == bool)
+        flags = one.recorded.attributes if has_flags else {}
+        of_one = {"units": one.unit, "long_name": one.long_name, **flags}
+        variables[name] = ("time", one.values, of_one)
+    times = ("time", np.asarray(time), {"units": "s", "long_name": "simulated time"})
+    return xarray.Dataset(variables, {"time": times}, told)

@@ -23,8 +23,7 @@ from m4e_fmi.files.limits import beyond_limits
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import TIME, Program, Variable, evaluated, kinks
-from m4e_fmi.results.dataset import as_dataset
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Series, as_dataset
 from m4e_fmi.runtime.engine import Watch
 from m4e_fmi.runtime.library import library, library_detail
 from m4e_fmi.shown import Displayed, listing, short, span, views

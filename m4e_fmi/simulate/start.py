@@ -11,7 +11,7 @@ from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.joints.start_attitudes import angles_of_attitudes, no_attitudes, with_quaternions
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import without_value
-from m4e_fmi.multibody.model_program.declaration import is_unset
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.units import number_in
 

@@ -27,12 +27,13 @@ from benchmark.engines.sympy_kane import GRAVITY, kane
 from benchmark.systems import System, pendulum
 from m4e_fmi.fmu import FmuVariable, ModelDescription, PythonSource, build_fmu
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.compiler import SHELL_SOURCES, compiler
+from m4e_fmi.runtime.compiler import compiler
 
 JOINTS, H, STEPS, RUNS, QUICK_RUNS = 10, 1e-3, 2000, 7, 50
 FEW = 100  # steps of the slow one, and to the comparison of states
 METHODS = {"rk4": 4, "rk45": 7, "dop853": 13}
 """Right-hand sides of one step."""
+FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
 HOST = Path(__file__).parent / "native" / "fmu_steps.c"
 AGREEMENT = 1e-11  # rounding, 1e-16, over a hundred steps of fast links
 
@@ -180,7 +181,7 @@ def _ctypes_step(fmu: fmi2.FMU2Slave) -> float:
 def _c_step(unpacked: Path, folder: Path) -> float:
     """CPU seconds of doStep from C."""
     host = folder / "host"
-    command = [*(compiler() or ["cc"]), "-O2", "-I", str(SHELL_SOURCES), str(HOST), "-o", str(host)]
+    command = [*(compiler() or ["cc"]), "-O2", "-I", str(FMI_HEADERS), str(HOST), "-o", str(host)]
     subprocess.run([*command, "-ldl"], check=True)
     description: Any = fmpy.read_model_description(str(unpacked))
     [library] = (unpacked / "binaries" / "linux64").iterdir()

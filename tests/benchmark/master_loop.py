@@ -17,16 +17,15 @@ import tempfile
 import time
 import zipfile
 from collections.abc import Callable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from benchmark.masters import PEERS
-from m4e_fmi.cosim import Component, FmuFile, Prepared, Simulation, System, prepare
+from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.master.master import Master
-from m4e_fmi.cosim.results.writer import ResultsWriter
+from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.running import running
 
 H = 0.01
 RUNS = 15
@@ -169,31 +168,24 @@ def _ours(
         ready = {n: prepare(system.system(n, algorithm)) for n in (10, SHORT, LONG)}
 
         def advance(steps: int) -> None:
-            with ExitStack() as stack:
-                master = stack.enter_context(_master(ready[steps], certify=certified))
-                results = None
-                if written:
-                    path = folder / "results.nc"
-                    results = ResultsWriter(path, master.network, {})
-                    stack.enter_context(results)
-                master.run(results=results, observers=observers)
-                if certified:
-                    assert isinstance(master.certificate(), CouplingErrorReport)
+            results = folder / "results.nc" if written else None
+            options = Options(results=results, certify=certified, observers=observers)
+            with running(ready[steps], options) as made:
+                made.finish()
+            if certified:
+                assert made.outcome
+                assert isinstance(made.outcome.certificate, CouplingErrorReport)
 
         return advance
 
     return make
 
 
-def _master(ready: Prepared, *, certify: bool) -> Master:
-    return Master(ready, certify=certify)
-
-
 def _setup(system: Coupled) -> float:
     """Wall seconds from the System to the first step."""
     began = time.perf_counter()
     ready = prepare(system.system(1, "corrector"))
-    with _master(ready, certify=True):
+    with running(ready, Options()):
         return time.perf_counter() - began
 
 

@@ -208,11 +208,11 @@ def ecospy(system: Coupled, folder: Path, *, proxies: bool = False) -> Advance:
 
 def c_loop(system: Coupled, folder: Path) -> Advance:
     """A loop in C, written for this system: the floor."""
-    from benchmark.fmu_steps import SHELL_SOURCES, compiler
+    from benchmark.fmu_steps import FMI_HEADERS, compiler
 
     source = Path(__file__).parent / "native" / "macro_loop.c"
     library = folder / "macro_loop.so"
-    flags = ["-O2", "-shared", "-fPIC", "-I", str(SHELL_SOURCES)]
+    flags = ["-O2", "-shared", "-fPIC", "-I", str(FMI_HEADERS)]
     subprocess.run([*(compiler() or ["cc"]), *flags, str(source), "-o", str(library)], check=True)
     fmus, references = _instances(system, folder)
     numbers = ctypes.c_uint * len(system.outputs)

@@ -20,8 +20,8 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.elements import parameter_values, vector
 from m4e_fmi.multibody import Topology, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 
 TREES, LIMIT = 200, 1e-12
 Matrix = np.ndarray

@@ -25,7 +25,8 @@ sys.path.insert(0, str(TESTS))
 from support.c_fmus.build import build
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.running import running
 
 RUNS, SHORT, LONG = 15, 500, 2500
 WORK = 1e-3
@@ -40,9 +41,9 @@ def ours(process: str) -> Callable[[Coupled, Path], Advance]:
         ready = {n: prepare(coupled.system(n, "jacobi", process)) for n in (SHORT, LONG)}
 
         def advance(steps: int) -> float:
-            with Master(ready[steps]) as master:
+            with running(ready[steps], Options()) as made:
                 began = time.perf_counter()
-                master.run()
+                made.finish()
                 return time.perf_counter() - began
 
         return advance

@@ -20,7 +20,7 @@ from support.fmu_instances import DISCARD, ERROR, Instance, answers
 from support.fmu_programs import PROGRAMS
 from support.plane import plane
 
-from m4e_fmi.fmu.export.model_description import TERMINALS
+from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.simulate import simulate
 
 ELEMENTS = {

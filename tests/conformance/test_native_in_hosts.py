@@ -13,6 +13,7 @@ from typing import Any
 
 import fmpy
 import pytest
+from support.c_fmus.compiled import FMI_HEADERS
 from support.c_programs import (
     compiled_for_windows,
     compiled_here,
@@ -30,11 +31,11 @@ from m4e_fmi.fmu.export.description import with_rates
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 from m4e_fmi.program import Program
-from m4e_fmi.runtime.compiler import SHELL_SOURCES
+from m4e_fmi.runtime.compiler import SHELL_SOURCES, SOURCES
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
 SUPPORT = Path(__file__).parents[1] / "support"
-INCLUDES = ("-I", str(SHELL_SOURCES), "-I", str(SUPPORT))
+INCLUDES = tuple(f"-I{p}" for p in (SHELL_SOURCES, SOURCES, FMI_HEADERS, SUPPORT))
 STEPS, H = 60, 0.02
 FOLDER = "a b é # % ü+;&(x)"
 EVERYWHERE = {

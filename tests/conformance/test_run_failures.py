@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.interrupted import tell_every_step
 
 from m4e_fmi.cli import main
 from m4e_fmi.results.results_file import load
@@ -130,7 +131,7 @@ def test_a_run_goes_on_when_nobody_reads_what_it_says(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A warning in each step, and a bar of progress after each."""
-    monkeypatch.setattr("m4e_fmi.cosim.master.ticking.PROGRESS_INTERVAL", 0.0)
+    tell_every_step(monkeypatch)
     monkeypatch.setattr("m4e_fmi.report.progress._INTERVAL", 0.0)
     project("talker", "talker: {fmu: FMU, start: {count: 30, kinds: 30}}")
     with contextlib.ExitStack() as stack:

@@ -24,8 +24,9 @@ from support.faults.build import build_faulty
 
 from m4e_fmi.cli import main
 from m4e_fmi.fmu import Report, build_fmu, fmu_contents, validate_fmu
-from m4e_fmi.fmu.validation import GROUPS, runner
-from m4e_fmi.fmu.validation.worker import MODULES, PACKAGE
+from m4e_fmi.fmu.validation import GROUPS
+from m4e_fmi.fmu.validation import run as validation_run
+from m4e_fmi.fmu.validation.run import MODULES, PACKAGE
 from m4e_fmi.model import load_model
 from m4e_fmi.multibody import model_program
 
@@ -36,7 +37,7 @@ GROUP_OF = {
     "memory": "derivatives",
 }
 """First part of a finding's id → the group that finds it, where that is another word."""
-LEFT_TO_THE_FMU = ("a solver that is coarse", "fixed steps of its own", "a step of nan hangs")
+LEFT_TO_THE_FMU = ("a solver that is coarse", "fixed steps of its own")
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -158,16 +159,15 @@ def test_nothing_is_run_of_what_cannot_be_understood(sound: Path, tmp_path: Path
         report = validate_fmu(planted(sound, tmp_path / "faulty.fmu", old, new))
         assert not report.ok
         assert all(group.skipped for group in report.groups if group.name != "description")
-    report = validate_fmu(sound, only=("description", "phases"), skip=("description",))
-    assert [group.name for group in report.groups] == ["phases"]
+    report = validate_fmu(sound, only=("description", "state"), skip=("description",))
+    assert [group.name for group in report.groups] == ["state"]
 
 
 def test_a_crash_names_the_call_and_spares_the_other_groups(tmp_path: Path):
-    path = defects.build(tmp_path, DEFECTS["nan crashes"])
-    report = validate_fmu(path, only=("values", "solution"))
+    path = defects.build(tmp_path, DEFECTS["reset crashes"])
+    report = validate_fmu(path, only=("instances", "solution"))
     (crash,) = report.of_severity("error")
-    assert "SIGSEGV in fmi2SetReal" in crash.message
-    assert crash.message.endswith("with force = nan")
+    assert "SIGSEGV in fmi2Reset()" in crash.message
     assert [group.passed for group in report.groups] == [False, True]
 
 
@@ -209,13 +209,13 @@ def test_a_fast_mechanism_has_no_finding_and_its_fault_is_found(tmp_path: Path):
 @pytest.mark.skipif(not Path("/proc").exists(), reason="processes are listed there")
 def test_a_call_that_hangs_ends_with_who_watches_it(tmp_path: Path) -> None:
     """Nobody else would end it, ever."""
-    path = defects.build(tmp_path, DEFECTS["a huge step hangs"])
+    path = defects.build(tmp_path, DEFECTS["reset hangs"])
     command = [sys.executable, "-m", "m4e_fmi", "validate", str(path)]
     environment = os.environ | {"TMPDIR": str(tmp_path)}
     process = subprocess.Popen(command, stderr=subprocess.PIPE, env=environment, text=True)
     began = time.monotonic()
-    while not any(b"1e+300" in p.read_bytes() for p in tmp_path.rglob("*.journal")):
-        assert time.monotonic() < began + 60, "the step was not made"
+    while not any(b"Reset" in p.read_bytes() for p in tmp_path.rglob("*.journal")):
+        assert time.monotonic() < began + 60, "it was not reset"
         time.sleep(0.05)
     (watching,) = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     os.kill(int(watching), signal.SIGKILL)
@@ -254,18 +254,18 @@ def test_an_fmu_that_cannot_run_here_fails(
     assert ("sources are enough for the standard" in printed) == (folder == "sources")
 
 
-@pytest.mark.parametrize("group", ["description", "values"])
+@pytest.mark.parametrize("group", ["description", "derivatives"])
 def test_a_defect_of_ours_is_not_laid_at_the_door_of_the_fmu(
     group: str, sound: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    broken = f"import {PACKAGE}.{MODULES.get(group, 'worker')} as module; module.check = None; "
-    monkeypatch.setattr(runner, "_HOST", broken + runner._HOST)
+    broken = f"import {PACKAGE}.{MODULES.get(group, 'start')} as module; module.check = None; "
+    monkeypatch.setattr(validation_run, "_HOST", broken + validation_run._HOST)
 
     def defective(_: Path) -> None:
         raise TypeError("numpy boolean subtract")
 
     if group == "description":
-        monkeypatch.setattr(runner, "description_findings", defective)
+        monkeypatch.setattr(validation_run, "description_findings", defective)
     report = validate_fmu(sound, only=(group,))
     assert report.findings == ()
     assert not report.complete

@@ -18,7 +18,7 @@ from support.defects import XML, planted
 from support.plane import plane
 
 from m4e_fmi.fmu import build_fmu, validate_fmu
-from m4e_fmi.fmu.export.model_description import TERMINALS
+from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.fmu.validation import GROUPS
 from m4e_fmi.multibody import model_program
 
@@ -91,14 +91,6 @@ FAULTS: dict[str, tuple[str, str, str, set[str]]] = {
         'instantiationToken="{',
         'instantiationToken="{1',
         {"start.refused"},
-    ),
-    "inputs that are called fixed parameters": (
-        "parameters",
-        'causality="input" variability="continuous" intermediateUpdate="true" '
-        'declaredType="SI.Torque"',
-        'causality="parameter" variability="fixed" intermediateUpdate="true" '
-        'declaredType="SI.Torque"',
-        {"parameters.settable"},
     ),
 }
 """Fault → group that finds it, text in the description, what it becomes, errors and warnings."""

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi2.h"
+#include "fmi2Functions.h"
 
 enum { INSTANCES = 4, KEPT = 6, MOST = 8, ROOM = 64 };
 static uint64_t seed;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "fmi3.h"
+#include "fmi3Functions.h"
 
 enum { INSTANCES = 4, KEPT = 6, MOST = 8, ROOM = 64, VARIABLES = 64 };
 static uint64_t seed;

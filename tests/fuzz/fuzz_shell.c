@@ -14,8 +14,8 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "fmi2.h"
-#include "fmi3.h"
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "mutate.h"
 
 enum { FILES = 8, ROOM = 1 << 20, REFERENCES = 24, LONGEST = 20 };

@@ -23,8 +23,8 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.loads import LOAD_TYPES
 from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.engine import Engine
 

@@ -17,8 +17,8 @@ from support.tape_values import exact_values
 from m4e_fmi import program as functions
 from m4e_fmi.multibody import model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import Program, Recorder, Variable, jacobian, tangent
 from m4e_fmi.program.tape import BINARY, UNARY
 

@@ -13,7 +13,7 @@ from support.sampling import blocks
 
 from m4e_fmi.multibody import closed_form, model_program, topology
 from m4e_fmi.multibody.assembly import Scalars, assemble
-from m4e_fmi.multibody.velocity_transformation import column_rates, columns
+from m4e_fmi.multibody.closed_form import column_rates, velocity_transformation
 from m4e_fmi.program import tangent
 from m4e_fmi.space import PLANE
 
@@ -71,7 +71,7 @@ def test_velocity_transformations(block: int) -> None:
         )  # fmt: skip
         for k in range(len(tree.links)):
             for expected, found in (
-                (B, columns(tree, assembly.frames, k)),
+                (B, velocity_transformation(tree, assembly.frames, k)),
                 (B_dot, column_rates(tree, assembly.frames, assembly.u, k)),
             ):
                 got = np.zeros((3, len(q)))

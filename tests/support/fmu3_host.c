@@ -2,7 +2,7 @@
    fmu3_host LIBRARY RESOURCES TOKEN ALL N INPUTS N OUTPUTS N STEPS H, where each list is of value
    references with commas, and the number N behind it that of their scalars. At half of the run the state is kept, also as bytes; after its end it is restored twice, and the
    second half repeated. At the end, a directional and an adjoint derivative of all by the inputs. */
-#include "fmi3.h"
+#include "fmi3Functions.h"
 #include "host.h"
 
 #define FUNCTIONS(X)                                                                              \

@@ -2,7 +2,7 @@
    fmu_host LIBRARY RESOURCES GUID REALS FIRST INPUTS STEPS H, where the inputs are the Reals from
    FIRST on. Lines: what, step, status, values. At half of the run the state is kept, also as bytes;
    after its end it is restored twice, and the second half repeated. */
-#include "fmi2.h"
+#include "fmi2Functions.h"
 #include "host.h"
 
 #define FUNCTIONS(X)                                                                              \

@@ -7,10 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from netCDF4 import Dataset
 
-from m4e_fmi.cosim import Network, System, run
-from m4e_fmi.cosim.checkpoint.container import checkpoint_of
+from m4e_fmi.cosim import System, run
+from m4e_fmi.cosim.run import run as run_module
+from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.time_loop import time_loop
 
 OF_THE_RUN = {"created"}
 """Attributes that tell when a run was made."""
@@ -39,21 +42,28 @@ def differences(one: Path, other: Path) -> list[str]:
     return sorted(name for name in {**a, **b} if a.get(name) != b.get(name))
 
 
-def copied_at(results: Path, times: list[float], into: Path) -> Callable[[float, Network], None]:
-    """An observer that copies the results and their checkpoint at each of some times [s].
+def tell_every_step(patch: pytest.MonkeyPatch) -> None:
+    """Let the `progress` of runs be called after every step."""
+    patch.setattr(run_module, "PROGRESS_INTERVAL", 0.0)
+    patch.setattr(time_loop, "LONGEST", 0.0)
 
-    So they are on the disk when the process is killed there: ``into/0/results.nc`` and so on.
+
+def copied_at(results: Path, times: list[float], into: Path) -> Callable[[float], None]:
+    """A call of the time that copies the results and their checkpoint at each of some times [s].
+
+    So they are on the disk when the process is killed there: ``into/0/results.nc`` and so on. It is
+    for the `progress` of a run that tells it after every step.
     """
     left = list(enumerate(times))
 
-    def observe(time: float, _: Network) -> None:
+    def copy(time: float) -> None:
         while left and time >= left[0][1]:
             folder = into / str(left.pop(0)[0])
             folder.mkdir(parents=True)
             for file in (results, checkpoint_of(results)):
                 shutil.copy(file, folder / file.name)
 
-    return observe
+    return copy
 
 
 def check_resumed(whole: System, folder: Path, interval: float, times: list[float]) -> list[str]:
@@ -64,7 +74,9 @@ def check_resumed(whole: System, folder: Path, interval: float, times: list[floa
     plain, file, told = folder / "plain.nc", folder / "results.nc", list[str]()
     run(whole, results=plain)
     saving = whole.changed(checkpoint_interval=interval)
-    run(saving, results=file, observers=[copied_at(file, times, folder)])
+    with pytest.MonkeyPatch.context() as patch:
+        tell_every_step(patch)
+        run(saving, results=file, progress=copied_at(file, times, folder))
     assert differences(plain, file) == []
     for place in range(len(times)):
         lines: list[str] = []

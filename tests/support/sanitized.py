@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from support.c_fmus.compiled import KEPT
+from support.c_fmus.compiled import FMI_HEADERS, KEPT
 
 from m4e_fmi.fmu.export.description import Options, describe, with_rates
 from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_fmu_files
@@ -20,7 +20,7 @@ from m4e_fmi.runtime.compiler import SHELL_SOURCES, SOURCES, compiler
 
 STRICT = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 FLAGS = ("-std=gnu11", "-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
-INCLUDES = ("-I", str(SOURCES), "-I", str(SHELL_SOURCES))
+INCLUDES = ("-I", str(SOURCES), "-I", str(SHELL_SOURCES), "-isystem", str(FMI_HEADERS))
 FUZZERS = Path(__file__).parents[1] / "fuzz"
 
 

@@ -14,8 +14,8 @@ from m4e_fmi.model import Model
 from m4e_fmi.model.elements import gravity_of, inertia_of, parameter_values, quantity, vector
 from m4e_fmi.multibody import topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 
 KINDS = ("revolute", "prismatic", "universal", "cylindrical", "planar", "fixed")
 

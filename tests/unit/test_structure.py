@@ -29,7 +29,7 @@ LAYERS = {
     "m4e_fmi.cosim": (
         "system connections scenario ssp system_file exchange "
         "preparation composition results stepping algorithms time_loop error_estimate monitoring "
-        "checkpoint master save"
+        "run save"
     ),
 }
 """Parts of each package: a part imports those before it only."""

@@ -23,7 +23,8 @@ from m4e_fmi.cosim import (
     start,
 )
 from m4e_fmi.cosim.error_estimate.report import LITTLE
-from m4e_fmi.cosim.master.master import Master
+from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.running import running
 from m4e_fmi.errors import RunError
 
 STOP, STEP = 4.0, 0.05
@@ -145,8 +146,9 @@ def test_the_run_itself_is_not_touched(
     courses: list[list[float]] = []
     for certify in (True, False):
         course: list[float] = []
-        with Master(prepared, certify=certify) as master:
-            master.run(observers=[lambda _, net, c=course: c.extend(map(net.read, names))])
+        observer = lambda _, net, c=course: c.extend(map(net.read, names))  # noqa: E731
+        with running(prepared, Options(certify=certify, observers=[observer])) as made:
+            made.finish()
         courses.append(course)
     assert courses[0] == courses[1]
     assert run(prepared, check=True).checked is not None

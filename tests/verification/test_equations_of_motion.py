@@ -14,8 +14,8 @@ from support.tape_values import exact_values, tape_values
 from m4e_fmi.model import Body, Joint, Model, Parameter
 from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import Program, jacobian, tangent
 
 ALGORITHMS = {"recursion": Recursion, "closed form": ClosedForm}

@@ -16,8 +16,8 @@ from support.programs import Evaluated
 from m4e_fmi.model import Body, Joint, Model, Point, TorsionDamper, TorsionSpring
 from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import tangent
 
 ALGORITHMS = [Recursion, ClosedForm]

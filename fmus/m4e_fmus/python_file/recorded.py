@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from m4e_fmi.program import Program, Recorder, Scalar, Variable
-from m4e_fmi.program.evaluation import evaluated
+from m4e_fmi.program.tape import evaluated
 from m4e_fmus.python_file.declarations import Lines, Variables
 from m4e_fmus.python_file.recording_file import (
     CannotBeRecordedError,

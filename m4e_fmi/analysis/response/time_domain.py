@@ -14,7 +14,7 @@ from m4e_fmi.analysis.response.wave_response import WaveResponse
 from m4e_fmi.analysis.response.waves import Complex, InWaves
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import TIME, Scalar, cos, sin, with_feedback
-from m4e_fmi.program.feedback import Law
+from m4e_fmi.program.composition import Law
 from m4e_fmi.simulate import simulate
 
 PERIODS = 40

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,13 +72,23 @@ class AtRest:
             quiet(),
             self._new.instance(inputs, suffix="", listener=listener) as instance,
         ):
-            read = _Reader(instance, [v.name for v in self.outputs])
+            names, view = tuple(v.name for v in self.outputs), np.zeros(len(self.outputs))
+            schedule = Schedule([Get(instance, names, view)] if names else [])
+
+            def read() -> np.ndarray:
+                schedule.run(instance.time)
+                return view.copy()
+
             rows, count = [read()], BRIEF if brief else STEPS
             while True:
-                with _named(instance):
+                try:
                     while len(rows) <= count:
                         stepped(instance, self._new.step)
                         rows.append(read())
+                except RunError as error:
+                    how = f"while {instance.name} was brought to rest, its inputs held"
+                    remedy = f"{error.remedy}; or keep it open (--open {instance.name})"
+                    raise RunError(f"{how}: {error.message}", remedy) from error
                 seen = np.array(rows)
                 limits = TOLERANCE * self.sizes(seen[-1])
                 if (np.ptp(seen, axis=0) <= limits).all():
@@ -133,28 +142,3 @@ def _mean(part: np.ndarray) -> np.ndarray:
     """The mean (n,) of rows (s, n), by Hann's window: parts of a period hardly count."""
     weights = np.hanning(len(part) + 2)[1:-1]
     return weights @ part / weights.sum()
-
-
-@contextmanager
-def _named(instance: Instance) -> Generator[None]:
-    """A failure of the FMU in this block is told to be one of a component that is settled."""
-    try:
-        yield
-    except RunError as error:
-        message = f"while {instance.name} was brought to rest, its inputs held: {error.message}"
-        remedy = f"{error.remedy}; or keep it open (--open {instance.name})"
-        raise RunError(message, remedy) from error
-
-
-class _Reader:
-    """Reads Real outputs of an instance; RunError if one is not finite."""
-
-    def __init__(self, instance: Instance, names: Sequence[str]) -> None:
-        self._instance = instance
-        self._view = np.zeros(len(names))
-        reading = [Get(instance, tuple(names), self._view)] if names else []
-        self._schedule = Schedule(reading)
-
-    def __call__(self) -> np.ndarray:
-        self._schedule.run(self._instance.time)
-        return self._view.copy()

@@ -12,6 +12,7 @@ from m4e_fmi.cosim.composition.settled import stand_ins
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.preparation.inputs import silent
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
@@ -48,7 +49,7 @@ def system_program(
     does not settle.
     """
     named = Named(frozenset(keep_open), frozenset(settled))
-    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
+    return _program(system, named, build_directory=build_directory, tell=tell or silent)
 
 
 def resting_program(
@@ -60,7 +61,7 @@ def resting_program(
     delays of connections, which mean nothing at rest, are no problem.
     """
     named = Named(frozenset(), frozenset(), at_rest=True)
-    return _program(system, named, build_directory=build_directory, tell=tell or _silent)
+    return _program(system, named, build_directory=build_directory, tell=tell or silent)
 
 
 def system_in_waves(
@@ -93,7 +94,7 @@ def system_in_waves(
         return made
 
     program = _program(
-        system, named, build_directory=build_directory, tell=tell or _silent, drawn=drawn
+        system, named, build_directory=build_directory, tell=tell or silent, drawn=drawn
     )
     forces = {name: f for name, f in forces.items() if name not in named.open}
     if not forces:
@@ -182,10 +183,6 @@ def _left_open(
         yield f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}"
 
 
-def _silent(_: str) -> None:
-    pass
-
-
 def _inner_links(
     system: System,
     wiring: Wiring,
@@ -224,8 +221,9 @@ def _outer_inputs(
 ) -> Iterator[tuple[str, list[tuple[str, str]]]]:
     """The system's own inputs that lead into programs."""
     for name, texts in system.inputs.items():
-        ends = [(part, name) for part, _, name in (text.partition(".") for text in texts)]
-        if inner := [end for end in ends if _has(programs, *end, groups=("inputs", "parameters"))]:
+        ends = (text.split(".", 1) for text in texts)
+        inner = [(p, n) for p, n in ends if _has(programs, p, n, groups=("inputs", "parameters"))]
+        if inner:
             yield name, inner
 
 

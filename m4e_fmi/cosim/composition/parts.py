@@ -110,7 +110,10 @@ def _looked_at(
     if isinstance(source, FmuFile):
         made, description = _read(source, component, as_program=name not in unread)
         return made, component.described(description)
-    say = _prefixed(name, tell)
+
+    def say(line: str) -> None:
+        tell(f"{name}: {line}")
+
     made = drawn(component, say) if drawn else None
     if made is None:
         if (draft := drafts.get(name)) is None:
@@ -132,9 +135,16 @@ def _out_of_place(
         if name not in named.settled and not named.at_rest:
             yield _no_equations(system, component)
     elif name in named.settled:
-        yield _has_equations(system, name)
-    elif not named.at_rest:
-        yield from _sampled(system, component)
+        what = "is equations, which take part as they are: there is nothing to be settled"
+        remedy = f"leave out --settled {name}"
+        yield system.problem(("components", name), f"{name} {what}", remedy)
+    elif not named.at_rest and (component.own_step or 0) > system.simulation.step:
+        message = (
+            f"{name} is stepped every {float(component.own_step or 0):g} s, and holds its outputs "
+            "between: one program has no steps"
+        )
+        remedy = f"leave out its step_size, or keep it open (--open {name})"
+        yield system.problem(("components", name, "step_size"), message, remedy)
 
 
 def _read(
@@ -169,16 +179,6 @@ def _unknown(system: System, named: Named) -> Iterator[Problem]:
         yield Problem(message, "settled, it takes part by its static law; open, it is left out")
 
 
-def _prefixed(component: str, tell: Tell) -> Tell:
-    """Lines of progress with the name of the component in front."""
-    return lambda line: tell(f"{component}: {line}")
-
-
-def _has_equations(system: System, name: str) -> Problem:
-    message = f"{name} is equations, which take part as they are: there is nothing to be settled"
-    return system.problem(("components", name), message, f"leave out --settled {name}")
-
-
 def _no_equations(system: System, component: Component) -> Problem:
     what = "is an FMU, whose equations are not known"
     if not isinstance(component.source, FmuFile):
@@ -189,15 +189,3 @@ def _no_equations(system: System, component: Component) -> Problem:
         f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
     )
     return system.problem(("components", component.name), message, remedy)
-
-
-def _sampled(system: System, component: Component) -> Iterator[Problem]:
-    """The problem of a component that holds its outputs for longer than a step of the system."""
-    own = component.own_step
-    if own is not None and own > system.simulation.step:
-        message = (
-            f"{component.name} is stepped every {float(own):g} s, and holds its outputs between: "
-            "one program has no steps"
-        )
-        remedy = f"leave out its step_size, or keep it open (--open {component.name})"
-        yield system.problem(("components", component.name, "step_size"), message, remedy)

@@ -15,6 +15,7 @@ from m4e_fmi.analysis.points import OperatingPoint, local_parts, operating_point
 from m4e_fmi.cosim.composition.compose import resting_program
 from m4e_fmi.cosim.composition.static_law import StaticLaw
 from m4e_fmi.cosim.preparation.components import Tell
+from m4e_fmi.cosim.preparation.inputs import silent
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import Program
@@ -33,7 +34,7 @@ def at_equilibrium(
     most. Inputs that nothing is connected to keep their start values; loads that depend on time are
     those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
     """
-    tell = tell or _silent
+    tell = tell or silent
     program = resting_program(system, build_directory=build_directory, tell=tell)
     start = operating_point(program, time=system.simulation.start_time)
     rest = equilibrium(program, at=start)
@@ -46,10 +47,6 @@ def at_equilibrium(
     tell(_moved_most(program, start, rest))
     values = {v.name: float(x) for v, x in zip(program.states, rest.states, strict=True)}
     return _without_angles(system, program).changed(start=values, origin=ORIGIN)
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _moved_most(program: Program, start: OperatingPoint, rest: OperatingPoint) -> str:

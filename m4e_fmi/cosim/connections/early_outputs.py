@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.connections.structure import Exchange, Transfer, transfers_of
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
@@ -23,23 +22,20 @@ class Arrivals:
     """Outputs that are read straight after steps: `early` ones, which are exchanged, and `further`.
 
     The latter are outputs of components with connected inputs that are not exchanged: those
-    `recorded` (names by component; None: all scalars), and all others if they are `watched`. `late`
-    are outputs of FMUs not built here that are not exchanged either, but depend on connected
-    inputs: they are read `twice`, as are those exchanged.
+    `recorded` (names by component), and all others if they are `watched`. `late` are outputs of
+    FMUs not built here that are not exchanged either, but depend on connected inputs: they are read
+    `twice`, as are those exchanged.
     """
 
     def __init__(
         self,
         descriptions: Mapping[str, Description],
         exchange: Exchange,
-        recorded: Mapping[str, Collection[str]] | None,
+        recorded: Mapping[str, Collection[str]],
         *,
         watched: bool,
     ) -> None:
         self._early = _early(exchange)
-        if recorded is None:
-            found = chosen(descriptions, ())
-            recorded = {name: {v.name for v in members} for name, members in found.items()}
         inputs, exchanged = _ports(exchange, "set"), _ports(exchange, "get")
         self._bound: dict[tuple[str, bool], tuple[str, ...]] = {}
         for one in transfers_of(exchange):

@@ -22,18 +22,33 @@ CONSTANT_TO_INPUT = ("calculatedParameter", "input")
 CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
 
 
-def bus_link_problems(
-    system: System, variables: Variables, links: Iterable[Link]
-) -> Iterable[Problem]:
-    """Calculated parameters that lead to inputs over a bus, and types that do not fit."""
+def link_problems(system: System, variables: Variables, links: Iterable[Link]) -> Iterable[Problem]:
+    """Links whose ends do not fit by their types, or by when they have their values."""
     for link in links:
         give, take = link.variables(variables)
+        at = ("connections", link.connection)
         if found := misfit(give, take, plain=link.is_plain):
-            message = f"{link}: {link.source} {found[0]}"
-            yield system.problem(("connections", link.connection), message, found[1])
+            yield system.problem(at, f"{link}: {link.source} {found[0]}", found[1])
         if (give.causality, take.causality) == CONSTANT_TO_INPUT:
             message = f"{link.source} is constant, {link.target} is an input"
-            yield system.problem(("connections", link.connection), message, CARRIED_ONCE)
+            yield system.problem(at, message, CARRIED_ONCE)
+        if is_carried(give, take):
+            continue
+        if is_varying(give):
+            message = (
+                f"{link.target} is a {take.variability} parameter, which cannot follow the output "
+                f"{link.source} during a run"
+            )
+            remedy = (
+                "connect to an input or a tunable parameter (of a model: tunable: true), or give "
+                "a number under start:"
+            )
+            yield system.problem(at, message, remedy)
+        elif link.delayed:
+            message = (
+                f"{link.target} is a parameter, to which values are carried once, at the start"
+            )
+            yield system.problem(at, message, "leave out ', delayed'")
 
 
 def double_load_problems(
@@ -87,38 +102,6 @@ def _drifts_twice(variables: Variables, exact: Port, slow: Port) -> bool:
     return in_waves <= variables[exact.component].keys() and any(
         name.startswith(drifts) for name in variables[slow.component]
     )
-
-
-def delay_problems(
-    system: System, variables: Variables, links: Iterable[Link]
-) -> Iterable[Problem]:
-    """Delayed links into parameters that take values once."""
-    for link in links:
-        give, take = link.variables(variables)
-        if link.delayed and not is_carried(give, take) and not is_varying(give):
-            message = (
-                f"{link.target} is a parameter, to which values are carried once, at the start"
-            )
-            remedy = "leave out ', delayed'"
-            yield system.problem(("connections", link.connection), message, remedy)
-
-
-def fixed_parameter_problems(
-    system: System, variables: Variables, links: Iterable[Link]
-) -> Iterable[Problem]:
-    """Outputs that lead into parameters which cannot change during a run."""
-    for link in links:
-        give, take = link.variables(variables)
-        if is_varying(give) and not is_carried(give, take):
-            message = (
-                f"{link.target} is a {take.variability} parameter, which cannot follow the output "
-                f"{link.source} during a run"
-            )
-            remedy = (
-                "connect to an input or a tunable parameter (of a model: tunable: true), or give "
-                "a number under start:"
-            )
-            yield system.problem(("connections", link.connection), message, remedy)
 
 
 def input_derivative_problems(

@@ -12,6 +12,8 @@ from m4e_fmi.shown import short
 
 SAME_UNIT = 1e-9
 """Relative difference below which two conversion factors are the same."""
+BUS = "bus"
+"""Causality of a signal: it may be source and target."""
 Variables = Mapping[str, Mapping[str, Variable]]
 """Variables by component (or bus) and name."""
 

@@ -1,20 +1,41 @@
-"""`Prepared`: a system that can run."""
+"""`Prepared`: a system that can run; the timing of its links, and its overview as text."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from enum import Enum
+
+import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.connections.overview import overview
+from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
+from m4e_fmi.cosim.connections.recording import chosen, thinned, volume
 from m4e_fmi.cosim.connections.structure import Structure
-from m4e_fmi.cosim.connections.timing import Timing, timings
+from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.shown import listing
+
+
+class Timing(Enum):
+    """How an input follows its source during a step; the values are texts for a person."""
+
+    KNOWN = "in time: its source has already made the step"
+    SOLVED = "in time: solved together with its source"
+    CORRECTED = "in time: corrected by a second pass"
+    PREDICTED = "predicted from derivatives that its FMU declares"
+    EXTRAPOLATED = "extrapolated from the step before"
+    LATE = "one step late: held at its value at the start of the step"
+    TAKEN = "sampled at the points of a component that steps less often"
+    DELAYED = "one step late, as its connection says: held at its source's previous value"
+    HELD = "held between the points of a component that steps less often"
+    SWITCHED = "held during each step: a change acts from the end of its step"
 
 
 @dataclass(frozen=True)
@@ -25,7 +46,8 @@ class Prepared:
     FMUs by component, with probed dependencies; `rates` the steps of the components that have their
     own, `hosts` the conditions of those that run in processes of their own. `notes` say what
     preparation has changed or found, `warnings` what seems to be wrong: missing connections, FMUs
-    whose saved states fail; one line each.
+    whose saved states fail; one line each. `recorded` are the variables by component that results
+    of a run have: none in a run without results.
     """
 
     system: System
@@ -36,6 +58,17 @@ class Prepared:
     hosts: Mapping[str, Host] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    recorded: Mapping[str, Sequence[Variable]] = field(default_factory=dict, repr=False)
+
+    def recording(self, patterns: Sequence[str] = ()) -> Prepared:
+        """The same system, whose runs record what `patterns` choose: see `chosen`."""
+        found = chosen(self.descriptions, patterns, self.wiring.sources)
+        return replace(self, recorded=found)
+
+    @property
+    def columns(self) -> int:
+        """The number of values in a row of the results, including the time."""
+        return 1 + sum(map(len, self.recorded.values()))
 
     @property
     def longer(self) -> dict[str, ComponentStep]:
@@ -70,11 +103,10 @@ class Prepared:
     @property
     def timings(self) -> dict[Link, Timing]:
         """The timing of every link, under the system's algorithm."""
-        algorithm = self.system.simulation.algorithm
-        return timings(self.descriptions, self.wiring, self.structure, algorithm, self.rates)
+        return _timings(self)
 
     def __str__(self) -> str:
-        return overview(self)
+        return _overview(self)
 
     def __repr__(self) -> str:
         return listing(
@@ -83,3 +115,179 @@ class Prepared:
             connections=self.system.connections,
             notes=self.notes,
         )
+
+
+def _timings(prepared: Prepared) -> dict[Link, Timing]:
+    """The timing of every link that carries values at communication points.
+
+    During a step an algorithm knows some outputs only as they were at its start, and others over
+    the whole step.
+    """
+    descriptions, wiring, rates = prepared.descriptions, prepared.wiring, prepared.rates
+
+    def skips(component: str) -> bool:
+        return component in rates and rates[component].is_longer
+
+    followed = [
+        link
+        for link in wiring.links
+        if link.is_real
+        and not (link.delayed or skips(link.source.component) or skips(link.target.component))
+    ]
+    cycles = component_cycles(descriptions, followed)
+    cycle_of = {name: cycle for cycle in cycles for name in cycle}
+    corrects = not prepared.structure.loops and all(
+        any(descriptions[name].saves_state for name in cycle) for cycle in cycles
+    )
+    place = {name: k for k, name in enumerate(prepared.structure.execution_order)}
+    delay = algorithm_descriptor(prepared.system.simulation.algorithm).link_delay
+
+    def in_order(link: Link) -> Timing:
+        source, target = link.source, link.target
+        if place[source.component] < place[target.component]:
+            return Timing.KNOWN
+        if source.variable in descriptions[source.component].output_derivatives:
+            return Timing.PREDICTED
+        return Timing.EXTRAPOLATED
+
+    def timing(link: Link) -> Timing:
+        if link.delayed:
+            return Timing.DELAYED
+        if skips(link.target.component):
+            return Timing.TAKEN
+        if skips(link.source.component):
+            return Timing.HELD
+        if not link.is_real:
+            return Timing.SWITCHED
+        if delay is LinkDelay.ONE_STEP:
+            return Timing.LATE
+        if delay is LinkDelay.SOLVED:
+            return Timing.SOLVED
+        if delay is LinkDelay.EXECUTION_ORDER or not corrects:
+            return in_order(link)
+        if link.target.component not in cycle_of.get(link.source.component, ()):
+            return Timing.KNOWN
+        returns = descriptions[link.target.component].saves_state
+        return Timing.CORRECTED if returns else in_order(link)
+
+    return {link: timing(link) for link in wiring.links}
+
+
+def component_cycles(names: Iterable[str], links: Iterable[Link]) -> list[frozenset[str]]:
+    """Sets of components that depend on one another in a cycle of connections."""
+    graph: nx.DiGraph[str] = nx.DiGraph()
+    graph.add_nodes_from(names)
+    graph.add_edges_from((link.source.component, link.target.component) for link in links)
+    return [
+        frozenset(group)
+        for group in nx.strongly_connected_components(graph)
+        if len(group) > 1 or any(graph.has_edge(name, name) for name in group)
+    ]
+
+
+def _overview(prepared: Prepared) -> str:
+    """Components, connections, loops and unconnected inputs of a prepared system, as text."""
+    system, wiring, structure = prepared.system, prepared.wiring, prepared.structure
+    lines = [f"system {system.name}", "components, in the order they step:"]
+    lines += [f"  {name}  {prepared.descriptions[name].path}" for name in structure.execution_order]
+    if prepared.rates:
+        lines.append("components with their own step size:")
+        lines += [f"  {name}  {own}" for name, own in prepared.rates.items()]
+    if prepared.hosts:
+        lines.append(f"in processes of their own: {', '.join(prepared.hosts)}")
+    lines += prepared.notes
+    lines += [f"warning: {line}" for line in prepared.warnings]
+    lines += ["connections:", *_connections(prepared)]
+    cycles = component_cycles(prepared.descriptions, wiring.links)
+    if cycles:
+        lines.append("components that interact:")
+        lines += [
+            "  " + ", ".join(n for n in structure.execution_order if n in cycle) for cycle in cycles
+        ]
+    if structure.loops:
+        lines.append("algebraic loops, solved at every communication point:")
+        lines += [f"  {' -> '.join(map(str, (*loop, loop[0])))}" for loop in structure.loops]
+    if wiring.signals:
+        lines += ["signals of buses:", *(f"  {signal}" for signal in wiring.signals)]
+    lines.append("unconnected inputs, which keep their start values:")
+    lines += _unconnected(prepared) or ["  none"]
+    lines.append(_times(system))
+    _, note = thinned(system.simulation, prepared.columns)
+    lines.append(note or f"results: {volume(system.simulation, prepared.columns)[1]}")
+    return "\n".join(lines)
+
+
+def outline(system: System, waiting: Collection[str]) -> str:
+    """The system as its file has it, while the FMUs of the components `waiting` are not built."""
+    lines = [f"system {system.name}", "components:"]
+    for component in system.components:
+        source = component.source
+        told = source.name if isinstance(source, Kind) else source.path
+        later = "  (not built yet)" if component.name in waiting else ""
+        lines.append(f"  {component.name}  {told}{later}")
+    lines += ["connections:", *(f"  {text}" for text in system.connections)]
+    lines.append(_times(system))
+    lines.append(
+        f"building {', '.join(waiting)} takes long and is left to `m4e-fmi run`: variables, loops "
+        "and what is connected to nothing are shown when that is done"
+    )
+    return "\n".join(lines)
+
+
+def _times(system: System) -> str:
+    simulation = system.simulation
+    times = f"{simulation.start_time:g} s to {simulation.stop_time:g} s"
+    return f"{times}, step {simulation.step_size:g} s, {simulation.algorithm}"
+
+
+def _connections(prepared: Prepared) -> list[str]:
+    """Each connection with what it carries, and under it how its inputs follow their sources."""
+    timings = prepared.timings
+    lines = []
+    for index, text in enumerate(prepared.system.connections):
+        own = [link for link in prepared.wiring.links if link.connection == index]
+        once = [link for link in prepared.wiring.initial_links if link.connection == index]
+        count = len(own) + len(once)
+        kinds = dict.fromkeys(link.kind for link in (*own, *once) if not link.is_real)
+        told = ", ".join([f"{count} variable{'s' * (count != 1)}", *kinds])
+        lines.append(f"  {text}  ({told})")
+        for timing in Timing:
+            late = [link for link in own if timings[link] is timing]
+            if late:
+                lines.append(f"      {_named(late, len(own))}{timing.value}")
+        if once:
+            lines.append(f"      {_named(once, count)}transferred once, at initialisation")
+        converted = [link for link in (*own, *once) if not link.is_plain]
+        if converted:
+            lines.append(f"      converted: {', '.join(map(_conversion, converted))}")
+    return lines
+
+
+def _unconnected(prepared: Prepared) -> list[str]:
+    """Unconnected inputs with their start values; loads of bodies that are 0, by their number."""
+    lines, idle = [], Counter[str]()
+    given = {c.name: c.start for c in prepared.system.components}
+    free = set(unfed(prepared.system, prepared.wiring))
+    for port in prepared.wiring.unconnected:
+        if port in free and is_idle_load(port, prepared.descriptions):
+            idle[port.component] += 1
+            continue
+        own = start_text(prepared.descriptions[port.component].variables[port.variable])
+        lines.append(f"  {port} = {given[port.component].get(port.variable, own)}")
+    return lines + [
+        f"  {component}: {count} force{'s' * (count > 1)}, moments or efforts on its bodies, which "
+        "are 0"
+        for component, count in idle.items()
+    ]
+
+
+def _named(links: list[Link], count: int) -> str:
+    """The links by their sources, if they are not all there are."""
+    if len(links) == count:
+        return ""
+    return ", ".join(str(link.source) for link in links) + ": "
+
+
+def _conversion(link: Link) -> str:
+    shift = "" if link.offset == 0.0 else f" {'+-'[link.offset < 0]} {abs(link.offset):g}"
+    return f"{link.target} = {link.factor:g} * {link.source}{shift}"

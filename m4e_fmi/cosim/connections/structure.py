@@ -8,13 +8,14 @@ the step before. A delayed link carries an older value, and waits for nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
+from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.fmu.importer.reading import Description
 
 Graph: TypeAlias = "nx.DiGraph[Port]"
@@ -93,7 +94,7 @@ def analyse(descriptions: Mapping[str, Description], wiring: Wiring) -> Structur
     everything = wiring.all_links
     prompt = [link for link in everything if not link.delayed]
     graph = instant_graph(prompt, [k.source for k in prompt], initially)
-    unsolved = not_real(loop_links(prompt, graph))
+    unsolved = [link for _, link in _loop_links(prompt, graph) if not link.is_real]
     prompt = [link for link in prompt if link not in unsolved]
     sources = list(dict.fromkeys(link.source for link in everything))
     graph = instant_graph(prompt, sources, initially)
@@ -128,16 +129,15 @@ def _parameters_first(
             yield from ((link.target, port) for port in own)
 
 
-def loop_links(links: Iterable[Link], graph: Graph) -> list[Link]:
-    """The links that are part of algebraic loops."""
+def _loop_links(links: Iterable[Link], graph: Graph) -> list[tuple[int, Link]]:
+    """The links that are part of algebraic loops, each with the number of its loop."""
     loops = [ports for ports in nx.strongly_connected_components(graph) if len(ports) > 1]
     loop_of = {port: number for number, ports in enumerate(loops) for port in ports}
-    return [k for k in links if k.source in loop_of and loop_of[k.source] == loop_of.get(k.target)]
-
-
-def not_real(links: Iterable[Link]) -> list[Link]:
-    """The links that are not Real: no loop can be solved for them."""
-    return [link for link in links if not link.is_real]
+    return [
+        (loop_of[k.source], k)
+        for k in links
+        if k.source in loop_of and loop_of[k.source] == loop_of.get(k.target)
+    ]
 
 
 def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> Graph:
@@ -151,8 +151,9 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> G
         later = described.dependencies.get(port.variable, frozenset())
         return later | (initially & tuned[port.component])
 
+    chains = (derivative_chain(descriptions, link.source) for link in wiring.links)
     ends = _ends(descriptions, wiring.links)
-    needed = dict.fromkeys((*_with_derivatives(descriptions, wiring.links), *ends))
+    needed = dict.fromkeys((*(port for chain in chains for port in chain), *ends))
     return instant_graph(wiring.links, list(needed), now)
 
 
@@ -180,23 +181,13 @@ def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Ite
         if name in taken:
             continue
         described = descriptions[name]
-        turns = _turns_of_bodies(described) if described.is_own else ()
+        # of bodies in space, which have angular velocities about all axes
+        bodies = [n.removesuffix("omega_x") for n in described.variables if n.endswith(".omega_x")]
+        turns = {f"{body}{turn}" for body in bodies if described.is_own for turn in ("phi", "psi")}
         for variable in described.variables.values():
             is_real = (variable.causality, variable.type) == ("output", "Real")
             if is_real and variable.name in described.dependencies and variable.name not in turns:
                 yield Port(name, variable.name)
-
-
-def _turns_of_bodies(described: Description) -> frozenset[str]:
-    """Roll and yaw of bodies in space, which have angular velocities about all axes."""
-    names = [n.removesuffix("omega_x") for n in described.variables if n.endswith(".omega_x")]
-    return frozenset(f"{owner}{turn}" for owner in names for turn in ("phi", "psi"))
-
-
-def _with_derivatives(descriptions: Mapping[str, Description], links: Iterable[Link]) -> list[Port]:
-    """Sources of the links, and their declared first and second time derivatives."""
-    chains = (derivative_chain(descriptions, link.source) for link in links)
-    return list(dict.fromkeys(port for chain in chains for port in chain))
 
 
 def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
@@ -307,3 +298,53 @@ def _cycle(graph: Graph, members: Iterable[Port]) -> tuple[Port, ...]:
     ports = [edge[0] for edge in nx.find_cycle(graph.subgraph(members))]
     start = ports.index(min(ports))
     return (*ports[start:], *ports[:start])
+
+
+def broken(
+    descriptions: Mapping[str, Description], wiring: Wiring, rates: Mapping[str, ComponentStep]
+) -> tuple[Wiring, list[str]]:
+    """The wiring with delays of one step where loops cannot be solved, and a note on each.
+
+    Loops over values that are not Real are cut at one link each, until there are none. A component
+    that steps more rarely than the system does not answer between its own points: in a loop through
+    it, the links into or those out of it are delayed, whichever are fewer.
+    """
+    found, notes = list[Link](), []
+    mixed = not all(link.is_real for link in wiring.links)
+    while mixed and (cut := _first_not_real(descriptions, wiring)):
+        found += cut
+        wiring = _delayed(wiring, cut)
+    if found:
+        notes = [f"an algebraic loop leads over values that are not Real: {_late_text(found)}"]
+    for name, rate in rates.items():
+        if not rate.is_longer:
+            continue
+        stuck = [k for _, k in _loop_links(wiring.links, exchange_graph(descriptions, wiring))]
+        into = [link for link in stuck if link.target.component == name]
+        out = [link for link in stuck if link.source.component == name]
+        if late := min(into, out, key=len):
+            wiring = _delayed(wiring, late)
+            notes.append(
+                f"an algebraic loop leads through {name}, which {rate}, and is broken there: "
+                f"{_late_text(late)}"
+            )
+    return wiring, notes
+
+
+def _first_not_real(descriptions: Mapping[str, Description], wiring: Wiring) -> list[Link]:
+    """The first link that is not Real of each algebraic loop that has one."""
+    first: dict[int, Link] = {}
+    for loop, link in _loop_links(wiring.links, exchange_graph(descriptions, wiring)):
+        if not link.is_real:
+            first.setdefault(loop, link)
+    return list(first.values())
+
+
+def _delayed(wiring: Wiring, late: Collection[Link]) -> Wiring:
+    links = tuple(replace(k, delayed=True) if k in late else k for k in wiring.links)
+    return replace(wiring, links=links)
+
+
+def _late_text(late: Collection[Link]) -> str:
+    verb = "have" if len(late) > 1 else "has"
+    return f"{', '.join(map(str, late))} {verb} the value of the previous step"

@@ -123,9 +123,7 @@ class ShadowRun:
         size = min(length * simulation.step_size, simulation.stop_time - simulation.start_time)
         longer = replace(simulation, step_size=size, output_interval=None)
         no_bonds = EnergyBalance(other, ())
-        self._time_loop = TimeLoop(
-            other, algorithm, no_bonds, longer, watcher=self._other, most_time=np.inf
-        )
+        self._time_loop = TimeLoop(other, algorithm, no_bonds, longer, watcher=self._other)
         self._size, stop = round(size * NS_PER_SECOND), round(simulation.stop_time * NS_PER_SECOND)
         self._rest = stop if all(rate.shortens for rate in other.rates.values()) else None
         self._twice, self._order = length == TWICE, order
@@ -195,16 +193,17 @@ class ShadowRun:
     def _follow(self) -> None:
         """Make the steps up to where the run is, as far as they are whole; compare."""
         loop, now = self._time_loop, round(self._network.time * NS_PER_SECOND)
+        at = loop.position
         try:
-            while not loop.over and (now - loop.now >= self._size or loop.now < now == self._rest):
+            while not loop.over and (now - at.now >= self._size or at.now < now == self._rest):
                 self._network.pause()
                 loop.prepare()
-                loop.advance(max(1, (now - loop.now) // self._size))
+                loop.advance(max(1, (now - at.now) // self._size))
         except RunError as error:
             name = "twice" if self._twice else "half"
             self.stop(f"steps of {name} the length fail ({error.message})")
             return
-        (times, values), (others, again) = (r.take(loop.now) for r in (self._run, self._other))
+        (times, values), (others, again) = (r.take(at.now) for r in (self._run, self._other))
         better = values if self._twice else again
         self._leaps = np.maximum(self._leaps, leaps_of(better))
         known = np.concatenate((self._extremes, better))

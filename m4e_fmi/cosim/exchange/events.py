@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from operator import attrgetter
 
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.fmu.importer.calls.standard import Events
+from m4e_fmi.fmu.importer.calls.parts import RawComponent
 
 
 def telling(instances: Iterable[Instance]) -> tuple[Instance, ...]:
@@ -32,7 +32,7 @@ def event_count(instances: Iterable[Instance]) -> int:
 _ENDED = attrgetter("ended")
 
 
-def is_over(events: Iterable[Events]) -> bool:
+def is_over(events: Iterable[RawComponent]) -> bool:
     """True if the instance of one of these asked for the end of the simulation."""
     return min(map(_ENDED, events)) < math.inf
 

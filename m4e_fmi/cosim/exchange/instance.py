@@ -38,18 +38,15 @@ from m4e_fmi.fmu.importer.calls import (
     STANDARDS,
     WARNING,
     Access,
-    Call,
-    Events,
+    Fmi2,
     RawCall,
-    Rollback,
-    SingleValues,
     Standard,
     Status,
     Taken,
     Texts,
     Value,
 )
-from m4e_fmi.fmu.importer.calls.classic import Classic
+from m4e_fmi.fmu.importer.calls.parts import RawComponent
 from m4e_fmi.fmu.importer.calls.scaled import InputScales
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
@@ -91,8 +88,8 @@ class Instance:
         self.scales = InputScales()
         self._states: dict[int, ctypes.c_void_p] = {}
         self._binary = binary
-        self._fmu = STANDARDS[description.version](binary.functions, description, self.fail)
-        self._single = SingleValues(self._fmu)
+        kind = STANDARDS[description.version]
+        self._fmu = kind(binary.functions, description.variables, self.fail)
         self._why = Explanation(description, self._fmu, self._messages, self._told_name)
         try:
             self._open()
@@ -114,7 +111,8 @@ class Instance:
     def _open(self) -> None:
         self._binary.in_use += 1
         try:
-            self._fmu.instantiate(self._told_name, self._messages)
+            events = self.description.has_events
+            self._fmu.instantiate(self._told_name, self._messages, events=events)
         except Exception as error:
             self._fmu.component = None
             self._check_worker("fmi2Instantiate")
@@ -175,13 +173,12 @@ class Instance:
         return self._fmu
 
     @property
-    def rollback(self) -> Rollback:
+    def rollback(self) -> Standard:
         """The FMU's saved states; only where it declares them."""
-        assert isinstance(self._fmu, Rollback)  # FMI 1.0 declares nothing of that kind
         return self._fmu
 
     @property
-    def events(self) -> Events:
+    def events(self) -> RawComponent:
         """Events that the FMU has told of."""
         return self._fmu.events
 
@@ -227,13 +224,14 @@ class Instance:
         """The C function that asks for a step, where the FMU is in another process; else None."""
         return self._fmu.step_beginner() if self._binary.worker else None
 
-    def own_derivative_setter(self, name: str, order: int, view: np.ndarray) -> Call:
-        """A call that gives the Real input `name` a time derivative for the next step.
+    def set_derivative(self, name: str, order: int, value: float) -> Status:
+        """Give the Real input `name` a time derivative of an `order` for the next step.
 
-        `view` (1,), in the FMU's own unit per s or s², holds that of the `order`.
+        `value` is in the FMU's own unit per s or s².
         """
-        assert isinstance(self._fmu, Classic)  # which alone declare that they interpolate inputs
-        return self._fmu.derivative_setter(name, order, view)
+        assert isinstance(self._fmu, Fmi2)  # which alone declare that they interpolate inputs
+        reference = self.description.variables[name].value_reference
+        return self._fmu.set_input_derivatives([reference], order, np.array([value]))
 
     def slot(self, place: int = 0) -> ctypes.c_void_p:
         """Where the FMU's state is that is kept in a place."""
@@ -244,7 +242,7 @@ class Instance:
     def save_state(self, place: int = 0) -> None:
         """Keep the FMU's state, instead of the one kept before in the same place."""
         self._check_usable()
-        status = self.rollback.saver(self.slot(place))()
+        status = self.rollback.save(self.slot(place))
         if status > WARNING:
             self.fail(status, "fmi2GetFMUstate")
 
@@ -266,7 +264,7 @@ class Instance:
         """
         self._broken = self._fmu.component is None
         self._check_usable()
-        status = self.rollback.restorer(self.slot(place))()
+        status = self.rollback.restore(self.slot(place))
         if status > WARNING:
             self.fail(status, "fmi2SetFMUstate")
         self.time = time
@@ -283,12 +281,12 @@ class Instance:
         """The present value of a variable in its own type; an item of an enumeration by number."""
         if self.description.variables[name].type == REAL:
             return self.read(name)
-        return self._single.value(name, self.fail_typed)
+        return self._fmu.value(name, self.fail_typed)
 
     @not_lost()
     def read(self, name: str) -> float:
         """The present value of the Real variable `name`."""
-        return self._single.real(name)
+        return self._fmu.real(name)
 
     def fail(self, status: Status, function: str, size: float = 0.0) -> NoReturn:
         """Raise the error of this status of `function`; `size` is that of a failed step [s]."""

@@ -15,8 +15,8 @@ from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import RawCall
-from m4e_fmi.fmu.importer.calls.component_3 import RawComponent
-from m4e_fmi.fmu.importer.calls.typed import RawCopied, function
+from m4e_fmi.fmu.importer.calls.parts import RawComponent, runtime_function
+from m4e_fmi.fmu.importer.calls.typed import RawCopied
 from m4e_fmi.runtime.library import library, library_detail
 
 NOT_A_NUMBER = -1
@@ -184,10 +184,10 @@ def _translation(operation: Operation) -> Translated:
             raw.weights, raw.past = _address(gate), _address(past)
         case op.GetTyped(_, access, cells):
             raw = _filling(cells, kind=CALL, component=access.address)
-            raw.function, raw.in_rows = function("m4e_get_typed"), operation.in_rows
+            raw.function, raw.in_rows = runtime_function("m4e_get_typed"), operation.in_rows
         case op.SetTyped(_, access, cells):
             raw = _filling(cells, kind=CALL, component=access.address)
-            raw.function = function("m4e_set_typed")
+            raw.function = runtime_function("m4e_set_typed")
         case op.Choose(_, _, into, readings, changed):
             kind = CHOOSE if into.dtype == np.float64 else CHOOSE_CELLS
             raw = _filling(into, kind=kind, source=readings.ctypes.data)
@@ -218,7 +218,7 @@ def _gather(operation: op.Gather) -> Translated:
     if into.dtype == np.int64:
         copied = RawCopied(_address(source), _address(index), len(index))
         raw = _filling(into, kind=CALL, component=ctypes.addressof(copied))
-        raw.function = function("m4e_copy_cells")
+        raw.function = runtime_function("m4e_copy_cells")
         return raw, (copied,)
     raw = _filling(into, kind=COMBINE, source=_address(source))
     if len(index) and (np.diff(index.astype(np.int64)) == 1).all():  # one after the other
@@ -264,8 +264,7 @@ def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_voi
     The instances are of FMI 3.0.
     """
     offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
-    events = [instance.events for instance in instances]
-    places = [ctypes.addressof(one) + offset for one in events if isinstance(one, RawComponent)]
+    places = [ctypes.addressof(instance.events) + offset for instance in instances]
     places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
     return (c_void_p * len(places))(*places)
 

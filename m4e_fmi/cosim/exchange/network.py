@@ -70,8 +70,8 @@ class Network(ExchangedVariables):
     an input's size by which it still misses its source where algebraic loops are solved. `left` are
     the values (n,) before the scenario's actions at this point, in the same units, if it has acted
     (None: it has not). `pause` is called between steps that are not part of the run, and raises to
-    end them early. `recorded` are the outputs by component that results will have (None: all
-    scalars); those that are not exchanged are read too, and all others if they are `watched`.
+    end them early. `recorded` are the outputs by component that results will have; those that are
+    not exchanged are read too, and all others if they are `watched`.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Network(ExchangedVariables):
         prepared: Prepared,
         instances: Mapping[str, Instance],
         *,
-        recorded: Mapping[str, Collection[str]] | None = None,
+        recorded: Mapping[str, Collection[str]],
         watched: bool = False,
     ) -> None:
         super().__init__(prepared)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import sysconfig
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,10 @@ from m4e_fmi.cosim.preparation.inputs import (
     checked_inputs,
     drafted,
     named_files,
+    silent,
     takes_long,
 )
+from m4e_fmi.cosim.ssp.package import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kinds
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -75,42 +77,27 @@ def ready_fmus(
     drafts: Mapping[str, Draft] | None = None,
 ) -> dict[str, ReadyFmu]:
     """As `fmu_files`. `drafts` are those that `waiting` has made when it checked the inputs."""
-    folder, fmus = _places(system, build_directory)
+    tell = _once(tell or silent)
+    folder, places = _places(system, build_directory, native, tell)
     remove_leftovers(folder)
-    tell = _once(tell or _silent)
-    if native is None:
-        native = NATIVE and _library_is_there(tell)
     if drafts is None:
-        drafts = _checked(system, fmus, native=native)
+        drafts = _checked(system, places)
     files: dict[str, ReadyFmu] = {}
     problems: list[Problem] = []
     for component in system.components:
         name, source = component.name, component.source
         try:
-            files[name] = (
-                ReadyFmu(_found(source, folder))
-                if isinstance(source, FmuFile)
-                else _built(
-                    system, component, fmus[name], drafts.get(name), native=native, tell=tell
-                )
-            )
+            if not isinstance(source, FmuFile):
+                files[name] = _built(system, component, places[name], drafts.get(name), tell)
+            elif source.member:
+                files[name] = ReadyFmu(unpack_member(source.path, source.member, folder))
+            else:
+                files[name] = ReadyFmu(source.path)
         except InputError as error:
             problems += [system.located(name, problem) for problem in error.problems]
     if problems:
         raise InputError(dict.fromkeys(problems))
     return files
-
-
-def _checked(system: System, fmus: Mapping[str, Path], *, native: bool) -> dict[str, Draft]:
-    """Drafts of the FMUs that are to be built and quick to make.
-
-    InputError with all problems of the system's inputs, if any FMU is to be built.
-    """
-    outdated = set(_outdated(system, fmus, native=native))
-    if not outdated:
-        return {}
-    made = (c.name for c in system.components if not isinstance(c.source, FmuFile))
-    return checked_inputs(system, ready={name: fmus[name] for name in made if name not in outdated})
 
 
 def waiting(
@@ -120,50 +107,61 @@ def waiting(
 
     InputError with all problems of the system's inputs, if any FMU is to be built.
     """
-    _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
-    drafts = _checked(system, fmus, native=native)
+    _, places = _places(system, build_directory)
+    drafts = _checked(system, places)
     long = {c.name for c in system.components if takes_long(c.source)}
-    return tuple(n for n in _outdated(system, fmus, native=native) if n in long), drafts
+    return tuple(n for n, place in places.items() if n in long and not place.record), drafts
 
 
 def missing_fmus(system: System, build_directory: str | Path = "build") -> tuple[str, ...]:
     """Components whose FMU would be built: it is not there, or made from something else."""
-    _, fmus = _places(system, build_directory)
-    native = NATIVE and _library_is_there(_silent)
-    return tuple(_outdated(system, fmus, native=native))
+    _, places = _places(system, build_directory)
+    return tuple(name for name, place in places.items() if not place.record)
 
 
-def _places(system: System, build_directory: str | Path) -> tuple[Path, dict[str, Path]]:
-    """The folder of a system's FMUs, and the place of the FMU of each component."""
+@dataclass(frozen=True)
+class _Place:
+    """Where the FMU of a component is built (`native` or not), and a hash of what it is made from.
+
+    `record` is that of the FMU which is there, None if it is to be built.
+    """
+
+    fmu: Path
+    native: bool
+    made_from: str
+    record: BuildRecord | None
+
+
+def _places(
+    system: System,
+    build_directory: str | Path,
+    native: bool | None = None,
+    tell: Tell = silent,
+) -> tuple[Path, dict[str, _Place]]:
+    """The folder of a system's FMUs, and the places of those that are built."""
+    if native is None:
+        native = NATIVE and _library_is_there(tell)
     folder = Path(build_directory) / file_stem(system.name)
     stems = file_stems(component.name for component in system.components)
-    return folder, {name: folder / f"{stem}.fmu" for name, stem in stems.items()}
-
-
-def _outdated(system: System, fmus: Mapping[str, Path], *, native: bool) -> Iterator[str]:
-    """Components whose FMU is not what would be built now."""
+    places: dict[str, _Place] = {}
     for component in system.components:
         name, source = component.name, component.source
-        if not isinstance(source, FmuFile) and not _current(
-            fmus[name], _made_from(system, name, source, fmus[name], native=native)
-        ):
-            yield name
+        if not isinstance(source, FmuFile):
+            fmu = folder / f"{stems[name]}.fmu"
+            made_from = _made_from(system, name, source, fmu, native=native)
+            record = read_record(fmu)
+            is_current = record is not None and record.is_current(made_from)
+            places[name] = _Place(fmu, native, made_from, record if is_current else None)
+    return folder, places
 
 
-def _current(fmu: Path, made_from: str) -> BuildRecord | None:
-    """The record of an FMU that need not be built again."""
-    record = read_record(fmu)
-    return record if record is not None and record.is_current(made_from) else None
+def _checked(system: System, places: Mapping[str, _Place]) -> dict[str, Draft]:
+    """Drafts of the FMUs that are to be built and quick to make.
 
-
-def _found(source: FmuFile, folder: Path) -> Path:
-    """The FMU itself; if it is packed, its copy in `folder`."""
-    if not source.member:
-        return source.path
-    from m4e_fmi.cosim.ssp import unpack_member
-
-    return unpack_member(source.path, source.member, folder)
+    InputError with all problems of the system's inputs, if any FMU is to be built.
+    """
+    ready = {name: place.fmu for name, place in places.items() if place.record}
+    return checked_inputs(system, ready=ready) if len(ready) < len(places) else {}
 
 
 def _library_is_there(tell: Tell) -> bool:
@@ -178,10 +176,6 @@ def _library_is_there(tell: Tell) -> bool:
         why = error.message
     tell(f"Python FMUs instead of native ones: {why}")
     return False
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _once(tell: Tell) -> Tell:
@@ -203,23 +197,14 @@ def _once(tell: Tell) -> Tell:
 
 
 def _built(
-    system: System,
-    component: Component,
-    fmu: Path,
-    draft: Draft | None,
-    *,
-    native: bool,
-    tell: Tell,
+    system: System, component: Component, place: _Place, draft: Draft | None, tell: Tell
 ) -> ReadyFmu:
-    """The FMU of a component, at the path `fmu`; of its `draft`, if that is made already."""
-    name, source = component.name, component.source
-    assert not isinstance(source, FmuFile)
-    made_from = _made_from(system, name, source, fmu, native=native)
-    record = _current(fmu, made_from)
-    if record is not None:
-        for warning in record.warnings:
+    """The FMU of a component, at its `place`; of its `draft`, if that is made already."""
+    name, fmu = component.name, place.fmu
+    if place.record:
+        for warning in place.record.warnings:
             tell(f"{name}: {warning}")
-        return ReadyFmu(fmu, record.fmu)
+        return ReadyFmu(fmu, place.record.fmu)
     from m4e_fmi.fmu import Options
     from m4e_fmi.fmu.export.archive import write_archive
     from m4e_fmi.fmu.export.build import fmu_files as fmu_archive
@@ -237,10 +222,10 @@ def _built(
     for line in draft.lines:
         progress(line)
     with files_read() as files:
-        options = Options(native=native and isinstance(draft.made, Program))
+        options = Options(native=place.native and isinstance(draft.made, Program))
         content = write_archive(fmu_archive(draft.made, options), fmu)
     record = BuildRecord(
-        fmu=content, made_from=made_from, files=files | draft.files, warnings=tuple(warnings)
+        fmu=content, made_from=place.made_from, files=files | draft.files, warnings=tuple(warnings)
     )
     write_record(fmu, record)
     return ReadyFmu(fmu, content)
@@ -258,20 +243,13 @@ def _made_from(
         module = kinds()[source.name].value
         said |= {"kind": module, "folder": way_to(system.folder, fmu)}
         said |= {"config": source.config.model_dump(serialize_as_any=True)}
-        said |= {"imports": _imports(system, source)}
+        # of Python files that it names: they are run when the FMU is made
+        code = [path for path in named_files(system, source) if path.suffix == ".py"]
+        said |= {"imports": imports_hash(map(_content, code), {path.stem for path in code})}
         package = module.partition(":")[0].partition(".")[0]
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):  # arrays with all their digits
         text = repr((said, code_hash(package)))
     return hashlib.sha256(text.encode(errors="surrogateescape")).hexdigest()
-
-
-def _imports(system: System, source: Kind) -> str:
-    """Hash of what the Python files that a component names import, but for each other.
-
-    Such a file is run when the FMU is made, whether it travels in it or not.
-    """
-    code = [path for path in named_files(system, source) if path.suffix == ".py"]
-    return imports_hash(map(_content, code), {path.stem for path in code})
 
 
 def _content(path: Path) -> bytes:

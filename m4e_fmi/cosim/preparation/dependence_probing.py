@@ -18,7 +18,7 @@ a loop that a step leaves as it is, and that setting inputs brings then, is take
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -28,10 +28,11 @@ from m4e_fmi.cosim.connections.dependence import PROBED, STEPPED, assumed, resol
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.connections.structure import exchange_graph
 from m4e_fmi.cosim.exchange.interruption import setting_up
-from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs
+from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.questions import moved, trajectory
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host
 
@@ -43,7 +44,7 @@ LOST_AGAIN = 0.5
 
 
 @dataclass(frozen=True)
-class Probe:
+class Dependencies:
     """Result of moving inputs: the inputs that each output follows, and how that is known.
 
     Where it could not be done, `failure` says why.
@@ -61,50 +62,29 @@ def probed(
     hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions with what probing has found, and what is to be said of it, line by line."""
-    result, told = dict(descriptions), dict[str, list[str]]()
-    known: dict[object, Probe] = {}
+    result, trials = dict(descriptions), Trials(system, descriptions, hosts)
     unknown = {name: assumed(description) for name, description in descriptions.items()}
     driven = {name: inputs for name, inputs in driven_inputs(wiring).items() if unknown[name]}
-    looped = dict(_looped(descriptions, wiring, unknown)) if driven else {}
-    for component in system.components:
-        if component.name not in driven:
-            continue
+    looped = _looped(descriptions, wiring, unknown) if driven else {}
+    for component in (c for c in system.components if c.name in driven):
         description = descriptions[component.name]
         outputs, inputs = looped.get(component.name, ((), ()))
         others = tuple(sorted(unknown[component.name].difference(outputs)))
-        start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
-        asked = _Asked(outputs, inputs, others, driven[component.name])
-        key = description.path, start, component.step_size, asked
-        if key not in known:
-            new = Instances(component, description, system.simulation, hosts.get(component.name))
-            known[key] = _probe(new, description, asked)
-        found = known[key]
+        found = trials.ask(component, _probe, outputs, inputs, others, driven[component.name])
         rest = frozenset(v.name for v in description.of_causality("input")).difference(inputs)
         needs = {name: follows | rest for name, follows in found.needs.items()}
         result[component.name] = resolve(description, needs, found.how)
         text = _line(found, outputs, f"none of {', '.join(inputs)}" if rest else "no input")
         if text:
-            told.setdefault(text, []).append(component.name)
-    return result, [
-        f"{', '.join(names)}: no dependencies are declared; {text}" for text, names in told.items()
-    ]
-
-
-@dataclass(frozen=True)
-class _Asked:
-    """Of a component: outputs and inputs in loops; the other outputs, and all connected inputs."""
-
-    outputs: tuple[str, ...]
-    inputs: tuple[str, ...]
-    others: tuple[str, ...]
-    driven: tuple[str, ...]
+            trials.note(f"no dependencies are declared; {text}", component)
+    return result, trials.lines()
 
 
 def _looped(
     descriptions: Mapping[str, Description],
     wiring: Wiring,
     unknown: Mapping[str, frozenset[str]],
-) -> Iterator[tuple[str, tuple[tuple[str, ...], tuple[str, ...]]]]:
+) -> dict[str, tuple[tuple[str, ...], tuple[str, ...]]]:
     """Components with outputs that are assumed to close a loop: these outputs, and its inputs.
 
     `unknown` are the outputs of whose dependencies nothing is known.
@@ -118,11 +98,10 @@ def _looped(
                 outputs, all_inputs = found.setdefault(port.component, (set(), set()))
                 outputs.add(port.variable)
                 all_inputs |= inputs
-    for name, (outputs, inputs) in found.items():
-        yield name, (tuple(sorted(outputs)), tuple(sorted(inputs)))
+    return {name: (tuple(sorted(a)), tuple(sorted(b))) for name, (a, b) in found.items()}
 
 
-def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
+def _line(found: Dependencies, outputs: Sequence[str], none: str) -> str:
     """A note on a component; empty where no loop depends on it."""
     if found.failure:
         return (
@@ -137,21 +116,30 @@ def _line(found: Probe, outputs: Sequence[str], none: str) -> str:
     return f"probed, {'; '.join(texts)}" if texts else ""
 
 
-def _probe(new: Instances, description: Description, asked: _Asked) -> Probe:
-    """The result for outputs in loops, and for those that are a step late."""
+def _probe(
+    new: Instances,
+    description: Description,
+    outputs: Sequence[str],
+    inputs: Sequence[str],
+    others: Sequence[str],
+    driven: Sequence[str],
+) -> Dependencies:
+    """The result for `outputs` in loops by `inputs` there, and for those that are a step late.
+
+    `others` are the other outputs, `driven` all connected inputs.
+    """
     if description.once_per_process:
         failure = "its FMU allows one instance only, so that it is not probed"
-        return Probe({}, {}, failure if asked.outputs else "")
-    every = (*asked.outputs, *asked.others)
+        return Dependencies({}, {}, failure if outputs else "")
     try:
         with setting_up():
-            late = _late(new, every, asked.driven)
-            needs = _moved_inputs(new, asked.outputs, asked.inputs) if asked.outputs else {}
+            late = _late(new, (*outputs, *others), driven)
+            needs = _moved_inputs(new, outputs, inputs) if outputs else {}
     except RunError as error:
-        return Probe({}, {}, f"probing it failed: {error.message}" if asked.outputs else "")
+        return Dependencies({}, {}, f"probing it failed: {error.message}" if outputs else "")
     late -= {name for name, found in needs.items() if found}
-    how = dict.fromkeys(asked.outputs, PROBED) | dict.fromkeys(sorted(late), STEPPED)
-    return Probe(needs, how)
+    how = dict.fromkeys(outputs, PROBED) | dict.fromkeys(sorted(late), STEPPED)
+    return Dependencies(needs, how)
 
 
 def _moved_inputs(
@@ -159,28 +147,24 @@ def _moved_inputs(
 ) -> dict[str, frozenset[str]]:
     """The inputs that each output follows."""
     needs: dict[str, set[str]] = {name: set() for name in outputs}
-    count = len(inputs)
+    moves = list(product(range(len(inputs)), SHARES))
     with new.instance() as instance:
         subject = Subject(instance, outputs, inputs)
-        values, back, fresh = subject.start, list[Value](), list[Value]()
+        values, last, fresh = subject.start, list[Value](), list[Value]()
         for point in range(POINTS):
-            subject.set(values)
-            still = subject.read()
-            for output, *seen in zip(outputs, back, fresh, still, strict=False):
-                if not _differ(seen[0], seen[1]) and _differ(seen[1], seen[2]):
-                    needs[output].update(inputs)  # setting brings what the step has not shown
             sign = -1.0 if point % 2 else 1.0
-            for (column, name), share in product(enumerate(inputs), SHARES):
-                only = [sign * share * (k == column) for k in range(count)]
-                subject.set(subject.moved(only, values))
-                there = subject.read()
-                subject.set(values)
-                back = subject.read()
-                for output, *seen in zip(outputs, still, there, back, strict=True):
-                    if any(_differ(seen[0], value) for value in seen[1:]):
-                        needs[output].add(name)
+            alone = [[sign * share * (k == n) for k in range(len(inputs))] for n, share in moves]
+            others = [subject.moved(shares, values) for shares in alone]
+            seen = list(moved(subject.at, values, others))
+            for output, before, then, now in zip(outputs, last, fresh, seen[0][0], strict=False):
+                if not _differ(before, then) and _differ(then, now):
+                    needs[output].update(inputs)  # setting brings what the step has not shown
+            for (column, _), rows in zip(moves, seen, strict=True):
+                for output, still, there, back in zip(outputs, *rows, strict=True):
+                    if _differ(still, there) or _differ(still, back):
+                        needs[output].add(inputs[column])
             if point + 1 < POINTS:
-                values = subject.moved_together(sign)
+                values, last = subject.moved_together(sign), seen[-1][2]
                 subject.set(values)
                 subject.step(new.step)
                 fresh = subject.read()
@@ -202,21 +186,18 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     Nor before the next step, when it is back: what follows it at once is not late.
     """
 
-    def trajectory(share: float) -> tuple[list[Value], ...]:
+    def course(share: float) -> tuple[list[Value], ...]:
         """Outputs after a step with the inputs moved, with the inputs back, and a step later."""
         with new.instance() as instance:
             subject = Subject(instance, outputs, inputs)
-            subject.set(subject.moved([share] * len(inputs)))
-            subject.step(new.short_step)
-            first = subject.read()
-            subject.set(subject.start)
-            still = subject.read()
-            subject.step(new.short_step)
-            return first, still, subject.read()
+            shifted = subject.moved([share] * len(inputs))
+            (first,) = trajectory(subject, [shifted], new.short_step)
+            still = subject.at(subject.start)
+            (second,) = trajectory(subject, [None], new.short_step)
+            return first, still, second
 
-    moved, unmoved = trajectory(SHARES[0]), trajectory(0.0)
     found = set()
-    for name, *values in zip(outputs, *moved, *unmoved, strict=True):
+    for name, *values in zip(outputs, *course(SHARES[0]), *course(0.0), strict=True):
         first, still, second = (
             _distance(a, b) for a, b in zip(values[:3], values[3:], strict=True)
         )

@@ -32,6 +32,10 @@ WARNING = "warning"
 """How lines of progress begin that matter to everyone who uses what is built."""
 
 
+def silent(_: str) -> None:
+    """Takes a line of progress that nobody asked for."""
+
+
 @dataclass(frozen=True)
 class Draft:
     """The source of an FMU, and the `files` that were read for it.
@@ -103,8 +107,7 @@ def checked_inputs(system: System, *, ready: Mapping[str, Path] | None = None) -
     `ready` are the FMUs of components that need not be built. InputError with all problems of the
     components; if there are none, with those of connections, start values and the scenario.
     """
-    if not system.components:
-        raise InputError([no_component(system)])
+    check_components(system)
     problems: list[Problem] = []
     drafts: dict[str, Draft] = {}
     descriptions: dict[str, Description] = {}
@@ -145,12 +148,11 @@ def expected_descriptions(system: System) -> dict[str, Description]:
     return {name: components[name].described(one) for name, one in found.items() if one}
 
 
-def no_component(system: System) -> Problem:
-    """The problem of a system that has none."""
-    message, remedy = "the system has no component", "name an FMU, a model or a kind"
-    if system.document is None:
-        return Problem(message, remedy)
-    return system.document.problem(("components",), message, remedy)
+def check_components(system: System) -> None:
+    """InputError for a system that has none."""
+    if not system.components:
+        message, remedy = "the system has no component", "name an FMU, a model or a kind"
+        raise InputError([system.problem(("components",), message, remedy)])
 
 
 def _looked_at(

@@ -9,12 +9,9 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.dependence import with_stated
-from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.loop_breaking import broken
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
-from m4e_fmi.cosim.connections.missing.unconnected_parameters import unconnected_parameters
+from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import analyse
+from m4e_fmi.cosim.connections.structure import analyse, broken
 from m4e_fmi.cosim.exchange.native_executor import loop_library
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
@@ -26,11 +23,11 @@ from m4e_fmi.cosim.preparation.doubtful_values import (
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.inputs import Draft, no_component
+from m4e_fmi.cosim.preparation.inputs import Draft, check_components
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
 from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
-from m4e_fmi.cosim.system.component_steps import ComponentSteps, pace, refined, rounded
+from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
 from m4e_fmi.errors import InputError, Problem
@@ -55,53 +52,46 @@ def prepare(
     of a system whose inputs have been checked (`waiting`), `fmus` the FMUs of all components if
     they are there already.
 
-    InputError with all problems of the FMU files, then of connections, start values and components'
-    own steps; RunError for a build that failed, or without the C library. `tell` receives a line
-    per step of a build. FMUs that declare no dependencies and have connected inputs are probed
-    (`probing`), and foreign ones that say they can go back, or take derivatives of inputs, are
-    tried (`state_trials`).
+    InputError with all problems of the FMU files, else of connections and start values, else of
+    components' own steps, else of the scenario; RunError for a build that failed, or without the C
+    library. `tell` receives a line per step of a build. FMUs that declare no dependencies and have
+    connected inputs are probed (`probing`), and foreign ones that say they can go back, or take
+    derivatives of inputs, are tried (`state_trials`).
     """
     with ONE_RUN:
-        return _prepared(_as_system(system, tell), build_directory, native, tell, drafts, fmus)
-
-
-def _prepared(
-    system: System,
-    build_directory: str | Path,
-    native: bool | None,
-    tell: Callable[[str], None] | None,
-    drafts: Mapping[str, Draft] | None,
-    fmus: Mapping[str, ReadyFmu] | None,
-) -> Prepared:
-    """The same, by one thread at a time."""
-    if not system.components:
-        raise InputError([no_component(system)])
-    loop_library()
-    if fmus is None:
-        fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
-    descriptions = described(system, fmus)
-    wiring, paced, rates, notes = _connected(system, descriptions)
-    apart, missing = available(system, hosts(system, descriptions))
-    descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
-    descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
-    descriptions, refused = without_refused(paced, descriptions, wiring, apart)
-    wiring, late = broken(descriptions, wiring, rates)
-    structure = analyse(descriptions, wiring)
-    warnings = (
-        *missing,
-        *forgetful,
-        *unconnected_parameters(system, descriptions, wiring),
-        *without_added_mass(descriptions, wiring),
-        *loose_ends(system, descriptions, wiring),
-        *differing(system, descriptions, wiring),
-        *double_drag(system, descriptions, wiring),
-        *double_buoyancy(system, wiring),
-        *start_values_without_effect(system, wiring, structure),
-        *reversed_forces(system, descriptions, wiring),
-        *within_ramps(system, descriptions),
-    )
-    notes = (*rounded(system.simulation), *notes, *wiring.notes, *found, *refused, *late)
-    return Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+        system = _as_system(system, tell)
+        check_components(system)
+        loop_library()
+        if fmus is None:
+            fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
+        descriptions = described(system, fmus)
+        wiring = connect(system, descriptions)
+        paced, finer = refined(system, descriptions)
+        rates = pace(paced, descriptions)
+        if problems := scenario_problems(paced, descriptions, wiring):
+            raise InputError(problems)
+        apart, missing = available(system, hosts(system, descriptions))
+        descriptions, found = probed(paced, with_stated(system, descriptions), wiring, apart)
+        descriptions, forgetful = without_forgetful(paced, descriptions, wiring, apart)
+        descriptions, refused = without_refused(paced, descriptions, wiring, apart)
+        wiring, late = broken(descriptions, wiring, rates)
+        structure = analyse(descriptions, wiring)
+        warnings = (
+            *missing,
+            *forgetful,
+            *unconnected_parameters(system, descriptions, wiring),
+            *without_added_mass(descriptions, wiring),
+            *loose_ends(system, descriptions, wiring),
+            *differing(system, descriptions, wiring),
+            *double_drag(system, descriptions, wiring),
+            *double_buoyancy(system, wiring),
+            *start_values_without_effect(system, wiring, structure),
+            *reversed_forces(system, descriptions, wiring),
+            *within_ramps(system, descriptions),
+        )
+        notes = (*rounded(system.simulation), *finer, *wiring.notes, *found, *refused, *late)
+        prepared = Prepared(paced, descriptions, wiring, structure, rates, apart, notes, warnings)
+        return prepared.recording()
 
 
 def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:
@@ -121,28 +111,6 @@ def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Descrip
     if problems:
         raise InputError(problems)
     return descriptions
-
-
-def _connected(
-    system: System, descriptions: Mapping[str, Description]
-) -> tuple[Wiring, System, ComponentSteps, list[str]]:
-    """Wiring, the system with its step, components' own steps, notes; InputError if any fails."""
-    wiring: Wiring | None = None
-    problems: list[Problem] = []
-    try:
-        wiring = connect(system, descriptions)
-    except InputError as error:
-        problems += error.problems
-    try:
-        paced, note = refined(system, descriptions)
-        rates = pace(paced, descriptions)
-    except InputError as error:
-        raise InputError([*problems, *error.problems]) from None
-    if wiring is None:
-        raise InputError(problems)
-    if found := scenario_problems(paced, descriptions, wiring):
-        raise InputError(found)
-    return wiring, paced, rates, [note] if note else []
 
 
 def _as_system(given: object, tell: Callable[[str], None] | None) -> System:

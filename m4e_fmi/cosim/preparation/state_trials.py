@@ -15,7 +15,7 @@ not built here get some, and make a step: with first and second ones, then with 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from zipfile import ZipFile
@@ -25,20 +25,27 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.exchange.loading.binary import PYTHON
-from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, driven_inputs, stepped
+from m4e_fmi.cosim.preparation.trial_instances import (
+    Instances,
+    Subject,
+    Trials,
+    driven_inputs,
+    stepped,
+)
 from m4e_fmi.cosim.system.component import FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.opening import opened
+from m4e_fmi.fmu.importer.questions import trajectory
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL, TYPES
 from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.signals import not_lost
 
-BEFORE, AGAIN = 2, 4
-"""Steps up to the state that is kept, and steps that are made from it twice."""
+BEFORE, HELD = 2, [None] * 4
+"""Steps up to the state that is kept, and steps that are made from it twice, with held inputs."""
 SAME, ROUNDING = 1e-3, 1e-9
 """Shares of what an output does there, and of its size, by which repetitions may differ."""
 GROSS, TOLERANCE = 0.2, 1e-3
@@ -77,25 +84,20 @@ def without_refused(
     hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions with the orders of derivatives that FMUs take, and lines on refusals."""
-    result, told = dict(descriptions), dict[str, list[str]]()
-    known: dict[object, int] = {}
+    result, trials = dict(descriptions), Trials(system, descriptions, hosts)
     delay = algorithm_descriptor(system.simulation.algorithm).link_delay
     inputs = driven_inputs(wiring) if delay in (LinkDelay.CORRECTED, LinkDelay.SOLVED) else {}
     for component in (c for c in system.components if c.name in inputs):
-        description, host = descriptions[component.name], hosts.get(component.name)
+        description = descriptions[component.name]
         if description.is_own or not description.input_order:
             continue
-        alone = description.once_per_process and host is None
-        asked = inputs[component.name]
-        key = description.path, str(component.start), component.step_size, asked, alone
-        if key not in known:
-            new = Instances(component, description, system.simulation, host)
-            known[key] = 0 if alone else _order(new, description, asked)
-        if known[key] < description.input_order:
-            result[component.name] = replace(description, input_order=known[key])
-            text = (_UNTRIED if alone else _REFUSED[known[key]]).format(description.path.name)
-            told.setdefault(text, []).append(component.name)
-    return result, [f"{', '.join(names)}: {text}" for text, names in told.items()]
+        alone = description.once_per_process and component.name not in hosts
+        order = 0 if alone else trials.ask(component, _order, inputs[component.name])
+        if order < description.input_order:
+            result[component.name] = replace(description, input_order=order)
+            text = _UNTRIED if alone else _REFUSED[order]
+            trials.note(text.format(description.path.name), component)
+    return result, trials.lines()
 
 
 def _order(new: Instances, description: Description, inputs: Sequence[str]) -> int:
@@ -105,7 +107,7 @@ def _order(new: Instances, description: Description, inputs: Sequence[str]) -> i
         try:
             with setting_up(), new.instance() as instance, not_lost():
                 for order, name in product(range(1, most + 1), reals):
-                    status = instance.own_derivative_setter(name, order, np.zeros(1))()
+                    status = instance.set_derivative(name, order, 0.0)
                     if status := status or instance.flush():  # those that warn ignore it
                         instance.fail(status, "fmi2SetRealInputDerivatives")
                 stepped(instance, new.step)
@@ -126,36 +128,25 @@ def without_forgetful(
     hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
     """The descriptions as they hold in a run, and a line for each FMU that cannot go back."""
-    result = dict(descriptions)
-    driven = driven_inputs(wiring)
-    known: dict[object, tuple[str, str]] = {}
-    told: dict[tuple[str, str, str], list[str]] = {}
-    saved = system.simulation.has_checkpoints
+    result, trials = dict(descriptions), Trials(system, descriptions, hosts)
+    driven, saved = driven_inputs(wiring), system.simulation.has_checkpoints
     for component in system.components:
         description = descriptions[component.name]
         if not description.saves_state or description.once_per_process:
             continue
         if _is_own(component.source, description):
             continue
-        coded = _is_code_of_kind(component.source)
-        advice = _ADVICE_ON_CODE if coded else _ADVICE.format(description.path.name)
-        inputs = driven.get(component.name, ())
-        start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
-        key = description.path, start, component.step_size, inputs
-        if key not in known:
-            new = Instances(component, description, system.simulation, hosts.get(component.name))
-            fault, lost = _fault(new, description, inputs, repeats=coded), ""
-            if saved and description.serializes_state and component.name in hosts and not fault:
-                lost = _fault_of_bytes(new, description)
-            known[key] = _ROLLBACK.format(fault) if fault else "", lost and _BYTES.format(lost)
-        for why, change in zip(known[key], ("saves_state", "serializes_state"), strict=True):
-            if why:
-                result[component.name] = replace(description, **{change: False})
-                told.setdefault((description.path.name, why, advice), []).append(component.name)
-    return result, [
-        f"{', '.join(names)}: {fmu} declares {why}; {advice}"
-        for (fmu, why, advice), names in told.items()
-    ]
+        coded, file = _is_code_of_kind(component.source), description.path.name
+        advice = _ADVICE_ON_CODE if coded else _ADVICE.format(file)
+        if fault := trials.ask(component, _fault, driven.get(component.name, ()), coded):
+            result[component.name] = replace(description, saves_state=False)
+            trials.note(f"{file} declares {_ROLLBACK.format(fault)}; {advice}", component)
+            continue
+        saves = saved and description.serializes_state and component.name in hosts
+        if saves and (lost := trials.ask(component, _fault_of_bytes)):
+            result[component.name] = replace(description, serializes_state=False)
+            trials.note(f"{file} declares {_BYTES.format(lost)}; {advice}", component)
+    return result, trials.lines()
 
 
 def _is_code_of_kind(source: FmuFile | ModelFile | Kind) -> bool:
@@ -175,9 +166,7 @@ def _is_own(source: FmuFile | ModelFile | Kind, description: Description) -> boo
         return PYTHON not in archive.namelist()
 
 
-def _fault(
-    new: Instances, description: Description, inputs: Sequence[str], *, repeats: bool
-) -> str:
+def _fault(new: Instances, description: Description, inputs: Sequence[str], repeats: bool) -> str:
     """Why an FMU cannot go back; empty if it can, or if steps cannot be made.
 
     What no other instance repeats either, as of clocks, is no fault unless it `repeats` by all
@@ -216,14 +205,14 @@ def _fault_of_bytes(new: Instances, description: Description) -> str:
                 state = instance.rollback.serialized(instance.slot())
             except RunError as error:
                 return f"its state cannot be saved ({error.message})"
-            going_on = list(_trajectory(subject, new.step))
+            going_on = trajectory(subject, HELD, new.step)
     except RunError:
         return ""
     try:
         with setting_up(), new.instance() as instance:
             instance.rollback.deserialize(instance.slot(), state)
             instance.restore_state(time)
-            beginning = list(_trajectory(Subject(instance, outputs, ()), new.step))
+            beginning = trajectory(Subject(instance, outputs, ()), HELD, new.step)
     except RunError as error:
         return f"another instance cannot go on from them ({error.message})"
     different = _apart(outputs, going_on, beginning, GROSS, TOLERANCE)
@@ -249,21 +238,14 @@ def _trajectories(
             instance.save_state()
         except RunError as error:
             raise _FaultError(f"its state cannot be saved ({error.message})") from error
-        found = [list(_trajectory(subject, new.step))]
+        found = [trajectory(subject, HELD, new.step)]
         try:
             for _ in range(2):
                 instance.restore_state(time)
-                found.append(list(_trajectory(subject, new.step)))
+                found.append(trajectory(subject, HELD, new.step))
         except RunError as error:
             raise _FaultError(f"it fails after rollback ({error.message})") from error
     return found
-
-
-def _trajectory(subject: Subject, size: float) -> Iterator[list[Value]]:
-    """The outputs after each of some steps of `size` [s]."""
-    for _ in range(AGAIN):
-        subject.step(size)
-        yield subject.read()
 
 
 def _different(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Hashable, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values
+from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.worker import Host
@@ -43,6 +45,9 @@ def stepped(instance: Instance, size: float) -> None:
     if status:
         instance.fail(status, DoStep.function, size)
     instance.time += size
+
+
+Answer = TypeVar("Answer")
 
 
 class Instances:
@@ -90,6 +95,37 @@ class Instances:
             yield instance
 
 
+class Trials:
+    """Questions to the FMUs of a system, each asked once of a file with the same start values."""
+
+    def __init__(
+        self, system: System, descriptions: Mapping[str, Description], hosts: Mapping[str, Host]
+    ) -> None:
+        self._system, self._descriptions, self._hosts = system, descriptions, hosts
+        self._known: dict[object, Any] = {}
+        self._notes: dict[str, list[str]] = {}
+
+    def ask(
+        self, component: Component, question: Callable[..., Answer], *asked: Hashable
+    ) -> Answer:
+        """The answer of ``question(new, description, *asked)``, where `new` makes instances."""
+        description, host = self._descriptions[component.name], self._hosts.get(component.name)
+        start = tuple(sorted((name, str(value)) for name, value in component.start.items()))
+        key = question, description.path, start, component.step_size, asked
+        if key not in self._known:
+            new = Instances(component, description, self._system.simulation, host)
+            self._known[key] = question(new, description, *asked)
+        return self._known[key]
+
+    def note(self, text: str, component: Component) -> None:
+        """Note a text about a component."""
+        self._notes.setdefault(text, []).append(component.name)
+
+    def lines(self) -> list[str]:
+        """One line for each text, with all components that it is about."""
+        return [f"{', '.join(names)}: {text}" for text, names in self._notes.items()]
+
+
 class Subject:
     """An instance under probe: its outputs, and its inputs with the sizes they are moved by."""
 
@@ -106,6 +142,11 @@ class Subject:
     def set(self, values: Sequence[Value]) -> None:
         """All inputs."""
         self._instance.set_values(dict(zip(self.inputs, values, strict=True)))
+
+    def at(self, values: Sequence[Value]) -> list[Value]:
+        """The outputs with these inputs."""
+        self.set(values)
+        return self.read()
 
     @not_lost()
     def step(self, size: float) -> None:

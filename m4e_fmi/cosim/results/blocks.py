@@ -1,11 +1,13 @@
 """Recorded values of one component: rows in memory, and the operations that fill them.
 
 Outputs are as they were exchanged, or read with those; what the network does not know, the FMU
-tells. Reals are in a block of float64; all others in one of cells (see `standards.typed`).
+tells. Reals are in a block of float64; all others in one of cells (see `standards.typed`). Outputs
+that leave the range which their FMU declares are noted.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -18,18 +20,36 @@ from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.recorded import TEXT, Recorded
 from m4e_fmi.results.row_file import CELLS, Column, Section
 
+ROUNDING = 1e-9
+"""Share of its limits, nominal value or value by which an output may be outside by rounding."""
 _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
            for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip
 
 
 class Block:
-    """Room for `rows` of some variables of a component, Real or not, filled by `operations`."""
+    """Room for `rows` of some variables of a component, Real or not, filled by `operations`.
+
+    `outside` has a warning for each output that was outside its range, by column.
+    """
 
     def __init__(
         self, network: Network, component: str, variables: Sequence[Variable], rows: int
     ) -> None:
         self._real = all(v.type == "Real" for v in variables)
-        self.reals = tuple(variables) if self._real else ()
+        self.outside: dict[int, str] = {}
+        self._variables = variables
+        self._limited = [
+            k
+            for k, v in enumerate(variables)
+            if self._real
+            and v.causality in ("output", "local")
+            and (math.isfinite(v.minimum) or math.isfinite(v.maximum))
+        ]
+        self._low = np.array([variables[k].minimum for k in self._limited])
+        self._high = np.array([variables[k].maximum for k in self._limited])
+        bounds = np.abs(np.array([self._low, self._high]))
+        self._scale = np.where(np.isfinite(bounds), bounds, 0.0).max(axis=0, initial=0.0)
+        self._scale = np.maximum(self._scale, [variables[k].nominal for k in self._limited])
         rate, instance = network.rates.get(component), network.instances[component]
         columns = tuple(_column(v) for v in variables)
         attributes = {"step_size": f"{rate.step:g} s"} if rate else {}
@@ -58,11 +78,31 @@ class Block:
             return self._known[rows]
         return np.concatenate((self._known[rows], self._asked[rows]), axis=1)[:, self._order]
 
+    def look(self, times: np.ndarray, rows: slice) -> None:
+        """Note the first value outside its range of each variable, in rows at `times` (n,) [s]."""
+        if not self._limited:
+            return
+        values = self.filled(rows)[:, self._limited]
+        near = ROUNDING * np.maximum(self._scale, np.abs(values))
+        outside = (values < self._low - near) | (values > self._high + near)
+        for place in np.flatnonzero(outside.any(axis=0)).tolist():
+            if place not in self.outside:
+                row = int(np.argmax(outside[:, place]))
+                self.outside[place] = self._warning(place, times[row], values[row, place])
+
+    def _warning(self, place: int, time: float, value: float) -> str:
+        variable = self._variables[self._limited[place]]
+        unit = "" if variable.unit in ("", "1") else f" {variable.unit}"
+        about = f": {variable.description}" if variable.description else ""
+        return (
+            f"{self.section.component}.{variable.name} is {value:.4g}{unit} at t = {time:.9g} s, "
+            f"outside {self._low[place]:.4g} to {self._high[place]:.4g}{unit}, the range of its "
+            f"FMU{about}"
+        )
+
 
 class ScenarioBlock:
     """Room for `rows` of the actions of a network's scenario: true while they are active."""
-
-    reals: tuple[Variable, ...] = ()
 
     def __init__(self, network: Network, rows: int) -> None:
         names, cells = network.scenario.names, network.scenario.cells

@@ -5,17 +5,41 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Axis, Bond, Port
+from m4e_fmi.cosim.connections.links import Bond, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.system.component import ModelFile
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.files.limits import LONGEST_NAME
 from m4e_fmi.report.graph import graph_of
 from m4e_fmi.report.run_report.inputs import input_file, versions
-from m4e_fmi.report.run_report.record import Flow, InputFile, Product, Record
+from m4e_fmi.report.run_report.record import Flow, InputFile, Product, Record, carried_record
 
 SEED = "seed"
 """The key of random numbers in system files."""
+
+
+def attributes_of(prepared: Prepared) -> dict[str, str]:
+    """The attributes of the results of a run that begins."""
+    system, settings = prepared.system, prepared.system.simulation
+    interval = settings.output_interval
+    parts = system.components
+    starts = {f"{part.name}.{name}": given for part in parts for name, given in part.start.items()}
+    return {
+        "title": system.name,
+        "comment": system.description,
+        "algorithm": settings.algorithm,
+        "step_size": f"{settings.step_size:g} s",
+        "output_interval": "every step" if interval is None else f"{interval:g} s",
+        "start_values": "\n".join(f"{name} = {given}" for name, given in starts.items()),
+        "changed": "\n".join(
+            f"{name} = {starts.get(name, origin.value)} ({origin.name})"
+            for name, origin in system.origins.items()
+            if (name in starts or origin.value is not None) and name not in CHECKPOINTS
+        ),
+        "notes": "\n".join(prepared.notes),
+        **carried_record(record_of_system(prepared)),
+    }
 
 
 def record_of_system(prepared: Prepared) -> Record:
@@ -35,15 +59,14 @@ def record_of_system(prepared: Prepared) -> Record:
 
 
 def _flow(bond: Bond, prepared: Prepared) -> Flow:
-    force = bond.axes[0].force
-    products = tuple(_product(axis, prepared) for axis in bond.axes)
-    return Flow(bond.name, force.source.component, force.target.component, products, bond.adds)
-
-
-def _product(axis: Axis, prepared: Prepared) -> Product:
-    force, velocity = axis.force.source, axis.velocity.source
-    factor = axis.share * _to_si(force, prepared) * _to_si(velocity, prepared)
-    return Product(str(force), str(velocity), factor)
+    products = []
+    for axis in bond.axes:
+        force, velocity = axis.force.source, axis.velocity.source
+        factor = axis.share * _to_si(force, prepared) * _to_si(velocity, prepared)
+        products.append(Product(str(force), str(velocity), factor))
+    first = bond.axes[0].force
+    source, target = first.source.component, first.target.component
+    return Flow(bond.name, source, target, tuple(products), bond.adds)
 
 
 def _to_si(port: Port, prepared: Prepared) -> float:

@@ -7,7 +7,6 @@ see `m4e_fmi.results.results_file`.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -18,17 +17,16 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
-from m4e_fmi.cosim.results.declared_ranges import RangeWatch
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS, claimed
 from m4e_fmi.files.writing import cannot_write
-from m4e_fmi.results.results_file import AT_STOP, FORMAT, FORMAT_NUMBER, rows_of, write_netcdf
+from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, digest_of, rows_of, write_netcdf
 from m4e_fmi.results.row_file import RowFile, Section
-from m4e_fmi.signals import Terminated, held, let_through
+from m4e_fmi.signals import held, let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
 """Rows that are kept in memory, and values in all of them."""
@@ -48,134 +46,120 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Begun:
-    """Results that a run goes on with: the first `rows` in the file `path`.
+class FirstRows:
+    """Results that a run continues: the first `rows` in the file `path`.
 
-    The last of them is at `last` [s], and has the checksum `digest`. A run that is `replayed` makes
-    all rows again, from the first, and writes those behind these.
+    The last of them is at `last` [s], and has the checksum `digest`.
     """
 
     path: Path
     rows: int
     last: float
     digest: str
-    replayed: bool
 
 
 class ResultsWriter:
-    """Writes rows of variables of a network; use it as a context manager.
+    """Writes rows of the `recorded` variables of a network, by component, up to its `close`.
 
-    These are all scalar outputs and connected arrays, or what `variables` choose (see `chosen`).
     Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
     `path` before stays until the first step is on the disk, or the run has ended without one; then
-    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did;
-    `closing` gives further attributes when it has. RunError if another run writes to `path`, or if
-    the disk takes nothing.
+    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did.
+    RunError if another run writes to `path`, or if the disk takes nothing.
+
+    `row` is the next row of the block, which `schedule` fills. `saved` are the rows of this run in
+    the file at `path`, and the time [s] of the last one; None if none is there.
     """
 
     def __init__(
         self,
         path: str | Path,
         network: Network,
+        recorded: Mapping[str, Sequence[Variable]],
         attributes: Mapping[str, str],
         *,
-        variables: Sequence[str] = (),
-        closing: Callable[[], Mapping[str, str]] = dict,
         beside: Sequence[Path] = (),
         earlier: Sequence[Path] = (),
-        begun: Begun | None = None,
+        first: FirstRows | None = None,
     ) -> None:
-        """With `begun`, the file has its rows from the beginning.
+        """The file begins with the `first` rows of a run that is resumed.
 
         The files `earlier` belong to earlier results, and go when these are replaced.
         """
         self._beside, self._earlier = beside, earlier
-        self.path, instances = Path(path), network.instances
-        descriptions = {name: i.description for name, i in instances.items()}
-        names = chosen(descriptions, variables, network.sources)
-        columns = 1 + sum(map(len, names.values()))
+        self.path = Path(path)
+        columns = 1 + sum(map(len, recorded.values()))
         self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
-        self._groups: list[Block | ScenarioBlock] = [
-            block for name in instances for block in blocks(network, name, names[name], self._block)
+        self._blocks = [
+            block
+            for name in network.instances
+            for block in blocks(network, name, recorded[name], self._block)
         ]
+        self._groups: list[Block | ScenarioBlock] = [*self._blocks]
         if network.scenario:
             self._groups.append(ScenarioBlock(network, self._block))
-        watches = [(RangeWatch(g.section.component, g.reals), g) for g in self._groups]
-        self._watches = [(watch, group) for watch, group in watches if watch]
         self._times = np.zeros((self._block, 1))
         self._texts = network.discrete.texts
         self.schedule = Schedule([o for group in self._groups for o in group.operations])
         created = datetime.now(UTC).isoformat("T", "seconds")
         self._attributes = {**attributes, "created": created}
-        self._closing = closing
-        self._before = self._rows = 0  # rows of the run before those of the block, and these
+        self._before = self.row = 0  # rows of the run before those of the block, and these
         self._backs: list[int] = []
-        self._taken: Begun | None = None
+        self._first = first
         self._last = network.time
-        self._saved: tuple[int, float] | None = None
+        self.saved: tuple[int, float] | None = None
         self.notes: tuple[str, ...] = ()
         """Warnings about the file, once it is closed; one line each."""
         with ExitStack() as stack:
             self._place = stack.enter_context(claimed(self.path))
-            self._file = self._created()
+            hidden = self._place.with_name(f".{self._place.name}{ROWS}")
+            head = {FORMAT: FORMAT_NUMBER, **self._attributes}
+            with self._errors():
+                self._file = RowFile(hidden, self._sections, head)
             stack.callback(self._file.close)
-            if begun:
-                self._take_over(begun)
+            if first:
+                self._take_over(first)
             self._open = stack.pop_all()
         self._interval = FLUSH / 8
         self._due = clock.monotonic() + self._interval
 
-    def _created(self) -> RowFile:
-        hidden = self._place.with_name(f".{self._place.name}{ROWS}")
-        with self._errors():
-            return RowFile(hidden, self._sections, {FORMAT: FORMAT_NUMBER, **self._attributes})
-
-    def _take_over(self, begun: Begun) -> None:
-        """Put the rows with which the run has begun into the file, and this where it belongs."""
+    def _take_over(self, first: FirstRows) -> None:
+        """Put the first rows into the file, and this where it belongs."""
         block: list[np.ndarray] = []
         with self._errors():
-            for block in rows_of(begun.path, self._sections, begun.rows, self._texts.place):
+            for block in rows_of(first.path, self._sections, first.rows, self._texts.place):
                 self._file.append(self._file.count, block)
             last = [part[-1:] for part in block]
-            if not last or digest_of(last) != begun.digest or last[0].item() != begun.last:
-                message = f"row {begun.rows} is not the one that the checkpoint was taken after"
-                raise InputError.single(message, "run again from the start", str(begun.path))
+            if not last or digest_of(last) != first.digest or last[0].item() != first.last:
+                message = f"row {first.rows} is not the one that the checkpoint was taken after"
+                raise InputError.single(message, "run again from the start", str(first.path))
             self._file.keep_texts(self._texts)
             self._file.move(self._place)
         self._remove((*self._earlier, *self._beside))
-        if not begun.replayed:
-            self._before, self._last = begun.rows, begun.last
-            self._taken = begun
-        self._saved = (begun.rows, begun.last)
-
-    def __enter__(self) -> ResultsWriter:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: object, _: object) -> None:
-        self.close(AT_STOP if kind is None else _ending(error), failed=kind is not None)
+        self._before, self._last = first.rows, first.last
+        self.saved = (first.rows, first.last)
 
     def mark(self) -> Mark:
         """The present end of the rows."""
-        return Mark(self._before + self._rows, self._last, len(self._backs))
+        return Mark(self._before + self.row, self._last, len(self._backs))
 
     def last_row(self) -> str:
         """The checksum of the last row."""
-        if self._taken and self._taken.rows == self._before + self._rows:
-            return self._taken.digest
-        last = self._rows or self._block
+        if self._first and self._first.rows == self._count:
+            return self._first.digest
+        last = self.row or self._block
         return digest_of(self._parts(slice(last - 1, last)))
 
-    def snapshot(self) -> tuple[dict[int, str], ...]:
-        """The outputs that have been outside the range of their FMU, by component."""
-        return tuple(watch.snapshot() for watch, _ in self._watches)
+    def ranges(self) -> tuple[dict[int, str], ...]:
+        """The warnings of outputs outside the range of their FMU, by component and column."""
+        return tuple(dict(block.outside) for block in self._blocks)
 
-    def restore(self, ranges: Sequence[Mapping[int, str]]) -> None:
-        """Go on after the outputs of a `snapshot` have been outside."""
-        for (watch, _), seen in zip(self._watches, ranges, strict=True):
-            watch.restore(seen)
+    def restore_ranges(self, ranges: Sequence[Mapping[int, str]]) -> None:
+        """Continue after these warnings."""
+        for block, seen in zip(self._blocks, ranges, strict=True):
+            block.outside = dict(seen)
 
-    def back(self, mark: Mark) -> None:
-        """Go on after the rows that there were at `mark`; RunError if they were given up since."""
+    def restore(self, mark: Mark) -> None:
+        """Continue after the rows up to `mark`; RunError if they were given up since."""
         if min(self._backs[mark.backs :], default=mark.rows) < mark.rows:
             raise RunError(
                 f"the results up to t = {mark.last:.9g} s that led to that state were discarded by "
@@ -183,60 +167,50 @@ class ResultsWriter:
                 "restore states from the latest to the earliest, or run without results",
             )
         self._backs.append(mark.rows)
-        self._rows = max(0, mark.rows - self._before)
+        self.row = max(0, mark.rows - self._before)
         self._before = min(mark.rows, self._before)
         self._last = mark.last
         if mark.rows < self._file.count:
             with self._errors():
                 self._file.cut(mark.rows)
-            self._saved = (mark.rows, mark.last)
+            self.saved = (mark.rows, mark.last)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Outputs that were outside the range of their FMU; one line each."""
-        return tuple(line for watch, _ in self._watches for line in watch.warnings)
-
-    @property
-    def saved(self) -> tuple[int, float] | None:
-        """Rows of this run in the file at `path`, time [s] of the last one; None if none is."""
-        return self._saved
-
-    @property
-    def row(self) -> int:
-        """The next row of the block, which `schedule` fills."""
-        return self._rows
+        return tuple(line for block in self._blocks for line in block.outside.values())
 
     @property
     def room(self) -> int:
         """Rows of the block that are not yet filled; one at least."""
-        return self._block - self._rows
+        return self._block - self.row
 
     def record(self, time: float) -> None:
         """Read all outputs, at `time` [s], into the next row."""
-        self.schedule.run(time, row=self._rows)
+        self.schedule.run(time, row=self.row)
         self.keep(np.array([time]))
 
     def keep(self, times: np.ndarray) -> None:
         """Further rows are filled, read at `times` [s] (n,), one at least."""
-        last = self._rows + len(times)
-        self._times[self._rows : last, 0] = times
-        for watch, group in self._watches:
-            watch.look(times, group.filled(slice(self._rows, last)))
+        last = self.row + len(times)
+        self._times[self.row : last, 0] = times
+        for block in self._blocks:
+            block.look(times, slice(self.row, last))
         self._last = float(times[-1])
-        self._rows = last
-        if self._rows == self._block:
+        self.row = last
+        if self.row == self._block:
             self.flush()
-            self._before += self._rows
-            self._rows = 0
+            self._before += self.row
+            self.row = 0
         elif clock.monotonic() > self._due:
             self.flush()
 
     def recent(self, most: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Times [s] (n,) of the last `most` rows in memory, and the values of each Real there."""
-        rest = slice(self._rows, None)  # of the block before, if there was one
-        parts = [slice(self._rows)]
-        times = self._times[np.r_[self._rows : self._block, : self._rows], 0]
-        if self._before and self._rows and np.all(np.diff(times) > 0.0):
+        rest = slice(self.row, None)  # of the block before, if there was one
+        parts = [slice(self.row)]
+        times = self._times[np.r_[self.row : self._block, : self.row], 0]
+        if self._before and self.row and np.all(np.diff(times) > 0.0):
             parts.insert(0, rest)  # else the run has gone back since
         columns: dict[str, np.ndarray] = {}
         for group in self._groups:
@@ -249,7 +223,7 @@ class ResultsWriter:
     def flush(self) -> None:
         """Bring all rows to the disk, once there is a step; RunError if it does not take them."""
         began = clock.monotonic()
-        if self._before + self._rows > 1:
+        if self._count > 1:
             with self._errors():
                 self._flush()
         now = clock.monotonic()
@@ -257,7 +231,7 @@ class ResultsWriter:
         self._due = now + max(self._interval, (now - began) / SHARE)
 
     def _flush(self) -> None:
-        new = slice(self._file.count - self._before, self._rows)
+        new = slice(self._file.count - self._before, self.row)
         try:
             if new.start < new.stop:
                 self._file.keep_texts(self._texts)
@@ -271,8 +245,8 @@ class ResultsWriter:
         if self._file.path != self._place and (count > 1 or not self._place.exists()):
             self._file.move(self._place)
             self._remove((*self._earlier, *self._beside))
-        if self._before < count <= self._before + self._rows and self._file.path == self._place:
-            self._saved = (count, float(self._times[count - self._before - 1, 0]))
+        if self._before < count <= self._count and self._file.path == self._place:
+            self.saved = (count, float(self._times[count - self._before - 1, 0]))
 
     def _remove(self, files: Sequence[Path]) -> None:
         for path in files:
@@ -282,12 +256,15 @@ class ResultsWriter:
     def _parts(self, rows: slice) -> list[np.ndarray]:
         return [self._times[rows], *(group.filled(rows) for group in self._groups)]
 
-    def close(self, ended: str, *, failed: bool = False) -> None:
+    def close(
+        self, ended: str, closing: Callable[[], Mapping[str, str]] = dict, *, failed: bool = False
+    ) -> None:
         """Write what is left and how the run has `ended`, and close the file.
 
-        A run that has `failed` before its first step does not replace results that are there.
-        RunError if the disk does not take the rows. A signal that asks for the end waits until they
-        are on the disk, and then ends what is still to do.
+        `closing` gives further attributes when all rows are on the disk. A run that has `failed`
+        before its first step does not replace results that are there. RunError if the disk does not
+        take the rows. A signal that asks for the end waits until they are on the disk, and then
+        ends what is still to do.
         """
         with held():
             open_, self._open = self._open, ExitStack()
@@ -297,30 +274,30 @@ class ResultsWriter:
                 count = self._count
                 own = self._file.path == self._place or not self._place.exists()
                 if count > 1 or (count and (own or not failed)):
-                    self._finish(ended)
+                    self._finish(ended, closing)
 
-    def _finish(self, ended: str) -> None:
+    def _finish(self, ended: str, closing: Callable[[], Mapping[str, str]]) -> None:
         """Put all rows on the disk; in their place the netCDF-4 file, if there is room for it."""
         with self._errors():
             try:
                 self._flush()
             except OSError as error:
                 if not self._file.closed:
-                    self._file.end(_ending(cannot_write(self.path, error)))
+                    self._file.end(f"failed: {cannot_write(self.path, error).message}")
                 raise
             self._file.end(ended)
         with let_through():
-            closing = self._closing()
+            further = closing()
             with self._errors():
-                self._file.end(ended, closing)
-            self._write({**self._attributes, "ended": ended, **closing})
+                self._file.end(ended, further)
+            self._write({**self._attributes, "ended": ended, **further})
 
     def _write(self, attributes: Mapping[str, str]) -> None:
         """Write the netCDF-4 file, or tell why there is none."""
         count, folder = self._count, self._place.parent
         vanished = not folder.is_dir()
-        in_memory = count == self._rows
-        blocks = self._file.blocks() if not in_memory else [self._parts(slice(self._rows))]
+        in_memory = count == self.row
+        blocks = self._file.blocks() if not in_memory else [self._parts(slice(self.row))]
         if sys.platform == "win32":
             self._file.close()  # which replaces no open file
         try:
@@ -334,8 +311,7 @@ class ResultsWriter:
             )
         else:
             self._remove(self._beside)
-            if not self.replaying:
-                self._saved = (count, self._last)
+            self.saved = (count, self._last)
         if vanished:
             self.notes = (
                 f"warning: {folder} was renamed or removed during the run, and was created again "
@@ -343,19 +319,9 @@ class ResultsWriter:
             )
 
     @property
-    def taken_over(self) -> bool:
-        """True if the run goes on behind rows that it does not make again."""
-        return self._taken is not None
-
-    @property
-    def replaying(self) -> bool:
-        """True while rows are made that the file has had from the beginning."""
-        return self._file.count > self._before + self._rows
-
-    @property
     def _count(self) -> int:
-        """Number of rows of the run; of the file, if it has more."""
-        return max(self._before + self._rows, self._file.count)
+        """Number of rows of the run."""
+        return self._before + self.row
 
     @property
     def _sections(self) -> list[Section]:
@@ -368,19 +334,3 @@ class ResultsWriter:
             yield
         except OSError as error:
             raise cannot_write(self.path, error) from error
-
-
-def digest_of(row: Sequence[np.ndarray]) -> str:
-    """SHA-256 of a row, of arrays (1, n_columns) in the variables' units, or cells."""
-    digest = hashlib.sha256()
-    for part in row:
-        digest.update(part.astype(part.dtype.newbyteorder("<")).tobytes())
-    return digest.hexdigest()
-
-
-def _ending(error: object) -> str:
-    if isinstance(error, RunError):
-        return f"failed: {error.message}"
-    if isinstance(error, Terminated):
-        return str(error)
-    return "interrupted" if isinstance(error, KeyboardInterrupt) else f"failed: {error}"

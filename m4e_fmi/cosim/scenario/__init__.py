@@ -3,6 +3,6 @@
 An action on a signal changes what its takers are given: factor and offset of their inputs
 (`InputScales`), between the steps. So everything that an algorithm does with the source stays as it
 is, and a signal on which no action acts keeps its bits. `plan` makes actions of what the user has
-written, `effects` are what they do to a signal, `scenario` lets them act at a communication point
-of a network. Imports the system and its connections; start reading at `scenario`.
+written, `scenario` lets them act at a communication point of a network. Imports the system and its
+connections; start reading at `scenario`.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections.abc import Callable, Iterator, Mapping
@@ -9,8 +10,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.scenario.amounts import Amounts
-from m4e_fmi.cosim.scenario.effects import Effect, Freeze, Offset, Replace
 from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
@@ -19,6 +18,7 @@ from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.sections import Location
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
+from m4e_fmi.units import Quantity, parse_quantity
 
 COMPONENT = "scenario"
 """The name under which actions are in the results."""
@@ -50,10 +50,6 @@ class Condition:
     value: float
     text: str
 
-    def holds(self, present: float) -> bool:
-        """True if the variable's `present` value, in its unit, meets it."""
-        return self.compare(present, self.value)
-
 
 @dataclass(frozen=True)
 class Setting:
@@ -80,10 +76,14 @@ class Setting:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that a `link` carries: an effect to be made."""
+    """Change of a link's signal, in its taker's unit: an offset, a value, or none (freeze).
+
+    `kind` is that of the action.
+    """
 
     link: Link
-    what: Callable[[], Effect]
+    kind: str
+    amount: float
 
 
 @dataclass(frozen=True)
@@ -112,6 +112,7 @@ class Planner:
 
     def __post_init__(self) -> None:
         self._targets = {link.target: link for link in self.wiring.links}
+        self._variables = {name: d.variables for name, d in self.descriptions.items()}
 
     def actions(self) -> tuple[PlannedAction, ...]:
         """All actions that are right, in the order of the file."""
@@ -129,15 +130,13 @@ class Planner:
             message = f"{name!r} begins at {action.at:g} s, before the start time of {start:g} s"
             self._problem((name, "at"), message, f"give a time from {start:g} s on")
         kind = action.kind
-        settings, effects = [], []
-        if kind in ("set", "ramp", "broken_line"):
-            settings = list(self._settings(name, action))
-        else:
-            effects = list(self._effects(name, action))
+        sets = kind in ("set", "ramp", "broken_line")
+        settings = () if not sets else tuple(self._settings(name, action))
+        effects = () if sets else tuple(self._effects(name, action))
         condition = self._condition(name, action.when) if action.when is not None else None
         at = None if action.at is None else nanoseconds(action.at)
         duration = None if action.duration is None else nanoseconds(action.duration)
-        return PlannedAction(name, at, condition, duration, tuple(settings), tuple(effects))
+        return PlannedAction(name, at, condition, duration, settings, effects)
 
     def _condition(self, name: str, text: str) -> Condition | None:
         at = (name, "when")
@@ -169,8 +168,8 @@ class Planner:
         else:
             with suppress(ValueError):
                 given = float(limit)
-        try:
-            value = value_of(_without_limits(variable), given)
+        try:  # a condition may lie outside the range
+            value = value_of(replace(variable, minimum=-math.inf, maximum=math.inf), given)
         except ValueError as error:
             self._problem(at, f"{limit!r} is no value of {port}", str(error))
             return None
@@ -250,12 +249,13 @@ class Planner:
             if not links:
                 continue
             for k, link in enumerate(links):
+                variables = link.variables(self._variables)
+                named = variables[signal != str(link.source)]
                 first = k == 0 or signal == str(link.source)
-                variables = link.variables({n: d.variables for n, d in self.descriptions.items()})
-                amounts_of = Amounts(signal, link, variables)
+                share = amount if first else 0.0  # of a sum: the first gives it all
                 try:
-                    share = amount if first else 0.0  # of a sum: the first gives it all
-                    yield SignalEffect(link, _effect(action.kind, share, amounts_of))
+                    value = _converted(action.kind, share, link, named, variables[1])
+                    yield SignalEffect(link, action.kind, value)
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
@@ -272,32 +272,39 @@ class Planner:
             if why_fixed(variable) == "":
                 why, remedy = "it is not connected", "use 'set' or 'ramp'"
             self._problem(at, f"{signal} carries no signal: {why}", remedy)
-        elif not all(link.is_real and _of_reals(link, self.descriptions) for link in links):
+        elif not all(v.type == REAL for k in links for v in k.variables(self._variables)):
             message = f"{signal} is of type {variable.type}"
             self._problem(at, message, "actions on signals are for Reals")
             return []
         return links
 
 
-def _effect(kind: str, amount: object, amounts: Amounts) -> Callable[[], Effect]:
-    """The effect on one taker, to be made; ValueError with a remedy for a wrong amount."""
-    if kind == "freeze":
-        return Freeze
-    if kind == "replace":
-        value = amounts.value(amount)
-        return lambda: Replace(value)
-    difference = amounts.difference(amount)
-    return lambda: Offset(difference)
+def _converted(kind: str, amount: object, link: Link, named: Variable, taker: Variable) -> float:
+    """The amount of an action on the signal that a `link` carries, in the unit of its `taker`.
 
-
-def _of_reals(link: Link, descriptions: Mapping[str, Description]) -> bool:
-    give, take = link.variables({name: d.variables for name, d in descriptions.items()})
-    return give.type == take.type == REAL
-
-
-def _without_limits(variable: Variable) -> Variable:
-    """The same, of any value: a condition may lie outside the range."""
-    return replace(variable, minimum=float("-inf"), maximum=float("inf"))
+    A number is in the unit of the variable `named`, source or taker; a text has a unit of its own.
+    Of an offset it is a difference of two values. ValueError with a remedy.
+    """
+    number, unit = amount, named.dimension
+    if isinstance(amount, str):
+        given = parse_quantity(amount)
+        number = given.value
+        if unit is not None and kind == "offset":
+            number = Quantity(given.value, given.unit).in_unit(unit)
+        elif unit is not None:
+            number = given.in_unit(unit, named.offset)
+    assert isinstance(number, int | float)
+    if not math.isfinite(number):
+        raise ValueError("give a finite number")
+    factor, offset = (1.0, 0.0) if named is taker else (link.factor, link.offset)
+    value = factor * number
+    if kind != "replace":
+        return value
+    value = value + offset if offset else value
+    if not taker.minimum <= value <= taker.maximum:
+        limits = f"{taker.minimum:g} to {taker.maximum:g} {taker.unit}"
+        raise ValueError(f"{link.target} takes {limits}")
+    return value
 
 
 def why_fixed(variable: Variable) -> str:

@@ -14,26 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Bond, Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.scenario.effects import Effect, Given
 from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
-
-
-class ComponentInstance(Protocol):
-    """The part of a component that an action needs."""
-
-    @property
-    def scales(self) -> InputScales: ...
-    def set_values(self, values: Mapping[str, Value]) -> None: ...
-    def value(self, name: str) -> Value: ...
 
 
 class Host(Protocol):
@@ -45,7 +35,7 @@ class Host(Protocol):
         ...
 
     @property
-    def instances(self) -> Mapping[str, ComponentInstance]: ...
+    def instances(self) -> Mapping[str, Any]: ...
     def index(self, output: Port) -> int: ...
     def held_place(self, link: Link) -> int | None: ...
     def read(self, name: str) -> float: ...
@@ -143,26 +133,44 @@ class _Variable:
         return None if value == given else value
 
 
+@dataclass
+class _Effect:
+    """An action on one taker of a signal; `memory` is the value that it has frozen."""
+
+    action: _Running
+    kind: str
+    amount: float
+    memory: float | None = None
+
+
 class _Signal:
     """A link on whose signal actions act, with their effects in the order of the file."""
 
     def __init__(self, link: Link, host: Host) -> None:
         self.ends = link.ends
-        self.scales = host.instances[link.target.component].scales
+        self.scales: InputScales = host.instances[link.target.component].scales
         self.plain = PLAIN if link.is_plain else (link.factor, link.offset)
         self.now = self.plain
-        self.effects: list[tuple[_Running, Effect]] = []
+        self.effects: list[_Effect] = []
         held = host.held_place(link)
         self.place = host.index(link.source) if held is None else held
         self.scales.follow(self.ends)
 
     def give(self, source: float) -> bool:
         """Let the actions act on the `source`'s value; True if the taker is given anything else."""
-        given = Given(*self.plain, source)
-        for action, effect in self.effects:
-            if action.active:
-                given = effect.act(given)
-        return self.scale((given.factor, given.offset))
+        factor, offset = self.plain
+        for effect in self.effects:
+            if not effect.action.active:
+                continue
+            if effect.kind == "offset":
+                offset = offset + effect.amount
+            elif effect.kind == "replace":
+                factor, offset = 0.0, effect.amount
+            else:
+                if effect.memory is None:
+                    effect.memory = factor * source + offset
+                factor, offset = 0.0, effect.memory
+        return self.scale((factor, offset))
 
     def scale(self, scale: tuple[float, float]) -> bool:
         """Let the taker have this factor and offset; True if it had others."""
@@ -196,17 +204,15 @@ class Scenario:
                 ends = effect.link.ends
                 if ends not in self._signals:
                     self._signals[ends] = _Signal(effect.link, host)
-                self._signals[ends].effects.append((action, effect.what()))
+                self._signals[ends].effects.append(_Effect(action, effect.kind, effect.amount))
 
     def __bool__(self) -> bool:
         return bool(self._actions)
 
     def with_watched(
-        self, recorded: Mapping[str, Collection[str]] | None
-    ) -> Mapping[str, Collection[str]] | None:
-        """`recorded` variables by component (None: all scalars), and those of conditions."""
-        if recorded is None:
-            return None
+        self, recorded: Mapping[str, Collection[str]]
+    ) -> Mapping[str, Collection[str]]:
+        """`recorded` variables by component, and those of conditions."""
         found = {component: set(names) for component, names in recorded.items()}
         for action in self._actions:
             if action.planned.condition:
@@ -228,15 +234,10 @@ class Scenario:
             if value is not None:
                 self._host.instances[port.component].set_values({port.variable: value})
                 changes.setdefault(port.component, set()).add(port.variable)
-        given = self._give()
-        self._note()
-        return Acted(ports, changes, again=bool(changes) or given)
-
-    def _give(self) -> bool:
-        """Let actions act on all signals; True if any taker is given anything else."""
         values = self._host.values
-        given = [s.give(float(values[s.place])) for s in self._signals.values()]
-        return any(given)
+        given = [signal.give(float(values[signal.place])) for signal in self._signals.values()]
+        self._note()
+        return Acted(ports, changes, again=bool(changes) or any(given))
 
     def _turning(self, now: int) -> list[_Running]:
         """The actions that begin or end now; they are noted."""
@@ -256,8 +257,8 @@ class Scenario:
         return turning
 
     def _holds(self, action: _Running) -> bool:
-        condition = action.planned.condition
-        return condition is not None and condition.holds(self._host.read(str(condition.port)))
+        asked = action.planned.condition
+        return asked is not None and asked.compare(self._host.read(str(asked.port)), asked.value)
 
     def _value(self, port: Port) -> Value:
         return self._host.instances[port.component].value(port.variable)
@@ -295,7 +296,7 @@ class Scenario:
             tuple(action.began for action in self._actions),
             tuple(action.ended for action in self._actions),
             tuple(variable.kept for variable in self._variables.values()),
-            tuple(effect.memory for signal in signals for _, effect in signal.effects),
+            tuple(effect.memory for signal in signals for effect in signal.effects),
             tuple(signal.now for signal in signals),
         )
 
@@ -307,7 +308,7 @@ class Scenario:
             variable.kept = kept
         memories = iter(snapshot.memories)
         for signal, scale in zip(self._signals.values(), snapshot.scales, strict=True):
-            for _, effect in signal.effects:
+            for effect in signal.effects:
                 effect.memory = next(memories)
             signal.scale(scale)
         self._note()

@@ -2,8 +2,7 @@
 
 Start reading at `read` and `write`. `package` opens the archive and its XML files; `elements` is
 the tree of systems and components in it, `signals` what flows through its connectors, `parameters`
-the start values; `fmus` compares it with the FMUs; `buses`, `units` and `names` are shared by both
-ways.
+the start values; `buses` and `units` are shared by both ways.
 Source: Modelica Association, System Structure and Parameterization 1.0.1, 2022.
 """
 

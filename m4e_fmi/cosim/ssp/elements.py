@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from m4e_fmi.cosim.ssp.names import FMU_TYPES, GRAPHICS, OSP, OWN, SSC, SSD
-from m4e_fmi.cosim.ssp.package import Element, Package
+from m4e_fmi.cosim.ssp.package import (
+    FMU_TYPES,
+    GRAPHICS,
+    OSP,
+    OWN,
+    SSC,
+    SSD,
+    Element,
+    Package,
+)
 from m4e_fmi.cosim.ssp.units import Definition, unit_named
 
 Path = tuple[str, ...]
@@ -40,10 +48,6 @@ class Node:
     children: dict[str, Node] = field(default_factory=dict)
     member: str = ""
 
-    def signal(self, name: str) -> Signal:
-        """The signal of a connector."""
-        return (self.path, name)
-
     def components(self) -> Iterator[Node]:
         """All components in it, in the order of the file."""
         for child in self.children.values():
@@ -58,52 +62,35 @@ class Node:
         yield self
 
 
-@dataclass
-class _Reader:
-    package: Package
-    units: dict[str, Definition]
-
-
-def read_tree(
-    package: Package, root: Element, units: dict[str, Definition]
-) -> tuple[Node, dict[Signal, Definition]]:
-    """The root system and the units of its signals, as far as the file names them.
-
-    What cannot be read is among the package's problems.
-    """
+def read_tree(package: Package, root: Element, units: Mapping[str, Definition]) -> Node:
+    """The root system; what cannot be read is among the package's problems."""
     for element in root.iter():
         if element.tag in {f"{SSD}{name}" for name in GRAPHICS}:
             package.note("geometry and graphics are left out")
         if element.tag == f"{SSC}Annotation" and element.get("type") not in (OWN, OSP):
             package.note(f"annotations of type {element.get('type')!r} are left out")
-    reader = _Reader(package, units)
-    system = _system(reader, root.find(f"{SSD}System"), ())
-    of_signals = {
-        (node.path, name): connector.unit
-        for node in system.nodes()
-        for name, connector in node.connectors.items()
-        if connector.unit is not None
-    }
-    return system, of_signals
+    return _system(package, root.find(f"{SSD}System"), (), units)
 
 
-def _system(reader: _Reader, element: Element, path: Path) -> Node:
-    node = Node("System", path, element, _connectors(reader, element))
+def _system(
+    package: Package, element: Element, path: Path, units: Mapping[str, Definition]
+) -> Node:
+    node = Node("System", path, element, _connectors(package, element, units))
     inside = element.find(f"{SSD}Elements")
     for child in inside if inside is not None else ():
         name = child.get("name")
         below = (*path, name)
         if name in node.children:
-            reader.package.reject(child, f"two elements are called {name!r}", "rename one of them")
+            package.reject(child, f"two elements are called {name!r}", "rename one of them")
         elif child.tag == f"{SSD}System":
-            node.children[name] = _system(reader, child, below)
+            node.children[name] = _system(package, child, below, units)
         elif child.tag == f"{SSD}Component":
-            member = _member(reader.package, child)
-            connectors = _connectors(reader, child)
+            member = _member(package, child)
+            connectors = _connectors(package, child, units)
             node.children[name] = Node("Component", below, child, connectors, member=member)
         else:
             message = f"{name!r} refers to a signal dictionary, which is not read"
-            reader.package.reject(child, message, "connect the components with one another")
+            package.reject(child, message, "connect the components with one another")
     return node
 
 
@@ -121,26 +108,20 @@ def _member(package: Package, element: Element) -> str:
     return package.member(element, element.get("source")) or ""
 
 
-def _connectors(reader: _Reader, element: Element) -> dict[str, Connector]:
-    found = {}
+def _connectors(
+    package: Package, element: Element, units: Mapping[str, Definition]
+) -> dict[str, Connector]:
+    found: dict[str, Connector] = {}
     for item in element.findall(f"{SSD}Connectors/{SSD}Connector"):
         types = [t for t in TYPES if item.find(f"{SSC}{t}") is not None]
         unit = None
-        if types == ["Real"]:
-            unit = _unit(reader, item, item.find(f"{SSC}Real").get("unit"))
+        if types == ["Real"] and (text := item.find(f"{SSC}Real").get("unit")):
+            try:
+                unit = unit_named(text, units)
+            except ValueError as error:
+                package.reject(item, f"{error}", "define it among the file's Units")
         name = item.get("name")
         if name in found:
-            reader.package.reject(item, f"two connectors are called {name!r}", "rename one")
-        type_ = types[0] if types else None
-        found[name] = Connector(name, item.get("kind"), type_, unit, item)
+            package.reject(item, f"two connectors are called {name!r}", "rename one")
+        found[name] = Connector(name, item.get("kind"), types[0] if types else None, unit, item)
     return found
-
-
-def _unit(reader: _Reader, element: Element, name: str | None) -> Definition | None:
-    if not name:
-        return None
-    try:
-        return unit_named(name, reader.units)
-    except ValueError as error:
-        reader.package.reject(element, f"{error}", "define it among the file's Units")
-        return None

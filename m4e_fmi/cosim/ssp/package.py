@@ -1,4 +1,7 @@
-"""The archive of an SSP package and the XML files in it, checked before anything is used."""
+"""The archive of an SSP package and the XML files in it, checked before anything is used.
+
+The names that these files consist of: namespaces, files, types of annotations.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,6 @@ from urllib.parse import unquote, urlsplit
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.cosim.ssp.names import SCHEMAS, SSD_FILE
 from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_names import file_stem
@@ -23,6 +25,32 @@ from m4e_fmi.files.limits import MB
 from m4e_fmi.files.writing import written
 from m4e_fmi.files.xml_text import Element, broken_names, check_size, xml_root
 
+SSD_FILE = "SystemStructure.ssd"
+PARAMETER_FILE = "resources/{}.ssv"
+VERSION = "1.0"
+_ROOT = "http://ssp-standard.org/SSP1/SystemStructure"
+SSC = f"{{{_ROOT}Common}}"
+SSD = f"{{{_ROOT}Description}}"
+SSV = f"{{{_ROOT}ParameterValues}}"
+SSM = f"{{{_ROOT}ParameterMapping}}"
+SCHEMAS = {
+    SSD: "SystemStructureDescription.xsd",
+    SSV: "SystemStructureParameterValues.xsd",
+    SSM: "SystemStructureParameterMapping.xsd",
+}
+"""Schema of each kind of file, among those that FMPy carries."""
+
+FMU_TYPES = ("application/x-fmu-sharedlibrary", "application/x-fmu")
+PARAMETER_SET_TYPE = "application/x-ssp-parameter-set"
+PARAMETER_MAPPING_TYPE = "application/x-ssp-parameter-mapping"
+
+OWN = "m4e_fmi"
+"""Type of our annotations, whose content is JSON."""
+OSP = "com.opensimulationplatform"
+"""Type of the annotations of the Open Simulation Platform, which name a step."""
+OSP_SPACE = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
+GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry",
+            "GraphicalElements")  # fmt: skip
 SUFFIX = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
 
@@ -98,13 +126,11 @@ class Package:
 
 def parse(content: bytes, file: str, namespace: str) -> Element:
     """Root element of XML text after its schema's check; InputError with all that is wrong."""
-    root = xml_root(content, file)
-    check(root, file, namespace)
-    return root
+    return checked(xml_root(content, file), file, namespace)
 
 
-def check(root: Element, file: str, namespace: str) -> None:
-    """InputError with all that the schema of `namespace` finds wrong below `root`."""
+def checked(root: Element, file: str, namespace: str) -> Element:
+    """`root`; InputError with all that the schema of `namespace` finds wrong below it."""
     version = root.get("version", "")
     if version and not version.startswith("1."):
         message = f"is SSP {version}; SSP 1.0 is read here"
@@ -117,6 +143,7 @@ def check(root: Element, file: str, namespace: str) -> None:
             Problem(f"against the SSP schema: {entry.message}", "", file, entry.line)
             for entry in schema.error_log
         )
+    return root
 
 
 @cache

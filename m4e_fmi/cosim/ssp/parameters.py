@@ -7,22 +7,24 @@ begin with the name of an element in it and a dot.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from m4e_fmi.cosim.ssp.elements import Node, Signal
-from m4e_fmi.cosim.ssp.names import (
+from m4e_fmi.cosim.ssp.package import (
     PARAMETER_MAPPING_TYPE,
     PARAMETER_SET_TYPE,
     SSC,
     SSD,
     SSM,
     SSV,
+    Element,
+    Package,
+    checked,
+    parse,
 )
-from m4e_fmi.cosim.ssp.package import Element, Package, check, parse
-from m4e_fmi.cosim.ssp.units import Definition, quantity, read_units, unit_named
+from m4e_fmi.cosim.ssp.units import Definition, read_units, unit_named
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML
@@ -100,20 +102,20 @@ def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[Paramet
         value = next(child for child in element if child.tag.startswith(SSV))
         given, name = value.get("value"), element.get("name")
         kind = value.tag.removeprefix(SSV)
-        read: dict[str, Callable[[str], Any]] = {
-            "Real": float,
-            "Integer": int,
-            "Boolean": lambda text: text.strip() in ("true", "1"),
-        }
-        result: Value = read.get(kind, str)(given)
+        result: Value = given
+        if kind in ("Real", "Integer"):
+            result = float(given) if kind == "Real" else int(given)
+        elif kind == "Boolean":
+            result = given.strip() in ("true", "1")
         if kind == "Real" and value.get("unit"):
             try:
-                result = quantity(float(given), unit_named(value.get("unit"), own, units))
+                unit = unit_named(value.get("unit"), own, units)
             except ValueError as error:
                 file, line = root.getroottree().docinfo.URL, value.sourceline or 0
                 remedy = "define it among the file's Units"
                 problem = Problem(f"parameter {name!r}: {error}", remedy, file, line)
                 raise InputError([problem]) from None
+            result = Quantity(float(given), unit.unit, unit.offset)
         yield Parameter(name, result, element)
 
 
@@ -140,18 +142,13 @@ def bound_parameters(
             if mapped is None:
                 yield replace(parameter, name=name)
             for entry in mapped or ():
-                yield _transformed(parameter, entry)
-
-
-def _transformed(parameter: Parameter, entry: Element) -> Parameter:
-    ignored = entry.get("suppressUnitConversion", "false") in ("true", "1")
-    found = [child for child in entry if child.tag.endswith("Transformation")]
-    return replace(
-        parameter,
-        name=entry.get("target"),
-        transformation=found[0] if found else None,
-        units_ignored=ignored,
-    )
+                ways = [child for child in entry if child.tag.endswith("Transformation")]
+                yield replace(
+                    parameter,
+                    name=entry.get("target"),
+                    transformation=ways[0] if ways else None,
+                    units_ignored=entry.get("suppressUnitConversion", "false") in ("true", "1"),
+                )
 
 
 def _content(
@@ -173,8 +170,7 @@ def _content(
         if root is None:
             package.reject(element, f"a binding names no file and holds no {name}")
             return None
-        check(root, root.getroottree().docinfo.URL, namespace)
-        return root
+        return checked(root, root.getroottree().docinfo.URL, namespace)
     return None
 
 
@@ -183,7 +179,7 @@ def targets(node: Node, name: str, leads_to: dict[Signal, list[Signal]]) -> list
     if node.what == "Component":
         return [(node.path, name)]
     if node.what == "System" and name in node.connectors:
-        return leads_to.get(node.signal(name), [])
+        return leads_to.get((node.path, name), [])
     for child in node.children.values():
         if name.startswith(f"{child.path[-1]}."):
             found = targets(child, name.removeprefix(f"{child.path[-1]}."), leads_to)

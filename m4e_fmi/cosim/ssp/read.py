@@ -7,34 +7,46 @@ is not understood is an error, or one of the system's `notes`.
 from __future__ import annotations
 
 import json
+import pathlib
 import re
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
 
 from m4e_fmi.cosim.ssp.buses import restored
-from m4e_fmi.cosim.ssp.elements import Node, Signal, read_tree
-from m4e_fmi.cosim.ssp.fmus import add_units, check_connectors, flat_names, read_fmus
-from m4e_fmi.cosim.ssp.names import OSP_SPACE, OWN, SSC, SSD, SSD_FILE
-from m4e_fmi.cosim.ssp.package import Element, Package
+from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, read_tree
+from m4e_fmi.cosim.ssp.package import (
+    OSP_SPACE,
+    OWN,
+    SSC,
+    SSD,
+    SSD_FILE,
+    Element,
+    Package,
+    unpack_member,
+)
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
-from m4e_fmi.cosim.ssp.scenario import scenario_in
 from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
 from m4e_fmi.cosim.ssp.units import Definition, read_units
 from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
 from m4e_fmi.cosim.system.system import System
-from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.errors import InputError, suggestion
+from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.fmu.importer.reading import Description, read_description
+from m4e_fmi.units import Unit
 
+COMPONENT_KEYS = ("step_size", "dependencies")
+"""Keys of components in our own annotation."""
 STOP_TIME, STEPS = 1.0, 500
 """Where a package names none: the stop time [s], and the number of steps."""
 
 
-def read_ssp(path: str | Path) -> System:
+def read_ssp(path: str | pathlib.Path) -> System:
     """The system in an SSP 1.0 package; InputError with all problems found in it.
 
     A package says nothing about steps. Ours do, in an annotation; of any other the step is 1/500 of
@@ -43,13 +55,17 @@ def read_ssp(path: str | Path) -> System:
     package = Package(path)
     root = package.xml(SSD_FILE, SSD)
     units = read_units(root)
-    tree, of_signals = read_tree(package, root, units)
+    tree = read_tree(package, root, units)
+    of_signals: dict[Signal, Definition] = {
+        (node.path, name): connector.unit
+        for node in tree.nodes()
+        for name, connector in node.connectors.items()
+        if connector.unit is not None
+    }
     parts = list(tree.components())
-    names = flat_names(package, parts)
-    descriptions = read_fmus(package, parts)
-    added = {node.path: check_connectors(package, node, descriptions) for node in parts}
-    for node in parts:
-        add_units(node, descriptions, of_signals)
+    names = _flat_names(package, parts)
+    descriptions = _read_fmus(package, parts)
+    added = {n.path: _compared(package, n, descriptions.get(n.path), of_signals) for n in parts}
     flows = follow(package, read_edges(package, tree), of_signals.get)
     start = _start(package, tree, flows, descriptions, units)
     inputs, outputs = _outside(package, tree, flows, names)
@@ -69,7 +85,7 @@ def read_ssp(path: str | Path) -> System:
                 FmuFile(package.path, node.member),
                 start.get(node.path, {}),
                 added[node.path],
-                **_component_settings(node.element),
+                **{k: v for k, v in _annotation(node.element).items() if k in COMPONENT_KEYS},
             )
             for node in parts
         ),
@@ -78,7 +94,7 @@ def read_ssp(path: str | Path) -> System:
         description=root.get("description") or tree.element.get("description") or "",
         inputs=inputs,
         outputs=outputs,
-        scenario=scenario_in(package, _annotation(root)),
+        scenario=_scenario(package, _annotation(root)),
         notes=tuple(package.notes),
         folder=package.path.parent,
     )
@@ -87,20 +103,99 @@ def read_ssp(path: str | Path) -> System:
     return restored(package, system, _annotation(root), described)
 
 
+def _flat_names(package: Package, parts: Iterable[Node]) -> dict[Path, str]:
+    """A name for every component: its path joined by underscores, with letters and digits only."""
+    names: dict[Path, str] = {}
+    for node in parts:
+        plain = re.sub(r"\W", "_", "_".join(node.path))
+        plain = f"_{plain}" if plain[:1].isdigit() else plain
+        name, count = plain, 1
+        while name in names.values():
+            count += 1
+            name = f"{plain}_{count}"
+        names[node.path] = name
+        if name != ".".join(node.path):
+            package.note(f"component {'.'.join(node.path)!r} is called {name!r} here")
+    return names
+
+
+def _read_fmus(package: Package, parts: Iterable[Node]) -> dict[Path, Description]:
+    """Descriptions of the FMUs; those that cannot be read are among the problems."""
+    known: dict[str, Description | None] = {"": None}
+    found = {}
+    with TemporaryFolder() as folder:
+        for node in parts:
+            if node.member not in known:
+                try:
+                    copy = unpack_member(package.path, node.member, folder)
+                    known[node.member] = read_description(copy)
+                except InputError as error:
+                    file = f"{package.path}/{node.member}"
+                    package.problems += [replace(p, file=file) for p in error.problems]
+                    known[node.member] = None
+            description = known[node.member]
+            if description is not None:
+                found[node.path] = description
+    return found
+
+
+def _compared(
+    package: Package,
+    node: Node,
+    description: Description | None,
+    of_signals: dict[Signal, Definition],
+) -> dict[str, Unit]:
+    """Units that the package adds to the variables of a component's FMU.
+
+    Adds the units of the FMU's own to `of_signals`; problems where both say otherwise.
+    """
+    added: dict[str, Unit] = {}
+    for name, connector in node.connectors.items() if description else ():
+        assert description is not None
+        variable = description.variables.get(name)
+        if variable is None:
+            remedy = suggestion(name, description.variables, "variables")
+            message = f"the FMU of {node.path[-1]!r} has no variable {name!r}"
+            package.reject(connector.element, message, remedy)
+            continue
+        told = f"connector {name!r} of {node.path[-1]!r}"
+        if connector.kind != variable.causality:
+            message = f"{told} is {connector.kind}, in its FMU {variable.causality}"
+            package.reject(connector.element, message, "correct the kind")
+        if connector.type not in (None, variable.type):
+            message = f"{told} is {connector.type}, in its FMU {variable.type}"
+            package.reject(connector.element, message, "correct the type")
+        given, dimension = connector.unit, variable.dimension
+        if dimension is not None:
+            of_signals.setdefault((node.path, name), Definition(dimension, variable.offset))
+        if given is None:
+            continue
+        if dimension is None:
+            added[name] = given.unit
+        elif (
+            not given.unit.same_dimension(dimension)
+            or abs(given.unit.factor / dimension.factor - 1) > 1e-9
+            or given.offset != variable.offset
+        ):
+            message = f"{told} is in {given.unit.text}, in its FMU {variable.unit}"
+            package.reject(connector.element, message, "correct the unit")
+    return added
+
+
 def _start(
     package: Package,
     tree: Node,
     flows: Iterable[Flow],
-    descriptions: dict[tuple[str, ...], Description],
+    descriptions: dict[Path, Description],
     units: dict[str, Definition],
-) -> dict[tuple[str, ...], dict[str, Value]]:
+) -> dict[Path, dict[str, Value]]:
     """Start values of all components; bindings further out come later and win."""
     leads_to: dict[Signal, list[Signal]] = {}
     for flow in flows:
         if flow.is_plain:
             for at in (flow.origin, *(edge.end for edge in flow.edges[1:])):
                 leads_to.setdefault(at, []).append(flow.sink)
-    start: dict[tuple[str, ...], dict[str, Value]] = {}
+    start: dict[Path, dict[str, Value]] = {}
     for node in tree.nodes():
         for parameter in bound_parameters(package, node, units):
             found = targets(node, parameter.name, leads_to)
@@ -121,7 +216,7 @@ def _start(
 
 
 def _outside(
-    package: Package, tree: Node, flows: Iterable[Flow], names: dict[tuple[str, ...], str]
+    package: Package, tree: Node, flows: Iterable[Flow], names: dict[Path, str]
 ) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
     """The root system's own inputs and outputs, and what they stand for."""
     inputs: dict[str, list[str]] = {}
@@ -144,7 +239,7 @@ def _outside(
 
 
 def _connections(
-    package: Package, flows: Iterable[Flow], names: dict[tuple[str, ...], str]
+    package: Package, flows: Iterable[Flow], names: dict[Path, str]
 ) -> tuple[str, ...]:
     """Connection texts; those that our own annotation puts together are one text again."""
     texts: dict[str, None] = {}
@@ -171,7 +266,7 @@ def _connections(
     return tuple(texts)
 
 
-def _agrees(whole: str, members: list[Flow], names: dict[tuple[str, ...], str]) -> bool:
+def _agrees(whole: str, members: list[Flow], names: dict[Path, str]) -> bool:
     """True if connections are still the members of the text from which they were written."""
     if {_annotation(flow.edges[0].element).get("of") for flow in members} != {len(members)}:
         return False
@@ -188,7 +283,7 @@ def _agrees(whole: str, members: list[Flow], names: dict[tuple[str, ...], str]) 
     )
 
 
-def _text(flow: Flow, names: dict[tuple[str, ...], str]) -> str:
+def _text(flow: Flow, names: dict[Path, str]) -> str:
     (origin, output), (sink, taken) = flow.origin, flow.sink
     return str(
         Connection(
@@ -213,10 +308,14 @@ def _annotation(element: Element) -> dict[str, Any]:
     return {}
 
 
-def _component_settings(element: Element) -> dict[str, Any]:
-    """Content of our own annotation of a component."""
-    told = _annotation(element)
-    return {key: told[key] for key in ("step_size", "dependencies") if key in told}
+def _scenario(package: Package, told: Mapping[str, Any]) -> dict[str, Action]:
+    """The scenario in our own annotation, as SSP has no word for one; a note if it is not one."""
+    written = told.get("scenario", {})
+    try:
+        return {str(name): Action.model_validate(keys) for name, keys in dict(written).items()}
+    except (ValidationError, TypeError, ValueError):
+        package.note("its scenario is not one that is understood here: it is left out")
+        return {}
 
 
 def _simulation(package: Package, root: Element) -> Simulation:

@@ -11,8 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from m4e_fmi.cosim.ssp.elements import ROLES, Node, Signal
-from m4e_fmi.cosim.ssp.names import SSC, SSD
-from m4e_fmi.cosim.ssp.package import Element, Package
+from m4e_fmi.cosim.ssp.package import SSC, SSD, Element, Package
 from m4e_fmi.cosim.ssp.units import Definition
 
 UnitOf = Callable[[Signal], Definition | None]
@@ -95,7 +94,7 @@ def _end(package: Package, system: Node, element: Element, side: str) -> tuple[S
     role = ROLES.get(node.connectors[name].kind, "both")
     if owner is None and role != "both":
         role = "out" if role == "in" else "in"  # what comes into a system is given inside it
-    return node.signal(name), role
+    return (node.path, name), role
 
 
 def follow(package: Package, edges: list[Edge], units: UnitOf) -> list[Flow]:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.cosim.ssp.names import SSC
-from m4e_fmi.cosim.ssp.package import Element
-from m4e_fmi.units import BASE_UNITS, Quantity, Unit, parse_unit
+from m4e_fmi.cosim.ssp.package import SSC, Element
+from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,6 @@ def unit_named(name: str, *known: Mapping[str, Definition]) -> Definition:
         if name in definitions:
             return definitions[name]
     return Definition(parse_unit(name))
-
-
-def quantity(value: float, definition: Definition) -> Quantity:
-    """A value in a defined unit."""
-    return Quantity(value, definition.unit, definition.offset)
 
 
 def write_units(parent: Element, definitions: Mapping[str, Definition]) -> None:

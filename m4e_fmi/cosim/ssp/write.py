@@ -21,7 +21,8 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.ssp.buses import annotated, flattened
-from m4e_fmi.cosim.ssp.names import (
+from m4e_fmi.cosim.ssp.package import (
+    FMU_TYPES,
     OSP,
     OSP_SPACE,
     OWN,
@@ -31,9 +32,8 @@ from m4e_fmi.cosim.ssp.names import (
     SSD_FILE,
     SSV,
     VERSION,
+    Element,
 )
-from m4e_fmi.cosim.ssp.package import Element
-from m4e_fmi.cosim.ssp.scenario import annotated_scenario
 from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
@@ -50,7 +50,13 @@ _JSON = "{urn:m4e_fmi}json"
 def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
-    told = {**annotated(prepared.system), **annotated_scenario(prepared.system)}
+    told = annotated(prepared.system)
+    scenario = {
+        name: action.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
+        for name, action in prepared.system.scenario.items()
+    }
+    if scenario:
+        told["scenario"] = scenario
     prepared = flattened(prepared)
     resources = _resources(prepared)
     parameters = _parameter_sets(prepared)
@@ -108,20 +114,24 @@ def _description(
     enumerations = _enumerations(prepared, ports)
     _system_connectors(prepared, element, enumerations)
     elements = etree.SubElement(element, f"{SSD}Elements")
-    ours = {component.name: _ours(component) for component in system.components}
+    components = {component.name: component for component in system.components}
     for name, file in resources.items():
-        component = etree.SubElement(elements, f"{SSD}Component", name=name, source=file)
-        component.set("type", "application/x-fmu-sharedlibrary")
-        component.set("implementation", "CoSimulation")
-        own = [port for port in ports if port.component == name]
-        found = ((p.variable, _variable(prepared, p)) for p in own)
+        component = etree.SubElement(
+            elements,
+            f"{SSD}Component",
+            name=name,
+            source=file,
+            type=FMU_TYPES[0],
+            implementation="CoSimulation",
+        )
+        found = ((p.variable, _variable(prepared, p)) for p in ports if p.component == name)
         _connectors(component, found, enumerations)
         if name in with_parameters:
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
-        if ours[name]:
-            _annotate(component, ours[name])
+        if own := _ours(components[name]):
+            _annotate(component, own)
     _connections(prepared, element)
     _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
@@ -141,8 +151,7 @@ def _connected(prepared: Prepared) -> list[Port]:
     ports = {port for link in prepared.wiring.all_links for port in link.ends}
     system = prepared.system
     for text in (*system.outputs.values(), *(t for texts in system.inputs.values() for t in texts)):
-        component, _, variable = text.partition(".")
-        ports.add(Port(component, variable))
+        ports.add(Port.named(text))
     ports |= {Port(c.name, variable) for c in system.components for variable in c.units}
     return sorted(ports)
 
@@ -186,8 +195,7 @@ def _connectors(
 def _system_connectors(prepared: Prepared, parent: Element, enumerations: Enumerations) -> None:
     system = prepared.system
     stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
-    ports = {name: Port(*text.split(".", 1)) for name, text in stand_for.items()}
-    found = ((name, _variable(prepared, port)) for name, port in ports.items())
+    found = ((name, _variable(prepared, Port.named(text))) for name, text in stand_for.items())
     _connectors(parent, found, enumerations)
 
 
@@ -255,17 +263,18 @@ def _units(prepared: Prepared, ports: Iterable[Port]) -> dict[str, Definition]:
 def _experiment(prepared: Prepared, root: Element, told: dict[str, Any]) -> None:
     """The default experiment, and in our annotation how to step and what else is `told`."""
     simulation = prepared.system.simulation
-    experiment = etree.SubElement(root, f"{SSD}DefaultExperiment")
-    experiment.set("startTime", repr(float(simulation.start_time)))
-    experiment.set("stopTime", repr(float(simulation.stop_time)))
+    times = {"startTime": repr(simulation.start_time), "stopTime": repr(simulation.stop_time)}
+    experiment = etree.SubElement(root, f"{SSD}DefaultExperiment", times)
     annotations = etree.SubElement(experiment, f"{SSD}Annotations")
     annotation = etree.SubElement(annotations, f"{SSC}Annotation", type=OSP)
     algorithm = etree.SubElement(annotation, f"{OSP_SPACE}Algorithm")
-    step = etree.SubElement(algorithm, f"{OSP_SPACE}FixedStepAlgorithm")
-    step.set("baseStepSize", repr(float(simulation.step_size)))
-    settings = asdict(simulation)
-    del settings["start_time"], settings["stop_time"]
-    given = {key: value for key, value in settings.items() if value is not None}
+    size = repr(simulation.step_size)
+    etree.SubElement(algorithm, f"{OSP_SPACE}FixedStepAlgorithm", baseStepSize=size)
+    given = {
+        key: value
+        for key, value in asdict(simulation).items()
+        if value is not None and key not in ("start_time", "stop_time")
+    }
     _annotate(root, {"simulation": given, **told})
 
 
@@ -277,9 +286,9 @@ def _parameter_sets(prepared: Prepared) -> dict[str, Element]:
         values = start_values(component, description)
         if not values:
             continue
-        root = etree.Element(f"{SSV}ParameterSet", nsmap={"ssv": SSV[1:-1], "ssc": SSC[1:-1]})
-        root.set("version", VERSION)
-        root.set("name", "parameters")
+        spaces = {"ssv": SSV[1:-1], "ssc": SSC[1:-1]}
+        names = {"version": VERSION, "name": "parameters"}
+        root = etree.Element(f"{SSV}ParameterSet", names, nsmap=spaces)
         parameters = etree.SubElement(root, f"{SSV}Parameters")
         for name, value in values.items():
             element = etree.SubElement(parameters, f"{SSV}Parameter", name=name)

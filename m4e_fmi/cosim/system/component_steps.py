@@ -30,10 +30,10 @@ def rounded(simulation: Simulation) -> list[str]:
     return [note]
 
 
-def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, str]:
+def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[System, list[str]]:
     """The system with the longest step, its own or a part of it, that meets all components' points.
 
-    If that is a shorter one, the second value is a note; the rows of the results stay where they
+    If that is a shorter one, the second value has a note; the rows of the results stay where they
     are, and FMUs that make steps of one size keep to the step that was given. Steps that fit to
     none are left to `pace` to report.
     """
@@ -45,7 +45,7 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     own = {name: seconds(step) for name, step in given.items() if step}
     step, problems = common_step(macro, own)
     if problems or step == macro:
-        return system, ""
+        return system, []
     usual = simulation.step_size
     odd = " and ".join(name for name, h in own.items() if not fits(h, macro))
     note = (
@@ -58,7 +58,7 @@ def refined(system: System, descriptions: Mapping[str, Description]) -> tuple[Sy
     components = tuple(
         replace(c, step_size=given[c.name] or fixed.get(c.name)) for c in system.components
     )
-    return replace(system, components=components, simulation=finer), note
+    return replace(system, components=components, simulation=finer), [note]
 
 
 def pace(system: System, descriptions: Mapping[str, Description]) -> dict[str, ComponentStep]:

@@ -124,7 +124,7 @@ class EnergyBalance:
 
     Forces, velocities and coordinates are noted at every point, and evaluated in blocks. Of each
     block two rows are kept for the swing of the energy, where it is largest and smallest for the
-    mean forces up to there.
+    mean forces up to there. `noted` are the steps in the present block, below BLOCK.
     """
 
     def __init__(
@@ -154,7 +154,7 @@ class EnergyBalance:
         self._points = np.zeros((BLOCK + 1, 3 * count))
         self._held = np.zeros((BLOCK, count))
         self._sizes = np.zeros(BLOCK)
-        self._steps = 0
+        self.noted = 0
         self._bond_of = np.array([k for k, _ in axes], dtype=np.intp)
         swing = np.zeros((1, len(self._bonds) + count))
         self._sums = _Sums(
@@ -165,13 +165,13 @@ class EnergyBalance:
     def snapshot(self) -> EnergySnapshot:
         """The balance as it is now."""
         block = self._points.copy(), self._held.copy(), self._sizes.copy()
-        return EnergySnapshot(self._sums, self._steps, *block)
+        return EnergySnapshot(self._sums, self.noted, *block)
 
     def restore(self, snapshot: EnergySnapshot) -> None:
         """Continue as from where the snapshot was taken; operations keep their addresses."""
         if not 0 <= snapshot.steps < BLOCK:
             raise ValueError(f"{snapshot.steps} steps are noted, of {BLOCK}")
-        self._sums, self._steps = snapshot.sums, snapshot.steps
+        self._sums, self.noted = snapshot.sums, snapshot.steps
         self._points[:], self._held[:] = snapshot.points, snapshot.held
         self._sizes[:] = snapshot.sizes
 
@@ -183,7 +183,7 @@ class EnergyBalance:
         """
         if not self._bonds:
             return
-        step = self._steps
+        step = self.noted
         values = self._values if left is None else left
         values.take(self._index, out=self._points[step + 1], mode="clip")
         held.take(self._target, out=self._held[step], mode="clip")
@@ -203,18 +203,13 @@ class EnergyBalance:
             gather(self._held, held, self._target),
         )
 
-    @property
-    def noted(self) -> int:
-        """Steps in the present block, below BLOCK."""
-        return self._steps
-
     def note(self, count: int, size: float) -> None:
         """Account for `count` steps of `size` [s] that the operations have noted."""
         if not self._bonds:
             return
-        self._sizes[self._steps : self._steps + count] = size
-        self._steps += count
-        if self._steps == BLOCK:
+        self._sizes[self.noted : self.noted + count] = size
+        self.noted += count
+        if self.noted == BLOCK:
             self._evaluate()
 
     def jump(self) -> None:
@@ -222,13 +217,13 @@ class EnergyBalance:
         if not self._bonds:
             return
         present = self._values.take(self._index, mode="clip")
-        if not np.array_equal(present, self._points[self._steps]):
+        if not np.array_equal(present, self._points[self.noted]):
             self._evaluate()
             self._points[0] = present
 
     def _evaluate(self) -> None:
         """Add the block to the sums; its last point is the first of the next."""
-        count, sums = self._steps, self._sums
+        count, sums = self.noted, self._sums
         if not count:
             return
         force, velocity, position = np.split(self._points[: count + 1], 3, axis=1)
@@ -255,7 +250,7 @@ class EnergyBalance:
         )
         self._keep(np.hstack((given, ways)))
         self._points[0] = self._points[count]
-        self._steps = 0
+        self.noted = 0
 
     def _work(self, rows: np.ndarray) -> np.ndarray:
         """W of each bond, for the mean forces, of rows: energies given (bonds), ways (axes)."""

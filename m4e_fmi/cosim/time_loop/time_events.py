@@ -14,16 +14,10 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Get
-from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.units import parse_unit
@@ -52,45 +46,29 @@ class TimeEvents:
     """The jumps ahead of the instances of a network, and of its scenario."""
 
     def __init__(self, network: Network) -> None:
-        self._readers: list[Callable[[], float]] = []
-        self._scenario = network.scenario
-        for name, instance in network.instances.items():
-            place = network.known(Port(name, NEXT_EVENT_TIME))
-            if announces(instance.description):
-                self._readers.append(_reader(instance, network.values, place))
-            elif instance.description.has_events:
-                self._readers.append(partial(_next_event, instance))
+        self._network = network
+        instances = network.instances.values()
+        self._announcing = [i for i in instances if announces(i.description)]
+        self._others = [
+            i for i in instances if i.description.has_events and i not in self._announcing
+        ]
 
     def __bool__(self) -> bool:
         """True if any FMU announces jumps or may have events, or a scenario has actions."""
-        return bool(self._readers) or bool(self._scenario)
+        return bool(self._announcing or self._others or self._network.scenario)
 
     def next(self, now: int) -> int:
-        """The time [ns] of the next jump after `now`, NEVER if none is known."""
-        times = [read() for read in self._readers]
+        """The time [ns] of the next jump after `now`, NEVER if none is known.
+
+        RunError if the time that an FMU announces cannot be read, or is not finite.
+        """
+        times = [instance.events.next_event for instance in self._others]
+        for instance in self._announcing:
+            value = self._network.read(f"{instance.name}.{NEXT_EVENT_TIME}")
+            if not math.isfinite(value):
+                instance.not_finite((NEXT_EVENT_TIME,), np.array([value]))
+            unit = instance.description.variables[NEXT_EVENT_TIME].dimension
+            times.append(value * (unit.factor if unit else 1.0))
         ahead = [in_nanoseconds(time) for time in times if math.isfinite(time)]
-        ahead.append(self._scenario.next(now))
+        ahead.append(self._network.scenario.next(now))
         return min((time for time in ahead if time > now), default=NEVER)
-
-
-def _next_event(instance: Instance) -> float:
-    return instance.events.next_event
-
-
-def _reader(instance: Instance, values: np.ndarray, place: int | None) -> Callable[[], float]:
-    """Reads the announced time [s] of an FMU; RunError if that fails, or is no number.
-
-    It is at a `place` of `values`; where there is none, the FMU tells it.
-    """
-    value = np.zeros(1) if place is None else values[place : place + 1]
-    reading = Schedule([Get(instance, (NEXT_EVENT_TIME,), value)] if place is None else [])
-    unit = instance.description.variables[NEXT_EVENT_TIME].dimension
-    factor = 1.0 if unit is None else unit.factor
-
-    def read() -> float:
-        reading.run(instance.time)
-        if not math.isfinite(value[0]):
-            instance.not_finite((NEXT_EVENT_TIME,), value)
-        return factor * float(value[0])
-
-    return read

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, cast
@@ -30,6 +29,8 @@ from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanosecond
 
 MOST_DISCARDED = 128
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
+LONGEST = 0.1
+"""Seconds of wall time that many steps at once may take."""
 SHORT = 1e-3
 """Share of the simulation's step: a run creeps where such steps are discarded again and again."""
 
@@ -51,11 +52,15 @@ class Watcher(Protocol):
     ) -> None: ...
 
 
-@dataclass(frozen=True)
-class TimeLoopSnapshot:
-    """The place in the run: times in ns, numbers of steps, and switches so far.
+@dataclass
+class Position:
+    """The place of a run in time: times in ns, numbers of steps; a copy is a snapshot.
 
-    `most` is the number of steps that are made at once.
+    Steps lead to `now`, the last row of the results is at `row`, or one is due later than there.
+    `shortened` counts the steps that were made again, shorter; `discarded` those since the last
+    step of full size, which ended at `full`, since when a step as long as `cap` was discarded. The
+    next jump is at `jump`. `most` steps are made at once. `switches` are the steps within which
+    values changed that are not Real.
     """
 
     now: int
@@ -71,14 +76,12 @@ class TimeLoopSnapshot:
 
 
 class TimeLoop:
-    """Macro steps from `now` [ns] on, and the rows of the results.
+    """Macro steps of a run, and the rows of its results.
 
-    Steps of a `Scheduled` algorithm are made many at once, as long as `most_time` [s of wall time]
-    allows; with `singly` one by one. They are adaptive with a `control`. Where all FMUs can go back
-    (`returns`), a step that one of them discards is made again, shorter; `shortened` counts them.
-    That ends where `hopeless` tells so, or where MOST_DISCARDED are not enough: `discarded` counts
-    those since the time `since` [s], at which the last step of full size ended.
-    `switches` are the steps within which values changed that are not Real.
+    Steps of a `Scheduled` algorithm are made many at once, for a while of LONGEST; with `singly`
+    one by one. They are adaptive with a `control`. Where all FMUs can go back (`returns`), a step
+    that one of them discards is made again, shorter. That ends where `hopeless` is True, or where
+    MOST_DISCARDED are not enough.
     """
 
     def __init__(
@@ -93,13 +96,11 @@ class TimeLoop:
         control: StepControl | None = None,
         returns: bool = False,
         singly: bool = False,
-        most_time: float,
         hopeless: Callable[[], bool] = lambda: False,
     ) -> None:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._watcher, self._control = results, watcher, control
-        self._returns, self._singly, self._most_time = returns, singly, most_time
-        self._hopeless = hopeless
+        self._returns, self._singly, self._hopeless = returns, singly, hopeless
         self._start = round(simulation.start_time * NS_PER_SECOND)
         self._stop = round(simulation.stop_time * NS_PER_SECOND)
         self._size = round(simulation.step_size * NS_PER_SECOND)
@@ -110,47 +111,14 @@ class TimeLoop:
         self._telling = telling(network.instances.values())
         self._events = tuple(instance.events for instance in network.instances.values())
         self._note = Schedule(watcher.operations if watcher else ())
-        self._most = 1
         self._running: State | None = None
-        self.now = self._row = self._start
-        self._full = self._start
-        self.steps = self.shortened = self.discarded = 0
-        self.switches = Switches()
-        self._jump = NEVER
-        self._cap = NEVER  # [ns]: a step as long was discarded since the last full one
-
-    def snapshot(self) -> TimeLoopSnapshot:
-        """The place in the run as it is now."""
-        return TimeLoopSnapshot(
-            self.now,
-            self._row,
-            self.steps,
-            self.shortened,
-            self._jump,
-            copy(self.switches),
-            self.discarded,
-            self._full,
-            self._cap,
-            self._most,
-        )
-
-    def restore(self, snapshot: TimeLoopSnapshot) -> None:
-        """Continue as from where the snapshot was taken."""
-        self.now, self._row, self.steps = snapshot.now, snapshot.row, snapshot.steps
-        self.shortened, self.discarded = snapshot.shortened, snapshot.discarded
-        self._jump, self._full, self._cap = snapshot.jump, snapshot.full, snapshot.cap
-        self._most = 1 if self._singly else snapshot.most
-        self.switches = copy(snapshot.switches)
+        start = self._start
+        self.position = Position(start, start, 0, 0, NEVER, Switches(), 0, start, NEVER, 1)
 
     @property
     def time(self) -> float:
         """Simulated time [s] up to which whole steps are made, also while many are being made."""
-        return (self._running.now if self._running else self.now) / NS_PER_SECOND
-
-    @property
-    def since(self) -> float:
-        """The time [s] from which on steps are `discarded`."""
-        return self._full / NS_PER_SECOND
+        return (self._running or self.position).now / NS_PER_SECOND
 
     @cached_property
     def _loop(self) -> StepLoop | None:
@@ -186,50 +154,49 @@ class TimeLoop:
 
     def advance(self, most: int = ENERGY_BLOCK) -> None:
         """Make as many steps as can be made at once, `most` at most, or one; fewer at the end."""
+        at = self.position
+        if at.jump <= at.now:
+            at.jump = NEVER
+        if self._has_time_events:
+            at.jump = min(at.jump, self._time_events.next(at.now))
+        size, loop = self._wanted(), self._loop
         try:
-            self._advance(most)
+            if loop and cast("Scheduled", self._algorithm).repeats(size / NS_PER_SECOND):
+                try:
+                    self._repeat(loop, size, most)
+                except DiscardedError as discarded:
+                    size = self._shorter(size, discarded)
+                else:
+                    return
+            self._single(size)
         except EndWithinError as end:
-            self._end(end.reached)
+            if end.reached is not None:
+                self._end(in_nanoseconds(end.reached))
 
-    def _end(self, reached: float | None) -> None:
-        """An FMU asked for the end within a step, and not all can go back to be where it is.
+    def _end(self, reached: int) -> None:
+        """An FMU asked for the end within a step, at `reached` [ns], where not all can go back to.
 
         The present point is the last one, unless there is no other component to be anywhere.
         """
-        network, now = self._network, self.now
-        self.now = in_nanoseconds(reached) if reached is not None else now
-        if len(network.instances) > 1 or self.now <= now:
-            self.now = now
+        network, at = self._network, self.position
+        if len(network.instances) > 1 or reached <= at.now:
             return
+        size, at.now = (reached - at.now) / NS_PER_SECOND, reached
         for name in network.instances:
-            Schedule(network.arrival(name)).run(self.now / NS_PER_SECOND)
-        network.size = (self.now - now) / NS_PER_SECOND
-        network.advance(self.now / NS_PER_SECOND)
-        self._energy.add(self._algorithm.held, network.size)
-        self.steps += 1
+            Schedule(network.arrival(name)).run(at.now / NS_PER_SECOND)
+        network.size = size
+        network.advance(at.now / NS_PER_SECOND)
+        self._energy.add(self._algorithm.held, size)
+        at.steps += 1
         self._record()
-
-    def _advance(self, most: int) -> None:
-        if self._jump <= self.now:
-            self._jump = NEVER
-        if self._has_time_events:
-            self._jump = min(self._jump, self._time_events.next(self.now))
-        size, loop = self._wanted(), self._loop
-        if loop and cast("Scheduled", self._algorithm).repeats(size / NS_PER_SECOND):
-            try:
-                self._repeat(loop, size, most)
-            except DiscardedError as discarded:
-                size = self._shorter(size, discarded)
-            else:
-                return
-        self._single(size)
 
     def _repeat(self, loop: StepLoop, size: int, most: int) -> None:
         """Make equal steps of `size` [ns], `most` at most."""
-        state, began, first = loop.state, clock.perf_counter(), self.now
+        at, results, state, began = self.position, self._results, loop.state, clock.perf_counter()
+        first = at.now
         state.now, state.size, state.noted, state.halt = first, size, self._energy.noted, 0
-        state.since = max(0, state.every - -(-(self._row + self._every - first) // size))
-        state.written = row = self._results.row if self._results else 0
+        state.since = max(0, state.every - -(-(at.row + self._every - first) // size))
+        state.written = row = results.row if results else 0
         start, noted = first - state.since * size, state.noted
         self._running = state
         try:
@@ -237,20 +204,24 @@ class TimeLoop:
         finally:
             self._running = None
             made = (state.now - first) // size
-            self.now, self._network.time = state.now, state.now / NS_PER_SECOND
-            self.steps += made
+            at.now, self._network.time = state.now, state.now / NS_PER_SECOND
+            at.steps += made
             self._energy.note(made, size / NS_PER_SECOND)
-            if self._results and state.written > row:
-                rows, apart = state.written - row, state.every * size
-                self._row = start + rows * apart
-                self._results.keep(np.arange(start + apart, self._row + 1, apart) / NS_PER_SECOND)
+            if results and state.written > row:
+                apart = state.every * size
+                at.row = start + (state.written - row) * apart
+                results.keep(np.arange(start + apart, at.row + 1, apart) / NS_PER_SECOND)
             changed = self._network.settle()
             switched = self._switched(changed, size)
             if self._watcher:
                 self._watcher.after(made, size, noted, jumped=bool(changed), within=switched)
-        if self._results and self._row != self.now and (self.now == self._stop or self.over):
+        if results and at.row != at.now and (at.now == self._stop or self.over):
             self._record()
-        self._adapt(clock.perf_counter() - began)
+        spent = clock.perf_counter() - began
+        if not self._singly and spent < LONGEST / 2:
+            at.most = min(2 * at.most, ENERGY_BLOCK)
+        elif spent > LONGEST:
+            at.most = max(1, at.most // 2)
 
     def _count(self, loop: StepLoop, size: int) -> int:
         """Steps until the wall time, the run or a block may be over."""
@@ -261,71 +232,60 @@ class TimeLoop:
             room = min(room, self._watcher.room)
         if self._results:
             room = min(room, self._results.room * loop.state.every - loop.state.since)
-        return max(1, min(self._most, room, (self._stop - self.now) // size))
-
-    def _adapt(self, spent: float) -> None:
-        if self._singly:
-            return
-        if spent < self._most_time / 2:
-            self._most = min(2 * self._most, ENERGY_BLOCK)
-        elif spent > self._most_time:
-            self._most = max(1, self._most // 2)
+        return max(1, min(self.position.most, room, (self._stop - self.position.now) // size))
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
-        before = event_count(self._telling)
+        at, before = self.position, event_count(self._telling)
         size = self._step(size)
-        self.now += size
-        full = (self.now - self._start) % self._size == 0
-        self._cap = NEVER if full else max(self._cap, 2 * size)
-        within = event_count(self._telling) > before and self.now != self._jump
-        jumped = within or self.now == self._jump
+        at.now += size
+        full = (at.now - self._start) % self._size == 0
+        at.cap = NEVER if full else max(at.cap, 2 * size)
+        within = event_count(self._telling) > before and at.now != at.jump
+        jumped = within or at.now == at.jump
         if jumped:
             self._network.forget()
-        changed = self._network.advance(self.now / NS_PER_SECOND)
+        changed = self._network.advance(at.now / NS_PER_SECOND)
         within = self._switched(changed, size) or within
         self._energy.add(self._algorithm.held, size / NS_PER_SECOND, self._network.left)
-        self.steps += 1
+        at.steps += 1
         if self._watcher:
             self._note.run(self._network.time)
             self._watcher.after(1, size, 0, jumped=jumped or bool(changed), within=within)
-        last = self.now == self._stop or self.over
-        if last or self.now >= self._row + self._every:
+        if at.now == self._stop or self.over or at.now >= at.row + self._every:
             self._record()
 
     def _switched(self, changed: Sequence[Port], size: int) -> bool:
         """Note outputs that have `changed` at the present point; whether within the last step."""
         within = self._network.within_step(changed)
-        self.switches.note(within, self.now / NS_PER_SECOND, size / NS_PER_SECOND)
+        self.position.switches.note(within, self.time, size / NS_PER_SECOND)
         return bool(within)
 
     def _record(self) -> None:
-        if self.now >= self._row + self._every:  # a row at the end between two moves none after it
-            self._row = self.now
+        at = self.position
+        if at.now >= at.row + self._every:  # a row at the end between two moves none after it
+            at.row = at.now
         if self._results:
             self._results.record(self._network.time)
 
     def _step(self, size: int) -> int:
         """Step all components by `size` if that may be; the size of the step [ns]."""
-        now, control, algorithm = self.now, self._control, self._algorithm
+        at, control, algorithm = self.position, self._control, self._algorithm
         discrete = self._network.discrete.values.copy()
         while True:
             try:
-                algorithm.step(now / NS_PER_SECOND, size / NS_PER_SECOND)
+                algorithm.step(at.now / NS_PER_SECOND, size / NS_PER_SECOND)
             except DiscardedError as discarded:
                 size = self._shorter(size, discarded)
                 continue
             if control is None:
                 return size
             algorithm = cast("ErrorEstimating", algorithm)
-            if self._network.discrete.differs(discrete) and control.shrinks(size):
-                algorithm.undo()
-                size = self._wanted()
-                continue
-            if now + size == self._jump:
-                control.pass_over(algorithm.end, self._jump)
+            switched = self._network.discrete.differs(discrete) and control.shrinks(size)
+            if not switched and at.now + size == at.jump:
+                control.pass_over(algorithm.end, at.jump)
                 return size
-            if control.accepts(algorithm.change, algorithm.end, now, size):
+            if not switched and control.accepts(algorithm.change, algorithm.end, at.now, size):
                 if control.passed:
                     self._network.forget()
                 return size
@@ -338,18 +298,17 @@ class TimeLoop:
         Adaptive steps end where the next row of the results is due; others where they would if none
         had been shortened; all just before a jump, and just after it.
         """
-        now = self.now
+        at = self.position
         if self._control is None:
-            rest = self._size - (now - self._start) % self._size
-            size = min(rest, self._stop - now, self._cap)
-            return self._until_jump(size)
-        row = self._row + self._every
-        end = min(row, self._stop) if row > now + 1 else self._stop
-        return self._until_jump(min(self._control.size, end - now))
+            rest = self._size - (at.now - self._start) % self._size
+            return self._until_jump(min(rest, self._stop - at.now, at.cap))
+        row = at.row + self._every
+        end = min(row, self._stop) if row > at.now + 1 else self._stop
+        return self._until_jump(min(self._control.size, end - at.now))
 
     def _until_jump(self, size: int) -> int:
         """A step of `size` [ns], or to just before the next jump, or over it."""
-        ahead = self._jump - self.now
+        ahead = self.position.jump - self.position.now
         if ahead > size or not all(rate.shortens for rate in self._network.rates.values()):
             return size
         return min(size, ahead - 1 if ahead > 1 else ahead)
@@ -358,33 +317,30 @@ class TimeLoop:
         """Take back the step of `size` that an FMU has discarded; the size to try next.
 
         That is up to where the FMU could go, or to its event, or half. Raises what it is given if
-        there is no way back, or the step is too short already.
+        there is no way back, the step is too short already, or the run only creeps on from here.
         """
-        smallest = max(1, round(SMALLEST * self._size))
-        event = isinstance(discarded, EventWithinError)
-        if event:
-            smallest = 1
+        at, reached = self.position, discarded.reached
+        is_event = isinstance(discarded, EventWithinError)
+        is_end = isinstance(discarded, EndWithinError)
+        smallest = 1 if is_event else max(1, round(SMALLEST * self._size))
         if not self._returns or size <= smallest or not isinstance(self._algorithm, Undoing):
             raise discarded
         self._algorithm.undo()
-        self.shortened += 1
-        if not isinstance(discarded, EventWithinError | EndWithinError):
-            self._count_discarded(size, discarded)
-        if event and discarded.reached is not None:
-            self._jump = max(self.now + 1, in_nanoseconds(discarded.reached))
+        at.shortened += 1
+        if not (is_event or is_end):
+            full = at.now - (at.now - self._start) % self._size
+            if full != at.full:
+                at.full, at.discarded = full, 0
+            at.discarded += 1
+            at.cap = size
+            creeps = at.discarded >= MOST_DISCARDED and size <= SHORT * self._size
+            if creeps or self._hopeless():
+                raise discarded
+        if is_event and reached is not None:
+            at.jump = max(at.now + 1, in_nanoseconds(reached))
             return self._until_jump(size - 1)
-        reached = round((discarded.reached or 0.0) * NS_PER_SECOND) - self.now
-        if isinstance(discarded, EndWithinError) and discarded.reached is not None:
-            reached = in_nanoseconds(discarded.reached) - self.now
-        return reached if smallest <= reached < size else max(smallest, size // 2)
-
-    def _count_discarded(self, size: int, discarded: DiscardedError) -> None:
-        """Count a discarded step of `size` [ns]; raise it if the run only creeps on from here."""
-        full = self.now - (self.now - self._start) % self._size
-        if full != self._full:
-            self._full, self.discarded = full, 0
-        self.discarded += 1
-        self._cap = size
-        creeps = self.discarded >= MOST_DISCARDED and size <= SHORT * self._size
-        if creeps or self._hopeless():
-            raise discarded
+        if is_end and reached is not None:
+            possible = in_nanoseconds(reached) - at.now
+        else:
+            possible = round((reached or 0.0) * NS_PER_SECOND) - at.now
+        return possible if smallest <= possible < size else max(smallest, size // 2)

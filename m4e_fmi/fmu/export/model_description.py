@@ -24,7 +24,6 @@ from m4e_fmi.units import BASE_UNITS, parse_unit
 
 XML = "modelDescription.xml"
 BUILD = "sources/buildDescription.xml"
-TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 LONG = 200
 """Dependencies beyond which FMI 2.0 has no list of all that is known, nor of kinds that are alike:
 it reads them the same, and lists of n outputs of n others grow as n²."""

@@ -1,7 +1,7 @@
 """The files of a native FMU: FMI 2.0 or 3.0, without Python and without a compiler.
 
-`native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi2.c` and
-`fmi3.c`, the standards' names for what is declared there. Both together are one shared library, the
+`native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi.c`, the
+standards' names for what is declared there. Both together are one shared library, the
 same for every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in
 its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of
 the integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
@@ -26,7 +26,6 @@ from m4e_fmi.fmu.export.model_description import (
     BUILD,
     NATIVE_2,
     NATIVE_3,
-    TERMINALS,
     XML,
     build_description_xml,
     model_description_xml,
@@ -34,6 +33,7 @@ from m4e_fmi.fmu.export.model_description import (
     with_guid,
 )
 from m4e_fmi.fmu.export.selection import renamed
+from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import TIME, Program, rate_entries, tangent
 from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.runtime import compiler

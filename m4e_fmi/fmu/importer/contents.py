@@ -6,13 +6,10 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-from fmpy.model_description import (
-    DefaultExperiment,
-    InterfaceType,
-)
+from fmpy.model_description import InterfaceType
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional
+from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional, unit_of
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.fmu.importer.reading import raw_description
 
@@ -67,7 +64,11 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
         "sources": any(p[0] == "sources" for p in parts),
         "size": path.stat().st_size,
         "unpacked": sum(info.file_size for info in zipfile.ZipFile(path).infolist()),
-        "experiment": _experiment(raw.defaultExperiment),
+        "experiment": {
+            key: float(value)
+            for key in _EXPERIMENT
+            if (value := getattr(raw.defaultExperiment, key, None))
+        },
         "kinds": {
             text: _capabilities(kind, _FMI_3 if fmi_3 else {})
             for text, kind in kinds.items()
@@ -81,11 +82,6 @@ def fmu_contents(path: str | Path) -> dict[str, Any]:
     }
 
 
-def _experiment(raw: DefaultExperiment | None) -> dict[str, float]:
-    told = ((key, getattr(raw, key, None)) for key in _EXPERIMENT)
-    return {key: float(value) for key, value in told if value}
-
-
 def _capabilities(kind: InterfaceType, names: dict[str, str]) -> dict[str, object]:
     default = type(kind)()
     told = {key: getattr(kind, key) for key in dir(kind) if not key.startswith("_")}
@@ -97,7 +93,7 @@ def _capabilities(kind: InterfaceType, names: dict[str, str]) -> dict[str, objec
 def _variable(raw: Any) -> dict[str, object]:
     of_type = raw.declaredType
     found = {key: getattr(raw, key) for key in _OF_A_VARIABLE}
-    found["unit"] = raw.unit or (of_type.unit if of_type is not None else None)
+    found["unit"] = unit_of(raw) or None
     found["derivative"] = raw.derivative.name if raw.derivative is not None else None
     found["shape"] = list(raw.shape) if raw.shape else None
     items = of_type.items if of_type is not None else None

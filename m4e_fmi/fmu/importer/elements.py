@@ -57,6 +57,11 @@ def array_name(variable: ModelVariable) -> str:
     return variable.name.rpartition("[")[0] if variable.shape else variable.name
 
 
+def unit_of(variable: ModelVariable) -> str:
+    """The variable's own unit, or that of its type; "" where there is none."""
+    return variable.unit or getattr(variable.declaredType, "unit", None) or ""
+
+
 def flattened(
     raw: FmpyDescription, text: bytes, types: Mapping[str, str] = REALS, *, named: bool = False
 ) -> FmpyDescription:

@@ -18,8 +18,9 @@ from typing import Any
 from fmpy import calloc, fmi1, fmi2, free
 from fmpy.logging import addLoggerProxy
 
-NO_STATUS = 6
-"""Stands for a number that is no status of FMI."""
+Status = int
+OK, WARNING, DISCARD, ERROR, FATAL, PENDING, NO_STATUS = range(7)
+"""Statuses of FMI; the last stands for a number that is no status of FMI."""
 STATUS = {
     0: "OK",
     1: "Warning",
@@ -28,8 +29,6 @@ STATUS = {
     4: "Fatal",
     NO_STATUS: "no status of FMI",
 }
-WARNING = 1
-PENDING = 5
 KEPT = 100
 """Number of messages that are kept of an instance."""
 LONGEST = 10_000

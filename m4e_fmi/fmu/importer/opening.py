@@ -14,6 +14,7 @@ from m4e_fmi.files.file_kinds import FMU, check_suffix
 from m4e_fmi.files.xml_text import check_size, check_xml
 
 MODEL_DESCRIPTION = "modelDescription.xml"
+TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 
 
 def refusal(path: Path, message: str, remedy: str) -> InputError:

@@ -6,15 +6,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import fmpy
-from fmpy.model_description import (
-    CoSimulation,
-    DefaultExperiment,
-    ModelVariable,
-    ValidationError,
-)
+from fmpy.model_description import ModelVariable, ValidationError
 from fmpy.model_description import Unit as RawUnit
 
 from m4e_fmi.errors import InputError, Problem
@@ -25,6 +19,7 @@ from m4e_fmi.fmu.importer.elements import (
     FmpyUnknown,
     flattened,
     owner,
+    unit_of,
 )
 from m4e_fmi.fmu.importer.flaws import flaws
 from m4e_fmi.fmu.importer.fmi1 import translate
@@ -188,10 +183,10 @@ def raw_description(path: Path, text: bytes) -> FmpyDescription:
     try:
         return fmpy.read_model_description(path, validate=False)
     except Exception as error:
-        raise refusal(path, f"{cannot}: {told_by_fmpy(error)}", _REBUILD) from error
+        raise refusal(path, f"{cannot}: {fmpy_message(error)}", _REBUILD) from error
 
 
-def told_by_fmpy(error: Exception) -> str:
+def fmpy_message(error: Exception) -> str:
     """Text of an error of FMPy's: its words, or where it has none, its kind and text."""
     own = type(error) is Exception or isinstance(error, ValidationError)
     text = str(error) if own else f"FMPy stops with {type(error).__name__}: {error}"
@@ -259,6 +254,8 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
     initial = declared(raw.initialUnknowns)
     outputs = [name for name, v in variables.items() if v.causality == "output"]
     tool = raw.generationTool or ""
+    step = getattr(raw.defaultExperiment, "stepSize", None)  # FMPy leaves it a text
+    internal = float(raw.coSimulation.fixedInternalStepSize or 0.0)
     # native FMUs of ours leave out long lists of all, and no others
     whole = tool.startswith(OWN_TOOL) and raw.modelExchange is not None
     undeclared = frozenset(name for name in outputs if name not in now and not whole)
@@ -277,8 +274,8 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         undeclared=undeclared,
         output_derivatives=_derivatives(variables, "output"),
         input_derivatives=_derivatives(variables, "input"),
-        step_size=_step_size(raw.defaultExperiment),
-        internal_step=_internal_step(raw.coSimulation),
+        step_size=float(step) if step else None,
+        internal_step=internal if 0.0 < internal < math.inf else None,
         constant_step=not raw.coSimulation.canHandleVariableCommunicationStepSize,
         saves_state=bool(raw.coSimulation.canGetAndSetFMUstate),
         serializes_state=bool(raw.coSimulation.canSerializeFMUstate),
@@ -288,16 +285,6 @@ def _translated(path: Path, raw: FmpyDescription, types: Mapping[int, str]) -> D
         once_per_process=bool(raw.coSimulation.canBeInstantiatedOnlyOncePerProcess),
         tool=tool,
     )
-
-
-def _step_size(experiment: DefaultExperiment | None) -> float | None:
-    text = experiment.stepSize if experiment is not None else None
-    return float(text) if text else None  # FMPy leaves it a text
-
-
-def _internal_step(kind: CoSimulation) -> float | None:
-    step = float(kind.fixedInternalStepSize or 0.0)
-    return step if 0.0 < step < math.inf else None
 
 
 def _derivatives(variables: dict[str, Variable], causality: str) -> dict[str, str]:
@@ -313,7 +300,7 @@ def _derivatives(variables: dict[str, Variable], causality: str) -> dict[str, st
 def _variable(
     raw: ModelVariable, units: Mapping[str | None, RawUnit], types: Mapping[int, str]
 ) -> Variable:
-    unit = raw.unit or (raw.declaredType.unit if raw.declaredType is not None else None) or ""
+    unit, nominal = unit_of(raw), abs(declared_number(raw, "nominal", 1.0))
     dimension, offset = _dimension(unit, units.get(unit))
     return Variable(
         name=raw.name,
@@ -327,38 +314,22 @@ def _variable(
         offset=offset,
         description=raw.description or "",
         derivative_of=raw.derivative.name if raw.derivative is not None else None,
-        items=_items(raw.declaredType),
-        nominal=_nominal(raw),
+        items={i.name: int(i.value) for i in getattr(raw.declaredType, "items", None) or ()},
+        nominal=nominal if 0.0 < nominal < math.inf else 1.0,
         fmi_type=types.get(owner(raw), raw.type),
         start=raw.start,
-        minimum=_bound(raw, "min", -math.inf),
-        maximum=_bound(raw, "max", math.inf),
+        minimum=declared_number(raw, "min", -math.inf),
+        maximum=declared_number(raw, "max", math.inf),
     )
 
 
-def _bound(raw: ModelVariable, name: str, default: float) -> float:
-    """The least or the largest value, of the variable or its type."""
+def declared_number(raw: ModelVariable, name: str, default: float) -> float:
+    """The attribute of a Real called `name`, as `min`, of the variable or its type, in its unit."""
     text = getattr(raw, name) or getattr(raw.declaredType, name, None)
     try:
         return float(text) if text is not None else default
     except ValueError:
         return default
-
-
-def _nominal(raw: ModelVariable) -> float:
-    """The size of the nominal value, of the variable or its type; 1 where there is none above 0."""
-    text = raw.nominal or (raw.declaredType.nominal if raw.declaredType is not None else None)
-    try:
-        size = abs(float(text or 1.0))
-    except ValueError:
-        return 1.0
-    return size if 0.0 < size < math.inf else 1.0
-
-
-def _items(declared: Any) -> dict[str, int]:
-    """Values of an enumeration type by name; empty for any other type."""
-    items = declared.items if declared is not None else None
-    return {item.name: int(item.value) for item in items or ()}
 
 
 def _dimension(text: str, definition: RawUnit | None) -> tuple[Unit | None, float]:

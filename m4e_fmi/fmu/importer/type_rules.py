@@ -59,17 +59,14 @@ def misfit(give: Variable, take: Variable, *, plain: bool) -> tuple[str, str] | 
 
 
 def _misfit_of_items(give: Variable, take: Variable, what: str) -> tuple[str, str] | None:
-    if give.type == "Enumeration" and not _same_items(give, take):
+    # an enumeration without any items stands for all (of a bus)
+    same = not give.items or not take.items or dict(give.items) == dict(take.items)
+    if give.type == "Enumeration" and not same:
         return what, "connect an enumeration of the same items, or an Integer input"
     numbers = sorted(take.items.values())
     if give.type == "Integer" and numbers != list(range(numbers[0], numbers[-1] + 1)):
         return what, f"its items are not numbered one after the other: {numbers}"
     return None
-
-
-def _same_items(give: Variable, take: Variable) -> bool:
-    """True if two enumerations have the same items; one without any stands for all (of a bus)."""
-    return not give.items or not take.items or dict(give.items) == dict(take.items)
 
 
 def _told(variable: Variable) -> str:

@@ -18,20 +18,16 @@ from typing import Literal
 from m4e_fmi.fmu.importer.call_journal import last_call
 from m4e_fmi.fmu.importer.worker.keeper import kill, kill_children, set_apart
 
-UNASKED_LIMIT = 5.0
-"""Seconds for a call that the standard forbids importers to make."""
-
 
 @dataclass(frozen=True)
 class Ending:
     """End of a process: by itself with code 0 or another, by a signal, or for a call that hangs.
 
-    The `message` names the last call, which no importer may make if it was `unasked`.
+    The `message` names the last call.
     """
 
     kind: Literal["done", "ended", "crash", "hang"]
     message: str
-    unasked: bool
 
 
 class WatchedProcess:
@@ -64,28 +60,27 @@ class WatchedProcess:
     def ending(self) -> Ending | None:
         """How the process ended; None while it runs. To be asked until it is there."""
         now = time.monotonic()
-        last = last_call(self._journal)
-        if last.number != self._number:
-            self._number, self._changed = last.number, now
-        call = last.text or "the first call"
+        number, text = last_call(self._journal)
+        if number != self._number:
+            self._number, self._changed = number, now
+        call = text or "the first call"
         code = self._process.exitcode
         if code is not None:
             kill_children(self._pid)
             if code < 0:
                 message = f"the process was ended by {signal.Signals(-code).name} in {call}"
-                return Ending("crash", message, last.unasked)
+                return Ending("crash", message)
             message = f"the process ended with code {code} after {call}"
-            return Ending("ended" if code else "done", message, last.unasked)
-        limit = min(self._call_limit, UNASKED_LIMIT) if last.unasked else self._call_limit
-        if now - self._changed > limit:
-            message = f"{call} did not return within {limit:g} s"
+            return Ending("ended" if code else "done", message)
+        if now - self._changed > self._call_limit:
+            message = f"{call} did not return within {self._call_limit:g} s"
         elif now - self.began > self._limit:
             message = f"not finished after {self._limit:g} s, in {call}"
         else:
             return None
         self.kill()
         self._process.join()
-        return Ending("hang", message, last.unasked)
+        return Ending("hang", message)
 
     def kill(self) -> None:
         """End the process at once, and those that it has started."""

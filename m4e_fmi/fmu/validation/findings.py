@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -47,19 +47,12 @@ class Finding:
         return replace(self, message=message, basis=basis)
 
 
-@dataclass(frozen=True)
-class Failure:
-    """A check of ours that broke down: a defect of m4e_fmi, which says nothing about the FMU."""
-
-    error: str
-
-    @classmethod
-    def of(cls, error: BaseException) -> Failure:
-        """Kind and text of the error, and the line of ours where it came up."""
-        frames = traceback.extract_tb(error.__traceback__)
-        own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
-        place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
-        return cls(f"{type(error).__name__}: {error}{place}")
+def failure(error: BaseException) -> str:
+    """How a check of ours broke down, which says nothing about the FMU: kind, text, our line."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [f for f in frames if "m4e_fmi" in Path(f.filename).parts] or frames
+    place = f" ({Path(own[-1].filename).name}:{own[-1].lineno})" if own else ""
+    return f"{type(error).__name__}: {error}{place}"
 
 
 @short
@@ -139,8 +132,20 @@ class Report:
         )
 
 
-def some(names: Iterable[str]) -> str:
+def about(
+    names: Iterable[str], id_: str, severity: Severity, message: str, basis: str = ""
+) -> Iterator[Finding]:
+    """A finding on `names`, if there are any: the first few stand behind the message.
+
+    The message has their number at {count}.
+    """
+    names = list(dict.fromkeys(names))
+    if names:
+        text = message.format(count=len(names))
+        yield Finding(id_, severity, f"{text}: {some(names)}", basis)
+
+
+def some(names: Sequence[str]) -> str:
     """The first few of `names`, and how many there are more."""
-    names = list(names)
     more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
     return ", ".join(names[:SHOWN]) + more

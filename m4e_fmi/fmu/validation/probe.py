@@ -1,4 +1,4 @@
-"""One instance of an FMU under test: every call is journaled, and statuses are left to be judged.
+"""The FMU under test in this process: instances that answer every call with its status.
 
 Nothing stands between the checks and the library's functions, so that calls can be made that no
 importer would make. Value references are the keys of `elements`. Where only some elements of an
@@ -9,37 +9,53 @@ arrays only.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+import os
+import time
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
+from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.calls.functions import (
+from m4e_fmi.fmu.importer.call_journal import CallJournal
+from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
+from m4e_fmi.fmu.importer.calls.parts import Arrays
+from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
+from m4e_fmi.fmu.importer.messages import (
+    ERROR,
     FATAL,
+    NO_STATUS,
     OK,
-    REALS,
+    PENDING,
+    STATUS,
     WARNING,
-    Arrays,
-    Functions,
+    Messages,
     Status,
 )
-from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
-from m4e_fmi.fmu.importer.calls.functions_3 import Functions3
-from m4e_fmi.fmu.importer.messages import NO_STATUS, PENDING, STATUS, Messages
-
-if TYPE_CHECKING:
-    from m4e_fmi.fmu.validation.library import Library
+from m4e_fmi.fmu.validation.findings import Finding
+from m4e_fmi.fmu.validation.subject import FmuUnderTest, scale, start, within
 
 INSTANTIATE = "instantiation"
 TOLERANCE = 1e-8
 """Relative tolerance that the FMU is asked for."""
 MOST_ITERATIONS = 100
 """Event iterations at one time."""
-
-_GUARD = np.frombuffer(b"\x5a\xa5guard\x7f" * 4, dtype=np.float64)
+FACTS = "facts.json"
+"""File of what the first group has found for the others; without it, the FMU does not start."""
+SEED = 20
+PATIENCE = 8.0
+"""Seconds after which a group leaves out repetitions, for FMUs that are slow to start or step."""
+GUARD = b"\x5a\xa5guard\x7f" * 4
 """Stands behind every array the FMU writes into."""
-
+_CLASSES = {
+    "2.0": (fmi2.FMU2Slave, fmi2.FMU2Model),
+    "3.0": (fmi3.FMU3Slave, fmi3.FMU3Model),
+}
+"""FMPy's for co-simulation and for model exchange."""
 
 _Fill = Callable[[np.ndarray], Status]
 """Writes all elements of an array (n,), and tells the status."""
@@ -53,87 +69,182 @@ class RefusedError(Exception):
         super().__init__(f"{call} answered {STATUS.get(status, status)}")
 
 
-class FatalError(RefusedError):
-    """A call was answered with fmi2Fatal: this instance must not be called any more."""
+def refused(group: str, error: RefusedError, how: str = "") -> Finding:
+    """The finding that an allowed call was refused."""
+    basis = "the call is allowed here: FMI 2.0.4, section 3.2.3 and 4.2.4"
+    name = "fatal" if error.status in (FATAL, NO_STATUS) else "refused"
+    if error.call == INSTANTIATE:
+        basis = "is the GUID of modelDescription.xml that of the binary? FMI 2.0.4, section 2.1.5"
+    return Finding(f"{group}.{name}", "error", f"{error}{how}", basis, error.words)
+
+
+@dataclass
+class Context:
+    """One group's process: `folder` is for files that the next group reads.
+
+    From the first group, inputs may vary by `amplitude` times their scale, and `works` names the
+    declared capabilities that are really there. `overruns` are the calls that wrote outside their
+    array. `pace` is by how much inputs and communication steps are smaller than the FMU's own,
+    `holds` whether its values hold between steps of a solver inside: see `samples`.
+    """
+
+    subject: FmuUnderTest
+    journal: CallJournal
+    folder: Path
+    amplitude: float = 0.0
+    works: list[str] = field(default_factory=list)
+    overruns: list[str] = field(default_factory=list)
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(SEED))
+    began: float = field(default_factory=time.monotonic)
+    pace: float = 1.0
+    holds: bool = False
+    _loaded: dict[bool, FmpyInstance] = field(default_factory=dict)
+
+    @property
+    def step_size(self) -> float:
+        """The communication step to go by [s]."""
+        return self.pace * self.subject.step_size
+
+    @property
+    def late(self) -> bool:
+        """True if the group has taken longer than PATIENCE."""
+        return time.monotonic() - self.began > PATIENCE
+
+    def loaded(self, *, exchange: bool) -> FmpyInstance:
+        """The library, loaded once, with the functions of model exchange or of co-simulation."""
+        if exchange not in self._loaded:
+            here, raw = Path.cwd(), self.subject.raw
+            self.journal.write("loading the library")
+            try:
+                self._loaded[exchange] = _CLASSES[raw.fmiVersion][exchange](
+                    guid=raw.guid,
+                    unzipDirectory=str(self.subject.folder),
+                    modelIdentifier=self.subject.kind(exchange=exchange).modelIdentifier,
+                    instanceName="validation",
+                    requireFunctions=False,
+                )
+            finally:
+                os.chdir(here)  # loading leaves the process elsewhere when it fails
+        return self._loaded[exchange]
+
+    def new_probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:
+        """A new instance; RefusedError if there is none."""
+        probe = Probe(self, exchange=exchange, name=name)
+        if not probe.fmu.component:
+            raise RefusedError(INSTANTIATE, ERROR, probe.words())
+        return probe
+
+    @contextmanager
+    def probe(
+        self, *, exchange: bool = False, name: str = "validation"
+    ) -> Generator[Probe, None, None]:
+        """An instance that is freed afterwards, whatever happened."""
+        probe = self.new_probe(exchange=exchange, name=name)
+        try:
+            yield probe
+        finally:
+            probe.free()
+
+    def course(
+        self,
+        variables: Sequence[ModelVariable],
+        sizes: Sequence[float] | np.ndarray,
+        *,
+        inputs: np.ndarray | None = None,
+        exchange: bool = False,
+    ) -> np.ndarray:
+        """Values (n_steps + 1, n_variables) of Reals at the start and after steps of `sizes` [s].
+
+        In their units. The FMU begins with constant `inputs` (n_inputs,), or with its own.
+        """
+        with self.probe(exchange=exchange) as probe:
+            probe.begin(initial_inputs=inputs)
+            seen = [probe.read(variables)]
+            for size in sizes:
+                probe.advance(size)
+                seen.append(probe.read(variables))
+            return np.array(seen)
+
+    def random_inputs(self, count: int = 1) -> np.ndarray:
+        """Random continuous inputs (count, n_inputs), in their units.
+
+        Declared derivatives of inputs stay 0.
+        """
+        held = [v.derivative is not None for v in self.subject.inputs]
+        values = self.random(self.subject.inputs, count)
+        values[:, held] = 0.0
+        return values
+
+    def random(self, variables: list[ModelVariable], count: int = 1) -> np.ndarray:
+        """Random values (count, n_variables) around the start values and in the limits, in SI."""
+        size = self.pace * self.amplitude * np.array([scale(v) for v in variables])
+        middle = np.array([start(v) for v in variables])
+        values = middle + size * self.rng.uniform(-1, 1, (count, len(variables)))
+        for k, variable in enumerate(variables):
+            values[:, k] = [within(variable, value) for value in values[:, k]]
+        return values
 
 
 class Probe:
     """One instance, in co-simulation without event mode unless `events`.
 
-    Calls return their status; those in `must` raise RefusedError above Warning. Functions are named
-    as in FMI 2.0, without prefix. `component` is None if there is no instance.
+    Calls return their status; those that the standard allows raise RefusedError above Warning.
+    `fmu.component` is None if there is no instance.
     """
 
     def __init__(
         self,
-        library: Library,
+        context: Context,
         *,
         exchange: bool,
         name: str,
         guid: str | None = None,
         events: bool = False,
     ) -> None:
-        self.library = library
-        self.exchange = exchange
-        self.time = 0.0
-        self._dll = library.functions(exchange=exchange)
-        self._told: list[tuple[Status, str]] = []
+        self.subject, self.exchange, self.time = context.subject, exchange, 0.0
+        self._overruns = context.overruns
         self._messages = Messages()
-        self._held: dict[int, np.ndarray] = {}
-        self._function = self._last_call = ""
-        subject = library.subject
-        library.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
-        token = subject.raw.guid if guid is None else guid
-        self.functions: Functions
-        if subject.fmi_3:
-            self.functions = calls = Functions3(self._dll, self.call)
-            folder = subject.folder / "resources"
-            resources = f"{folder}/".encode() if folder.is_dir() else None
-            self.component = calls.instantiate(
-                name, token, resources, self._messages, exchange=exchange, event_mode=events
-            )
-        else:
-            self.functions = calls = Functions2(self._dll, self.call)
-            folder = subject.folder
-            self.component = calls.instantiate(
-                name, token, folder, self._messages, exchange=exchange
-            )
+        self._last_set: dict[int, np.ndarray] = {}
+        starts = self.subject.array_starts if self.subject.fmi_3 else {}
+        self.fmu = STANDARDS[self.subject.raw.fmiVersion](
+            context.loaded(exchange=exchange),
+            {},
+            self._refused,
+            sizes={reference: len(values) for reference, values in starts.items()},
+            journal=context.journal,
+        )
+        context.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
+        with suppress(RuntimeError):
+            self.fmu.instantiate(name, self._messages, token=guid, exchange=exchange, events=events)
 
     # ---- calls ----
 
-    def call(self, function: str, *arguments: object, note: str = "") -> Status:
-        """Status of `function` of this instance. FatalError after fmi2Fatal."""
-        self._function = self.functions.name(function)
-        self._last_call = f"{self._function}({note})"
-        self.library.journal.write(self._last_call)
-        status = getattr(self._dll, self._function)(self.component, *arguments)
-        if not OK <= status <= PENDING:
-            status = NO_STATUS
+    def _refused(self, status: Status, _: str = "") -> NoReturn:
+        status = status if OK <= status <= PENDING else NO_STATUS
         if status in (FATAL, NO_STATUS):
-            self.component = None
-            raise FatalError(self._last_call, status, self.words())
+            self.fmu.component = None  # which must not be called any more
+        raise RefusedError(self.fmu.last_call, status, self.words())
+
+    def _checked(self, status: Status) -> Status:
+        """The status; RefusedError after fmi2Fatal."""
+        if status == FATAL or not OK <= status <= PENDING:
+            self._refused(status)
         return status
 
-    def must(self, function: str, *arguments: object, note: str = "") -> None:
-        """Call a function that is allowed: RefusedError if it is not answered OK or Warning."""
-        self.require(self.call(function, *arguments, note=note))
+    def call(self, function: str, *arguments: object, note: str = "") -> Status:
+        """Status of `function` of this instance; RefusedError after fmi2Fatal."""
+        return self._checked(self.fmu.call(function, *arguments, note=note))
 
     def require(self, status: Status, deed: str = "") -> None:
         """RefusedError about an allowed `deed`, the last call, if its status is above Warning."""
-        if status > WARNING:
-            raise RefusedError(deed or self._last_call, status, self.words())
+        if self._checked(status) > WARNING:
+            raise RefusedError(deed or self.fmu.last_call, status, self.words())
 
     def words(self) -> tuple[str, ...]:
         """The FMU's messages since the last time, troubles only if there are any."""
-        self.listen()
-        told, self._told = self._told, []
+        told = self._messages.take()
         trouble = [text for status, text in told if status != OK]
         return tuple(text[:300] for text in (trouble or [text for _, text in told])[-3:])
-
-    def listen(self) -> Status:
-        """The worst status among the messages not yet asked for with `words`."""
-        self._told += self._messages.take()
-        return max((status for status, _ in self._told), default=OK)
 
     # ---- the life of an instance ----
 
@@ -141,7 +252,6 @@ class Probe:
         self,
         start: Mapping[int, float] | None = None,
         *,
-        stop: float | None = None,
         initial_inputs: np.ndarray | None = None,
     ) -> Probe:
         """This instance at its first step or, in model exchange, in continuous-time mode.
@@ -149,50 +259,38 @@ class Probe:
         `start` are values of Reals by value reference; `initial_inputs` (n_inputs,), in SI, are
         set in initialization mode.
         """
-        self.setup(stop=stop)
+        self.setup()
         if start:
             self.require(self.set(list(start), np.array(list(start.values()))), "setting values")
-        self.enter_initialization()
+        self.fmu.enter_initialization()
         if initial_inputs is not None:
-            references = [v.valueReference for v in self.library.subject.inputs]
+            references = [v.valueReference for v in self.subject.inputs]
             self.require(self.set(references, initial_inputs), "setting inputs")
-        self.leave_initialization()
+        self.fmu.exit_initialization()
         if self.exchange:
             self.settle()
-            self.must("EnterContinuousTimeMode")
+            self.fmu.do("EnterContinuousTimeMode")
         return self
 
-    def setup(self, *, stop: float | None = None) -> None:
-        """Tell the experiment: the FMU's start time, and a stop time [s] if there is one."""
-        self.time = start = self.library.subject.start_time
-        status = self.functions.setup(start=start, stop=stop, tolerance=TOLERANCE)
-        self.require(status)
-
-    def enter_initialization(self) -> None:
-        """Enter initialization mode."""
-        self.require(self.functions.enter_initialization())
-
-    def leave_initialization(self) -> None:
-        """Exit initialization mode."""
-        self.must("ExitInitializationMode")
-
-    def terminate(self) -> None:
-        """Terminate the simulation."""
-        self.must("Terminate")
+    def setup(self) -> None:
+        """Tell the experiment: the FMU's start time."""
+        self.time = self.subject.start_time
+        self.fmu.setup(start=self.time, stop=None, tolerance=TOLERANCE)
 
     def settle(self) -> None:
         """Event iteration until nothing changes any more."""
         for _ in range(MOST_ITERATIONS):
-            status, again = self.functions.needs_new_discrete_states()
+            status, again = self.fmu.needs_new_discrete_states()
             self.require(status)
             if not again:
                 return
-        deed = f"{self._function}, {MOST_ITERATIONS} times,"
+        function = self.fmu.last_call.partition("(")[0]
+        deed = f"{function}, {MOST_ITERATIONS} times,"
         raise RefusedError(deed, WARNING, self.words())
 
     def step(self, size: float) -> Status:
         """One communication step of `size` [s]."""
-        status = self.functions.do_step(self.time, size, 0)
+        status = self._checked(self.fmu.do_step(self.time, size))
         if status <= WARNING:
             self.time += size
         return status
@@ -201,50 +299,39 @@ class Probe:
         """One communication step of `size` [s]; RefusedError if it is not made."""
         self.require(self.step(size))
 
-    def last_successful_time(self) -> tuple[Status, float]:
-        """Time [s] up to which the step could be made that has just been discarded."""
-        return self.functions.last_successful_time()
-
     def reset(self) -> None:
         """Bring the instance back to where it was when it was made."""
-        self.must("Reset")
-        self._held.clear()
+        self.fmu.do("Reset")
+        self._last_set.clear()
 
     def free(self) -> None:
         """Free the instance, if there is one."""
-        if self.component:
-            function = self.functions.name("FreeInstance")
-            self.library.journal.write(f"{function}()")
-            getattr(self._dll, function)(self.component)
-            self.component = None
+        if self.fmu.component:
+            self.fmu.free()
 
     # ---- values ----
 
-    def set(self, references: Sequence[int], values: np.ndarray, note: str = "") -> Status:
+    def set(self, references: Sequence[int], values: np.ndarray) -> Status:
         """Set Reals by value reference to `values` (n_references,), in their units."""
         if not len(references):
             return OK
-        arrays = self._arrays(references)
-        data = np.concatenate(
-            [self._last_set(r)[:n] for r, n in zip(arrays.references, arrays.sizes, strict=True)]
-        )
+        arrays, starts = self.fmu.arrays(references), self.subject.array_starts
+        last = [self._last_set.get(r, starts.get(r, np.zeros(1))) for r in arrays.references]
+        data = np.concatenate([row[:n] for row, n in zip(last, arrays.sizes, strict=True)])
         data[list(arrays.places)] = values
-        status = self.functions.set_reals(arrays, data, note)
+        status = self._checked(self.fmu.set_reals(arrays, data))
         if status <= WARNING:
             parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
-            self._held |= dict(zip(arrays.references, parts, strict=True))
+            self._last_set |= dict(zip(arrays.references, parts, strict=True))
         return status
-
-    def _last_set(self, reference: int) -> np.ndarray:
-        held = self._held.get(reference)
-        return self.library.subject.array_start(reference) if held is None else held
 
     def get(self, references: Sequence[int]) -> tuple[Status, np.ndarray]:
         """Status, and values (n_references,) of Reals by value reference, in their units."""
         if not len(references):
             return OK, np.zeros(0)
-        arrays = self._arrays(references)
-        return self._filled(arrays, lambda values: self.functions.get_reals(arrays, values))
+        arrays = self.fmu.arrays(references)
+        status, found = self._written(arrays.count, lambda to: self.fmu.get_reals(arrays, to))
+        return status, found[list(arrays.places)]
 
     def read(self, variables: Sequence[ModelVariable]) -> np.ndarray:
         """Values (n_variables,) of Reals, in their units; RefusedError if they cannot be had."""
@@ -257,60 +344,38 @@ class Probe:
         status = self.set([v.valueReference for v in variables], values)
         self.require(status, "setting values")
 
-    def _arrays(self, references: Sequence[int]) -> Arrays:
-        return self.functions.arrays(references, self.library.subject.array_sizes)
-
-    def _filled(self, arrays: Arrays, fill: _Fill) -> tuple[Status, np.ndarray]:
-        """Status of `fill` for all elements, and the values of the wanted ones."""
-        status, found = self._guarded(arrays.count, fill)
-        return status, found[list(arrays.places)]
-
-    def _guarded(self, count: int, fill: _Fill) -> tuple[Status, np.ndarray]:
+    def _written(self, count: int, fill: _Fill) -> tuple[Status, np.ndarray]:
         """Status of `fill`, which writes into an array with a guard behind it; the array."""
-        room = np.concatenate([np.full(count, np.nan), _GUARD])
-        status = fill(room[:count])
-        if room[count:].tobytes() != _GUARD.tobytes():
-            self.library.overruns.append(self._function)
+        room = np.concatenate([np.full(count, np.nan), np.frombuffer(GUARD)])
+        status = self._checked(fill(room[:count]))
+        if room[count:].tobytes() != GUARD:
+            self._overruns.append(self.fmu.last_call.partition("(")[0])
         return status, room[:count]
+
+    def _required(self, count: int, fill: _Fill) -> np.ndarray:
+        status, found = self._written(count, fill)
+        self.require(status, self.fmu.last_call.partition("(")[0])
+        return found
 
     # ---- model exchange ----
 
-    def state_vector(self) -> np.ndarray:
-        """Continuous states (n_states,), in their units."""
-        return self._vector("GetContinuousStates")
+    def vector(self, function: str = "GetContinuousStates") -> np.ndarray:
+        """Continuous states (n_states,), in their units, or what else a function says of them."""
+        count = len(self.subject.states)
+        kind = ctypes.POINTER(ctypes.c_double)
+        return self._required(
+            count, lambda to: self.fmu.call(function, to.ctypes.data_as(kind), count)
+        )
 
-    def rate_vector(self) -> np.ndarray:
+    def rates(self) -> np.ndarray:
         """Time derivatives (n_states,) of the continuous states, in their units per second."""
-        return self._vector("GetDerivatives")
+        return self.vector("GetDerivatives")
 
-    def nominal_vector(self) -> np.ndarray:
-        """Nominal values (n_states,) of the continuous states, in their units."""
-        return self._vector("GetNominalsOfContinuousStates")
-
-    def _vector(self, function: str) -> np.ndarray:
-        count = len(self.library.subject.states)
-
-        def fill(values: np.ndarray) -> Status:
-            return self.call(function, values.ctypes.data_as(REALS), count)
-
-        status, found = self._guarded(count, fill)
-        self.require(status, self._function)
-        return found
-
-    def set_state_vector(self, x: np.ndarray) -> None:
+    def set_states(self, x: np.ndarray) -> None:
         """Set the continuous states to `x` (n_states,), in their units."""
         data = np.ascontiguousarray(x, dtype=np.float64)
-        self.must("SetContinuousStates", data.ctypes.data_as(REALS), len(data))
-
-    def set_time(self, time: float) -> None:
-        """Set the time [s]."""
-        self.must("SetTime", ctypes.c_double(time), note=f"t={time:.9g}")
-
-    def completed_integrator_step(self) -> Status:
-        """Tell that a step of the solver is complete."""
-        event, terminate = self.functions.BOOLEAN(), self.functions.BOOLEAN()
-        function = "CompletedIntegratorStep"
-        return self.call(function, 1, ctypes.byref(event), ctypes.byref(terminate))
+        kind = ctypes.POINTER(ctypes.c_double)
+        self.fmu.do("SetContinuousStates", data.ctypes.data_as(kind), len(data))
 
     # ---- derivatives ----
 
@@ -321,13 +386,10 @@ class Probe:
 
         For the change `seed` (n_knowns,) of `knowns`, in their units.
         """
-        z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
+        z, v = self._arrays(unknowns), self._arrays(knowns)
         data = _spread(seed, v)
-        status, found = self._filled(
-            z, lambda found: self.functions.directional_derivative(z, v, data, found)
-        )
-        self.require(status, self._function)
-        return found
+        found = self._required(z.count, lambda to: self.fmu.sensitivity(z, v, data, to))
+        return found[list(z.places)]
 
     def adjoint(
         self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
@@ -336,49 +398,42 @@ class Probe:
 
         `seed` (n_unknowns,) [1] are the weights. For FMI 3.0 only.
         """
-        functions = self.functions
-        assert isinstance(functions, Functions3)
-        z, v = self._arrays_of(unknowns), self._arrays_of(knowns)
-        data = _spread(seed, z)
-        status, found = self._filled(
-            v, lambda found: functions.adjoint_derivative(z, v, data, found)
-        )
-        self.require(status, self._function)
-        return found
+        z, v = self._arrays(unknowns), self._arrays(knowns)
+        data, function = _spread(seed, z), "GetAdjointDerivative"
+        found = self._required(v.count, lambda to: self.fmu.sensitivity(z, v, data, to, function))
+        return found[list(v.places)]
 
-    def output_derivatives(self, outputs: Sequence[ModelVariable], order: int) -> np.ndarray:
-        """Time derivatives (n_outputs,) of an order of outputs, in SI."""
-        y = self._arrays_of(outputs)
-        status, found = self._filled(
-            y, lambda found: self.functions.output_derivatives(y, order, found)
-        )
-        self.require(status, self._function)
-        return found
+    def output_derivatives(self, outputs: Sequence[ModelVariable]) -> np.ndarray:
+        """First time derivatives (n_outputs,) of outputs, in SI."""
+        y = self._arrays(outputs)
+        found = self._required(y.count, lambda to: self.fmu.output_derivatives(y, to))
+        return found[list(y.places)]
 
     def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:
         """Set first time derivatives of inputs to `rates` (n_inputs,), in SI; for FMI 2.0 only."""
-        assert isinstance(self.functions, Functions2)
+        assert isinstance(self.fmu, Fmi2)
         data = np.ascontiguousarray(rates, dtype=np.float64)
-        self.require(self.functions.set_input_derivatives(self._arrays_of(inputs), data))
+        references = [v.valueReference for v in inputs]
+        self.require(self.fmu.set_input_derivatives(references, 1, data))
 
-    def _arrays_of(self, variables: Sequence[ModelVariable]) -> Arrays:
-        return self._arrays([v.valueReference for v in variables])
+    def _arrays(self, variables: Sequence[ModelVariable]) -> Arrays:
+        return self.fmu.arrays([v.valueReference for v in variables])
 
     # ---- state ----
 
     def save(self) -> ctypes.c_void_p:
         """A saved state of the instance."""
         state = ctypes.c_void_p()
-        self.must("GetFMUstate", ctypes.byref(state))
+        self.fmu.do("GetFMUstate", ctypes.byref(state))
         return state
 
     def restore(self, state: ctypes.c_void_p) -> None:
         """Bring the instance back to a saved state."""
-        self.must("SetFMUstate", state)
+        self.fmu.do("SetFMUstate", state)
 
     def free_state(self, state: ctypes.c_void_p) -> None:
         """Free a saved state."""
-        self.must("FreeFMUstate", ctypes.byref(state))
+        self.fmu.do("FreeFMUstate", ctypes.byref(state))
 
 
 def _spread(seed: np.ndarray, arrays: Arrays) -> np.ndarray:

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Table
 from m4e_fmi.model.elements import neutral_symbol, parameter_values
-from m4e_fmi.multibody.symbolic.intermediates import intermediates
-from m4e_fmi.multibody.symbolic.printing import rates_text
+from m4e_fmi.multibody.symbolic.printing import intermediates, rates_text
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.units import parse_unit
 

@@ -14,22 +14,35 @@ from typing import TYPE_CHECKING
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.model import Model, as_model
 from m4e_fmi.model.elements import neutral_mass, neutral_symbol
-from m4e_fmi.multibody.assembly import Accelerations, Assembly, Scalars, assemble
-from m4e_fmi.multibody.closed_form import forcing, mass_matrix, outwards
-from m4e_fmi.multibody.energy import kinetic_energy, load_powers, potential_energy
-from m4e_fmi.multibody.model_program.declaration import declared_inputs
-from m4e_fmi.multibody.model_program.recording import add_outputs
+from m4e_fmi.multibody.assembly import (
+    Accelerations,
+    Assembly,
+    Scalars,
+    assemble,
+    kinetic_energy,
+    load_powers,
+    potential_energy,
+)
+from m4e_fmi.multibody.closed_form import (
+    Columns,
+    column_rates,
+    forcing,
+    mass_matrix,
+    outwards,
+    velocity_transformation,
+)
+from m4e_fmi.multibody.declaration import declared_inputs
 from m4e_fmi.multibody.reactions import reactions
+from m4e_fmi.multibody.recording import add_outputs
+from m4e_fmi.multibody.symbolic.code import Language, equations_code
+from m4e_fmi.multibody.symbolic.printing import equations_text, notebook_latex
 from m4e_fmi.multibody.topology import topology
-from m4e_fmi.multibody.velocity_transformation import Columns, column_rates, columns
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import Displayed, listing
 from m4e_fmi.space import TURN
 
 if TYPE_CHECKING:
     import sympy
-
-    from m4e_fmi.multibody.symbolic.code import Language
 
 
 class Equations(Displayed):
@@ -108,7 +121,9 @@ class Equations(Displayed):
     def B(self) -> sympy.Matrix:
         """Velocity transformation: (v_x, v_z, ω) of each body = B u, 3N×n; in space (v, ω)."""
         bodies = self.assembly.frames
-        return self._stacked([columns(self.topology, bodies, k) for k in range(len(bodies))])
+        return self._stacked(
+            [velocity_transformation(self.topology, bodies, k) for k in range(len(bodies))]
+        )
 
     @cached_property
     def B_dot(self) -> sympy.Matrix:
@@ -154,24 +169,17 @@ class Equations(Displayed):
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
         """½ vᵀ(𝓜 + A)v [J]."""
-        import sympy
-
-        return sympy.sympify(kinetic_energy(self.assembly), strict=True)
+        return _expression(kinetic_energy(self.assembly))
 
     @cached_property
     def potential_energy(self) -> sympy.Expr:
         """Of gravity (zero at Z = 0) and of springs that have one [J]."""
-        import sympy
-
-        return sympy.sympify(potential_energy(self.assembly), strict=True)
+        return _expression(potential_energy(self.assembly))
 
     @cached_property
     def load_powers(self) -> dict[str, sympy.Expr]:
         """Power [W] by which each load changes the total energy; pure springs are left out."""
-        import sympy
-
-        powers = load_powers(self.assembly)
-        return {name: sympy.sympify(power, strict=True) for name, power in powers.items()}
+        return {name: _expression(power) for name, power in load_powers(self.assembly).items()}
 
     @cached_property
     def positions(self) -> sympy.Matrix:
@@ -181,33 +189,26 @@ class Equations(Displayed):
 
     def _stacked(self, bodies: list[Columns]) -> sympy.Matrix:
         """The rows of every body that its motion can have as one matrix."""
-        import sympy
-
-        components = self.topology.components
-        result = sympy.zeros(len(components) * len(bodies), len(self.topology.velocity_names))
-        for k, body in enumerate(bodies):
-            for column, entries in body.items():
-                for row, c in enumerate(components):
-                    result[len(components) * k + row, column] = entries[c]
-        return result
+        n, nothing = len(self.topology.velocity_names), [0] * (2 * TURN)
+        return _matrix(
+            [
+                [body.get(column, nothing)[c] for column in range(n)]
+                for body in bodies
+                for c in self.topology.components
+            ]
+        )
 
     def text(
         self, *, latex: bool = False, reactions: bool = False, explicit: bool | None = None
     ) -> str:
         """The equations as a page of text, or of LaTeX: see `printing.equations_text`."""
-        from m4e_fmi.multibody.symbolic.printing import equations_text
-
         return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
 
     def code(self, language: Language = "python") -> str:
         """M and f as source of a function in Python or C: see `code.equations_code`."""
-        from m4e_fmi.multibody.symbolic.code import equations_code
-
         return equations_code(self, language)
 
     def _repr_latex_(self) -> str | None:
-        from m4e_fmi.multibody.symbolic.printing import notebook_latex
-
         return notebook_latex(self)
 
     def __repr__(self) -> str:
@@ -237,9 +238,13 @@ class _Outputs:
         self.values: dict[str, sympy.Expr] = {}
 
     def output(self, variable: Variable, value: AnyScalar) -> None:
-        import sympy
+        self.values[variable.name] = _expression(value)
 
-        self.values[variable.name] = sympy.sympify(value, strict=True)
+
+def _expression(value: AnyScalar) -> sympy.Expr:
+    import sympy
+
+    return sympy.sympify(value, strict=True)
 
 
 def _symbols(names: tuple[str, ...]) -> sympy.Matrix:

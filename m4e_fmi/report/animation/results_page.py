@@ -15,8 +15,8 @@ from m4e_fmi.report.animation.frames import Frames, frames_of
 from m4e_fmi.report.animation.page import Part, page, scene_part
 from m4e_fmi.report.animation.scene import Scene, Water
 from m4e_fmi.report.animation.scene_text import scene_of_text
-from m4e_fmi.results.dataset import SCENE
 from m4e_fmi.results.results_file import AT_STOP, Results, load
+from m4e_fmi.results.series import SCENE
 
 Floats = NDArray[np.float64]
 MOST_FRAMES, BYTES = 4000, 450_000

@@ -29,7 +29,7 @@ from m4e_fmi.report.animation.scene import (
 )
 from m4e_fmi.report.drawing.space.hinges import Spot, Triple
 from m4e_fmi.report.drawing.space.hulls import Hull
-from m4e_fmi.results.dataset import SCENE
+from m4e_fmi.results.series import SCENE
 
 FORMAT = 1
 PLACES, WAVES, CORNERS = 6, 10, 5

@@ -20,7 +20,7 @@ from m4e_fmi.model.elements import Quantity, Vector, gravity_of, parameter_value
 from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody import Topology, model_program, topology
-from m4e_fmi.multibody.model_program.declaration import is_unset
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import load_python
 from m4e_fmi.report.drawing import symbols

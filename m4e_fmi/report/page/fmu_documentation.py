@@ -21,7 +21,7 @@ from m4e_fmi.fmu.export.arrays import Grouped, grouped
 from m4e_fmi.fmu.export.description import ICON
 from m4e_fmi.model import Model
 from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.model_program.declaration import is_unset
+from m4e_fmi.multibody.declaration import is_unset
 from m4e_fmi.program import Program
 from m4e_fmi.report.drawing.schematic import model_figure, model_icon
 from m4e_fmi.report.page.fmu_page import fmu_page, whole_page

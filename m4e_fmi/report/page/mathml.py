@@ -8,8 +8,8 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from m4e_fmi.multibody import Equations
-from m4e_fmi.multibody.model_program.declaration import state_names
-from m4e_fmi.multibody.symbolic.intermediates import intermediates
+from m4e_fmi.multibody.declaration import state_names
+from m4e_fmi.multibody.symbolic.printing import intermediates
 
 if TYPE_CHECKING:
     from xml.dom.minidom import Element

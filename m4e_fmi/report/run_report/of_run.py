@@ -22,8 +22,8 @@ from m4e_fmi.report.run_report.summary import reproduction, summary
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
 from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
-from m4e_fmi.results.dataset import SCENE
 from m4e_fmi.results.results_file import Results, load
+from m4e_fmi.results.series import SCENE
 
 OWN = "m4e_fmi.report.run_report"
 SUFFIX = ".report.html"

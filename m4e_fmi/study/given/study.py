@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
+from m4e_fmi.errors import Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document
 from m4e_fmi.shown import short
 from m4e_fmi.statistics import STATISTICS
@@ -79,13 +79,7 @@ def read_study(path: str | Path) -> tuple[Study | None, list[Problem]]:
     None if too little is left, as without a system or a model.
     """
     document = Document.load(path)
-    problems: list[Problem] = []
-    section = None
-    try:
-        section = document.validate(StudySection)
-    except InputError as error:
-        problems += error.problems
-    part = section or document.valid_part(StudySection)
+    part, problems = document.validate_as_far_as_possible(StudySection, required={})
     if part is None:
         return None, problems
     source = _source(part, document, problems)

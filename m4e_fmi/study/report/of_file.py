@@ -7,7 +7,7 @@ from pathlib import Path
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.report.run_report.of_run import SUFFIX, report_of_run
-from m4e_fmi.results.gridded_file import dimensions_of, is_gridded
+from m4e_fmi.results.results_file import dimensions_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import OF_RUNS
 
@@ -22,9 +22,9 @@ def write_report(results: str | Path, path: str | Path | None = None) -> Path:
     """
     file = as_path(results)
     page = file.with_suffix(SUFFIX) if path is None else Path(path)
-    if not is_gridded(file):
-        return report_of_run(file, page)
     found = dimensions_of(file)
+    if all(dimensions == ("time",) for dimensions in found.values()):
+        return report_of_run(file, page)
     if all(name in found for name in OF_RUNS):  # every study has these
         return report_of_study(file, page)
     over = ", ".join(dict.fromkeys(name for names in found.values() for name in names))

@@ -13,12 +13,12 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash, imports_hash
-from m4e_fmi.cosim.checkpoint.identity import identity
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
 from m4e_fmi.cosim.preparation.doubtful_values import ramps
 from m4e_fmi.cosim.preparation.inputs import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, RunError
@@ -225,10 +225,8 @@ class Plan:
         first = self.start_up(own)
         starts = {c.name: dict(c.start) for c in system.components}
         fmus = {name: self._file(d.path, d) for name, d in prepared.descriptions.items()}
-        names = {w.variable for w in study.wanted} | set(study.series)
-        recorded = {name: sorted(names) for name in components}
         same = {
-            **identity(own, recorded, certify=study.coupling_error),
+            **identity(own, certify=study.coupling_error),
             "code": code_hash(),
             "imports": {n: self._imports(d.path) for n, d in prepared.descriptions.items()},
             "stop_time": repr(stop),

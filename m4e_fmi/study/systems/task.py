@@ -19,13 +19,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.recorded_variables import chosen
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.master.begun import Options, begun_run
+from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.running import running
 from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.errors import M4eError, RunError
 from m4e_fmi.files.temporary import TemporaryFolder
-from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
@@ -102,11 +101,11 @@ def _memory() -> Path | None:
     return None
 
 
-def _limited(descriptions: Mapping[str, Description]) -> list[str]:
+def _limited(prepared: Prepared) -> list[str]:
     """Outputs with limits, which a run watches in what it records."""
     return [
         f"{component}.{variable.name}"
-        for component, variables in chosen(descriptions, ()).items()
+        for component, variables in prepared.recorded.items()
         for variable in variables
         if math.isfinite(variable.minimum) or math.isfinite(variable.maximum)
     ]
@@ -117,12 +116,12 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
         warnings.append(line.removeprefix("warning: "))
 
     names = tuple(dict.fromkeys((*(w.variable for w in task.wanted), *task.series)))
-    recorded = tuple(dict.fromkeys((*names, *_limited(prepared.descriptions))))
-    options = Options(results=results, variables=recorded, certify=task.certify, warn=warn)
+    recorded = tuple(dict.fromkeys((*names, *_limited(prepared))))
+    options = Options(results=results, certify=task.certify, warn=warn)
     prepared = replace(prepared, warnings=())  # of the preparation: told once
-    with begun_run(prepared, options) as begun:
-        begun.master.run(results=begun.results)
-    outcome = begun.outcome
+    with running(prepared.recording(recorded), options) as run:
+        run.finish()
+    outcome = run.outcome
     assert outcome is not None
     found = load(results)
     values = {name: found[name].values.astype(float)[None] for name in names}

@@ -1,5 +1,5 @@
 /* Components that feed the next one, written as one would for this system alone. */
-#include "fmi2.h"
+#include "fmi2Functions.h"
 
 typedef fmi2Status get_real(fmi2Component, const fmi2ValueReference[], size_t, fmi2Real[]);
 typedef fmi2Status set_real(fmi2Component, const fmi2ValueReference[], size_t, const fmi2Real[]);

@@ -15,6 +15,8 @@ from pathlib import Path
 import fmpy
 
 HERE = Path(__file__).parent
+FMI_HEADERS = files("fmpy") / "c-code"
+"""Folder of the standards' own headers."""
 KEPT = Path(__file__).parents[3] / "build" / "c_fmus"
 
 
@@ -23,8 +25,7 @@ def packed(
 ) -> Path:
     """The FMU `name` with a description and the library that the compiler makes of `arguments`."""
     library = folder / (name + fmpy.sharedLibraryExtension)
-    headers = files("fmpy") / "c-code"
-    compiled(["-shared", "-fPIC", "-w", f"-I{headers}", f"-I{HERE}", *arguments], library)
+    compiled(["-shared", "-fPIC", "-w", f"-I{FMI_HEADERS}", f"-I{HERE}", *arguments], library)
     return archived(library, text, platform)
 
 

@@ -18,7 +18,7 @@ static const double CUBIC = 0.8, TAU = 0.2, LARGEST_SUBSTEP = 0.001, OWN_STEP = 
 typedef struct {
     double r[N];
     double slope; /* of the force during the next step */
-    double t, stop, used_stiffness, own; /* own: the time that steps of its own have reached */
+    double t, stop, own; /* own: the time that steps of its own have reached */
     int phase;
 } Values;
 typedef struct {
@@ -46,11 +46,7 @@ static double shared;
 #endif
 
 static double stiffness(const Model *m) {
-#ifdef DEFECT_TUNABLE_IGNORED
-    double k = m->now.used_stiffness;
-#else
     double k = m->now.r[STIFFNESS];
-#endif
 #ifdef DEFECT_CS_DIFFERS
     if (m->type == fmi2CoSimulation) k *= 1.02;
 #endif
@@ -66,12 +62,8 @@ static void rates(const Model *m, double force, const double s[3], double ds[3])
 
 static void update(Model *m) {
     double *r = m->now.r, s[3] = {r[X], r[V], FILTERED(m)}, ds[3];
-    if (m->now.phase & (INSTANTIATED | INITIALIZATION)) m->now.used_stiffness = r[STIFFNESS];
     rates(m, r[FORCE], s, ds);
     r[RATIO] = r[STIFFNESS] / r[MASS];
-#ifdef DEFECT_TUNABLE_IGNORED
-    r[RATIO] = m->now.used_stiffness / r[MASS];
-#endif
     r[A] = ds[1];
     r[RATE] = ds[2];
     r[POWER] = r[FORCE] * r[V];
@@ -146,6 +138,12 @@ fmi2Status fmi2Terminate(fmi2Component c) {
     return fmi2OK;
 }
 fmi2Status fmi2Reset(fmi2Component c) {
+#ifdef DEFECT_RESET_CRASHES
+    *(volatile int *)NULL = 0;
+#endif
+#ifdef DEFECT_RESET_HANGS
+    for (volatile double still = 0;; still += 1e-9) continue;
+#endif
     to_start(c);
     return fmi2OK;
 }
@@ -154,15 +152,11 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     ENTER(LATER);
     update(m);
     m->now.r[Z] = FILTERED(m);
-#ifndef DEFECT_REFERENCE
     for (size_t i = 0; i < n; i++) CHECK(vr[i] < N, "no such variable");
-#endif
     fmi2Status status = fmi2OK;
     for (size_t i = 0; i < n; i++) {
         v[i] = m->now.r[vr[i] % N];
-#ifndef DEFECT_NAN_SILENT
         if (!isfinite(v[i])) status = fmi2Discard;
-#endif
     }
 #ifdef DEFECT_OVERRUN
     if (n == N) v[n] = 0;
@@ -172,9 +166,6 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 
 static int settable(const Model *m, fmi2ValueReference i) {
     int starting = m->now.phase & (INSTANTIATED | INITIALIZATION);
-#ifdef DEFECT_FIXED_ACCEPTED
-    if (i <= DAMPING) return 1;
-#endif
     if (i == FORCE || i == STIFFNESS) return 1;
     return starting && (i <= DAMPING || i == X || i == V || i == Z);
 }
@@ -182,20 +173,9 @@ static int settable(const Model *m, fmi2ValueReference i) {
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real v[]) {
     ENTER(INSTANTIATED | INITIALIZATION | RUNNING);
     for (size_t i = 0; i < n; i++) {
-#ifdef DEFECT_REFERENCE
-        if (vr[i] >= N) return fmi2OK;
-#endif
         CHECK(vr[i] < N, "no such variable");
         CHECK(settable(m, vr[i]), "cannot be set now");
-#ifdef DEFECT_NAN_CRASH
-        if (isnan(v[i])) *(volatile int *)NULL = 0;
-#endif
-#ifdef DEFECT_NAN_FATAL
-        if (isnan(v[i])) return tell(m, fmi2Fatal, "nan");
-#endif
-#ifndef DEFECT_NAN_SILENT
         CHECK(isfinite(v[i]), "not finite");
-#endif
         if (vr[i] == Z) FILTERED(m) = v[i];
         else m->now.r[vr[i]] = v[i];
     }
@@ -280,9 +260,7 @@ static int integrate(Model *m, double h) {
         }
         for (int q = 0; q < 3; q++) s[q] += d / 6 * (k[0][q] + 2 * k[1][q] + 2 * k[2][q] + k[3][q]);
     }
-#ifndef DEFECT_NAN_SILENT
     if (!isfinite(s[0] + s[1] + s[2])) return 0;
-#endif
     r[X] = s[0], r[V] = s[1];
     FILTERED(m) = s[2];
     r[FORCE] += m->now.slope * h;
@@ -291,24 +269,10 @@ static int integrate(Model *m, double h) {
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean final) {
-#ifdef DEFECT_EARLY_STEP
-    ENTER(INSTANTIATED | STEP);
-#else
     ENTER(STEP);
-#endif
-#ifdef DEFECT_HUGE_HANG
-    for (volatile double still = 0; h > 1e9; still += 1e-9) continue;
-#endif
-#ifndef DEFECT_NEGATIVE_STEP
     CHECK(!(h <= 0), "no step");
-#endif
-#ifdef DEFECT_NAN_STEP_HANGS
-    for (volatile double still = 0; h != h; still += 1e-9) continue;
-#endif
     CHECK(isfinite(h), "no step");
-#ifndef DEFECT_PAST_STOP
     CHECK(t + h <= m->now.stop + 1e-9, "past the stop time");
-#endif
     CHECK(h < 1e6, "too long a step");
     double size = h;
 #ifdef DEFECT_STEP_SIZE
@@ -334,9 +298,6 @@ fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind k, fmi2Status *v)
 #endif
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind k, fmi2Real *v) {
     ENTER(STEP | FAILED | TERMINATED);
-#ifdef DEFECT_DISCARD_TIME
-    return fmi2Discard;
-#endif
     *v = m->now.t;
     return k == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-from importlib.resources import files
 from pathlib import Path
 
 import fmpy
@@ -34,7 +33,7 @@ def build_faulty(version: int, name: str, folder: Path) -> Path:
 
 def _compile(version: int, flags: list[str], folder: Path, stem: str, library: Path) -> None:
     """The honest functions get other names, and those of faulty.c call them."""
-    include = [f"-I{files('fmpy') / 'c-code'}", f"-I{HONEST}"]
+    include = [f"-I{FMI_HEADERS}", f"-I{HONEST}"]
     cc = ["cc", "-O1", "-fPIC", "-w", "-c", *include, *flags]
     honest, faulty, absent = (
         folder / f"{stem}_{part}.o" for part in ("honest", "faulty", "absent")

@@ -1,4 +1,4 @@
-"""Damage of checkpoints: of their JSON or of the bytes behind it, most with the right checksum."""
+"""Damage of checkpoints: of their JSON or of the parts behind it, most with the right checksum."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def damaged_checkpoint(content: bytes, rng: random.Random) -> bytes:
         return damaged_bytes(content, rng)
     magic, _, size, rest = content.split(b"\n", 3)
     text, blobs = rest[: int(size)], rest[int(size) :]
-    if kind < 0.8:
+    if kind < 0.3:
         text = damaged_json(text, rng)
     else:
         blobs = damaged_bytes(blobs, rng)

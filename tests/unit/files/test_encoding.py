@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
+import os
+import pickle
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from m4e_fmi.files.encoding import LIVE, DamagedError, Decoder, Encoder, Json
+from m4e_fmi.errors import Problem
+from m4e_fmi.files import encoding
+from m4e_fmi.files.encoding import LIVE, DamagedError, Decoder, Encoder
 
 
 @dataclass(frozen=True)
@@ -31,6 +38,17 @@ class Key:
     """A key of mappings."""
 
     name: str
+
+
+@dataclass(frozen=True)
+class Late:
+    """One that is checked."""
+
+    time: float
+
+    def check(self) -> None:
+        if self.time < 0.0:
+            raise ValueError("before the start")
 
 
 @dataclass
@@ -71,8 +89,8 @@ def whole() -> Whole:
     )
 
 
-def decoded(data: Json, encoder: Encoder, live: Mapping[str, object]) -> Whole:
-    blobs = memoryview(b"".join(bytes(blob) for blob in encoder.blobs))
+def decoded(data: object, encoder: Encoder, live: Mapping[str, object]) -> Whole:
+    blobs = memoryview(b"".join(encoder.blobs))
     return Decoder(blobs).decode(Whole, json.loads(json.dumps(data)), live)
 
 
@@ -96,34 +114,43 @@ def test_an_object_that_is_met_twice_is_one_again() -> None:
 
 
 def test_what_has_no_form_is_a_mistake_of_the_program() -> None:
-    for value in (object(), np.array(["a"], dtype=object), Key):
+    for value in (object(), np.array(["a", "b"], dtype=object), os.system, Path):
         with pytest.raises(TypeError, match="no form"):
             Encoder().encode(value)
 
 
+class Forged:
+    """A value that is pickled as a call."""
+
+    def __init__(self, *call: object) -> None:
+        self.call = call
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return self.call
+
+
 @pytest.mark.parametrize(
-    ("name", "value"),
+    "value",
     [
-        ("values", [1.0]),
-        ("values", {"at": 0, "dtype": "|O", "shape": [1]}),
-        ("values", {"at": 0, "dtype": "<f8", "shape": [10**12]}),
-        ("values", {"at": -8, "dtype": "<f8", "shape": [1]}),
-        ("values", {"at": 0, "dtype": "<f8", "shape": [-1]}),
-        ("data", {"at": 10**9, "size": 1}),
-        ("base", {"class": "Key", "name": "a"}),
-        ("base", {"class": "Derived", "number": 1.5}),
-        ("base", {"class": "Derived", "number": 1, "more": 2}),
-        ("base", {"same": 99}),
-        ("counts", {"1": "one"}),
-        ("counts", [[1, 2]]),
-        ("either", "7"),
-        ("either", True),
-        ("value", [1]),
+        Forged(os.system, ("true",)),
+        Forged(eval, ("1",)),
+        Forged(importlib.import_module, ("os",)),
+        Forged(getattr, ("a", "upper")),
+        Forged(Fraction, (1, 2)),
+        Forged(Problem, ("of another package",)),
+        Forged(encoding._array, ("|O", (1,), bytes(8))),
+        Forged(encoding._array, ("<f8", (10**12,), b"")),
+        Forged(encoding._array, ("<f8", (-2,), bytes(8))),
+        Forged(Derived, (1, 2)),
+        Forged(encoding._object, (Derived, {"more": 1}, [])),
+        Forged(encoding._object, (Derived, {}, ["number"])),
+        Forged(encoding._object, (Late, {"time": -1.0}, [])),
+        Derived(1),
+        None,
     ],
 )
-def test_what_a_field_cannot_be_is_refused(name: str, value: Json) -> None:
-    encoder = Encoder()
-    data = encoder.encode(whole())
-    data[name] = value
-    with pytest.raises(DamagedError):
-        decoded(data, encoder, {"call": lambda: 1})
+def test_what_a_file_may_not_have_is_refused(value: object) -> None:
+    content = pickle.dumps(value)
+    for data in ([0, len(content)], [0, len(content) - 1], [0, 0], [-1, 1], "ab", None, [0]):
+        with pytest.raises(DamagedError):
+            Decoder(memoryview(content)).decode(Whole, data, {})

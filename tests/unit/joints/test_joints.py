@@ -24,8 +24,8 @@ from m4e_fmi.joints import JOINT_TYPES, JointType
 from m4e_fmi.model import Body, Joint, Model, TorsionSpring, load_model
 from m4e_fmi.multibody import mass_matrix_program, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import tangent
 from m4e_fmi.report import animate, draw_model
 from m4e_fmi.simulate import simulate

@@ -13,8 +13,7 @@ from support.runtime_programs import chain, every_operation, van_der_pol
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program import Program, Recorder, Variable
-from m4e_fmi.program.binary_form import decode, encode
-from m4e_fmi.program.program_file import load_program, save_program
+from m4e_fmi.program.binary_form import decode, encode, load_program, save_program
 from m4e_fmi.runtime.library import library
 
 

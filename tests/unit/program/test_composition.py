@@ -11,8 +11,8 @@ from support.planar_trees import random_tree
 from support.programs import Evaluated
 
 from m4e_fmi.multibody import topology
-from m4e_fmi.multibody.model_program.recording import recorded
-from m4e_fmi.multibody.sensitivity import Recursion
+from m4e_fmi.multibody.recording import recorded
+from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.program import (
     AlgebraicLoopError,
     Connection,

@@ -7,17 +7,13 @@ and only then gives values. Here that happens when the first value is read.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 
-import numpy as np
 from fmpy import fmi1
 
-from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.functions import Status
+from m4e_fmi.fmu.importer.calls.fmi2 import Fmi2
 from m4e_fmi.fmu.importer.calls.parts import Layout
-from m4e_fmi.fmu.importer.calls.standard import Call, CFunction, Failed, FmpyInstance
-from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.calls.standard import CFunction
+from m4e_fmi.fmu.importer.messages import Messages, Status
 
 _NAMES = {
     "fmi2FreeInstance": "fmiFreeSlaveInstance",
@@ -26,52 +22,53 @@ _NAMES = {
 }
 
 
-class Fmi1(Classic):
-    """One instance of FMI 1.0, which knows no saved states and no directional derivatives."""
+class Fmi1(Fmi2):
+    """One instance of FMI 1.0, which declares no saved states and no directional derivatives."""
 
+    VERSION = 1
     BOOLEAN = fmi1.fmi1Boolean
     TRUTH = Layout.I8
 
-    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
-        super().__init__(functions, description, failed)
-        self._experiment = (0.0, fmi1.fmi1False, 0.0)
-        self._initialised = False
+    _experiment: tuple[float, int, float]
+    _initialised = False
 
-    def instantiate(self, name: str, messages: Messages) -> None:
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        token: str | None = None,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        del token, exchange, events
         self._fmpy.instanceName = name
         self._fmpy.instantiate(functions=messages.callbacks_1(), loggingOn=True)
         self.component = self._fmpy.component
         if not self.component:
             raise RuntimeError("fmiInstantiateSlave gave no component")
 
-    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
         del tolerance  # FMI 1.0 hands over none
-        self._experiment = (start, fmi1.fmi1True, stop)
+        self._experiment = start, int(stop is not None), stop or 0.0
 
     def enter_initialization(self) -> None:
         pass
 
     def exit_initialization(self) -> None:
-        self.check(self._ready(), "fmi2ExitInitializationMode")
+        self.check(self.ready(), "fmi2ExitInitializationMode")
 
-    def _ready(self) -> Status:
+    def ready(self) -> Status:
         if self._initialised:
             return 0
         self._initialised = True
         return self.call("ExitInitializationMode", *self._experiment)
 
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        call = self._bound("fmi2GetReal", names, view)
-
-        def get() -> Status:
-            self.exit_initialization()
-            return call()
-
-        return get
+    def wants_end(self) -> bool:
+        return False
 
     def function(self, function: str) -> CFunction:
-        name = f"{self._description.identifier}_{self.name(function)}"
-        loaded = getattr(self._dll, name)
+        loaded = getattr(self._dll, f"{self._fmpy.modelIdentifier}_{self.name(function)}")
         # FMPy declares that some functions give a text where they give a status
         return ctypes.cast(loaded, ctypes.CFUNCTYPE(ctypes.c_int, *loaded.argtypes))
 

@@ -1,115 +1,161 @@
-"""FMI 2.0 for co-simulation."""
+"""FMI 2.0, for co-simulation and model exchange."""
 
 from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from fmpy import fmi2
 
-from m4e_fmi.fmu.importer.calls.classic import Classic
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status, guarded
-from m4e_fmi.fmu.importer.calls.functions_2 import Functions2
 from m4e_fmi.fmu.importer.calls.parts import Layout
 from m4e_fmi.fmu.importer.calls.standard import (
-    Call,
-    CFunction,
-    Failed,
-    FmpyInstance,
-    Rollback,
+    RawCall,
     SerializedState,
+    Standard,
+    Value,
+    pointer_to,
 )
-from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
+from m4e_fmi.fmu.importer.reading import Variable
 
-_TERMINATED = 3
+_LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 """Of fmi2StatusKind."""
-_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 
-class Fmi2(Classic, Rollback):
-    """One instance of FMI 2.0."""
+class Fmi2(Standard):
+    """One instance of FMI 2.0; `TRUTH` is how a Boolean lies in memory."""
 
-    BOOLEAN = fmi2.fmi2Boolean
-    TRUTH = Layout.I32
+    VERSION = 2
+    BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]] = fmi2.fmi2Boolean
+    BYTE = ctypes.c_char
+    TRUTH: ClassVar[Layout] = Layout.I32
 
-    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
-        super().__init__(functions, description, failed)
-        self._calls = Functions2(self._dll, self.call)
-        self._ended: dict[int, float] = {}
+    _ended: dict[int, float]
+    """Of each slot, when the FMU had asked for the end by then."""
 
-    def instantiate(self, name: str, messages: Messages) -> None:
-        folder = Path(self._fmpy.unzipDirectory)
-        self.component = self._calls.instantiate(name, self._fmpy.guid, folder, messages)
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        token: str | None = None,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        del events  # FMI 2.0 has event mode in model exchange only, and always there
+        self._ended = {}
+        self.component = self._dll.fmi2Instantiate(
+            name.encode("utf-8"),
+            fmi2.fmi2ModelExchange if exchange else fmi2.fmi2CoSimulation,
+            (self._fmpy.guid if token is None else token).encode("utf-8"),
+            Path(self._fmpy.unzipDirectory, "resources").as_uri().encode("utf-8"),
+            ctypes.byref(messages.callbacks),
+            fmi2.fmi2False,
+            fmi2.fmi2True,
+        )
         if self.component is None:
             raise RuntimeError("fmi2Instantiate gave no component")
 
-    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
-        status = self._calls.setup(start=start, stop=stop, tolerance=tolerance)
-        self.check(status, "fmi2SetupExperiment")
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
+        self.do(
+            "SetupExperiment",
+            int(tolerance is not None),
+            tolerance or 0.0,
+            start,
+            int(stop is not None),
+            stop or 0.0,
+            note=f"start={start:g}, stop={stop}",
+        )
 
-    def enter_initialization(self) -> None:
-        self.check(self._calls.enter_initialization(), "fmi2EnterInitializationMode")
+    # ---- values ----
 
-    def exit_initialization(self) -> None:
-        self.check(self.call("ExitInitializationMode"), "fmi2ExitInitializationMode")
+    def set_values(self, values: Mapping[str, Value]) -> None:
+        kinds = {
+            "Real": ("SetReal", ctypes.c_double),
+            "Integer": ("SetInteger", ctypes.c_int),
+            "Enumeration": ("SetInteger", ctypes.c_int),
+            "Boolean": ("SetBoolean", self.BOOLEAN),
+            "String": ("SetString", ctypes.c_char_p),
+        }
+        for variable, value in zip(self.variables(list(values)), values.values(), strict=True):
+            function, kind = kinds[variable.type]
+            data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
+            self.do(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
 
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        return self._bound("fmi2GetReal", names, view)
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        return {
+            "Real": ("Real", Layout.F64),
+            "Integer": ("Integer", Layout.I32),
+            "Enumeration": ("Integer", Layout.I32),
+            "Boolean": ("Boolean", self.TRUTH),
+            "String": ("String", Layout.TEXT),
+        }[variable.type]
+
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        assert self.component
+        references = [v.value_reference for v in self.variables(names)]
+        references = np.array(references, dtype=np.uint32)
+        return RawCall(self.address(function), self.component, references)
+
+    def set_input_derivatives(
+        self, references: Sequence[int], order: int, rates: np.ndarray
+    ) -> Status:
+        """Set time derivatives of an `order` of inputs, `rates` (n_inputs,).
+
+        In the inputs' units per s or s².
+        """
+        count = len(references)
+        orders = (ctypes.c_int * count)(*[order] * count)
+        arguments = (ctypes.c_uint * count)(*references), count, orders, pointer_to(rates)
+        return self.call("SetRealInputDerivatives", *arguments)
+
+    # ---- steps ----
+
+    def do_step(self, time: float, size: float) -> Status:
+        return self.call("DoStep", time, size, 0, note=f"t={time:.9g}, h={size:.9g}")
 
     def wants_end(self) -> bool:
         value = ctypes.c_int()
         status = self.call("GetBooleanStatus", _TERMINATED, ctypes.byref(value))
         return status <= WARNING and bool(value.value)
 
+    def reached(self) -> float | None:
+        value = ctypes.c_double()
+        status = self.call("GetRealStatus", _LAST_SUCCESSFUL_TIME, ctypes.byref(value))
+        return value.value if status <= WARNING and math.isfinite(value.value) else None
+
+    def needs_new_discrete_states(self) -> tuple[Status, bool]:
+        info = fmi2.fmi2EventInfo()
+        status = self.call("NewDiscreteStates", ctypes.byref(info))
+        return status, bool(info.newDiscreteStatesNeeded)
+
+    # ---- states ----
+
     def slot(self) -> ctypes.c_void_p:
         return ctypes.c_void_p()
 
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        function = guarded(_SAVE_OR_RESTORE, self.address("fmi2GetFMUstate"))
-        place = ctypes.addressof(slot)
+    def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
+        return slot
 
-        def save() -> Status:
-            self._ended[place] = self.events.ended
-            return function(self.component, place)
+    def save(self, slot: ctypes.c_void_p) -> Status:
+        self._ended[ctypes.addressof(slot)] = self.events.ended
+        return super().save(slot)
 
-        return save
-
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        function = guarded(_SAVE_OR_RESTORE, self.address("fmi2SetFMUstate"))
-        place = ctypes.addressof(slot)
-
-        def restore() -> Status:
-            self.events.ended = self._ended.get(place, math.inf)
-            return function(self.component, slot.value)
-
-        return restore
-
-    def free_state(self, slot: ctypes.c_void_p) -> None:
-        if slot:
-            self.call("FreeFMUstate", ctypes.byref(slot))
+    def restore(self, slot: ctypes.c_void_p) -> Status:
+        self.events.ended = self._ended.get(ctypes.addressof(slot), math.inf)
+        return super().restore(slot)
 
     def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
-        status, data = self._calls.state_bytes(slot)
-        self.check(status, "fmi2SerializeFMUstate")
-        return SerializedState(data, (self._ended.get(ctypes.addressof(slot), math.inf),))
+        ended = self._ended.get(ctypes.addressof(slot), math.inf)
+        return SerializedState(self.state_bytes(slot), (ended,))
 
     def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
         (self._ended[ctypes.addressof(slot)],) = state.events
-        self.check(self._calls.state_from(state.data, slot), "fmi2DeSerializeFMUstate")
-
-    def directional_derivative(self, output: Variable, known: Variable) -> float:
-        unknowns, knowns = (self._calls.arrays([v.value_reference], {}) for v in (output, known))
-        value = np.zeros(1)
-        status = self._calls.directional_derivative(unknowns, knowns, np.ones(1), value)
-        self.check(status, "fmi2GetDirectionalDerivative")
-        return float(value[0])
-
-    def function(self, function: str) -> CFunction:
-        return getattr(self._dll, function)
+        slot.value = self.state_of(state.data).value
 
     def name(self, function: str) -> str:
         return function

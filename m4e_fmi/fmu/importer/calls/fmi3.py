@@ -1,7 +1,8 @@
-"""FMI 3.0 for co-simulation: arrays as their elements, event mode where the FMU has it.
+"""FMI 3.0: arrays as their elements, event mode in co-simulation where the FMU has it.
 
 Events within a step end it early: the whole system's, or, where that cannot be, the FMU goes on
-after its event. `step` does in Python what m4e_do_step_3 does in C.
+after its event. The runtime's component_3.h makes steps, and moves Reals: Float64 apart from
+Float32, and discrete ones in event mode.
 """
 
 from __future__ import annotations
@@ -9,42 +10,32 @@ from __future__ import annotations
 import ctypes
 import math
 import os
-import sys
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
+from ctypes import c_bool, c_double, c_int32, c_uint64, c_void_p
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
+from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.component_3 import EVENT_FIELDS, RawComponent, RawState
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status
-from m4e_fmi.fmu.importer.calls.functions_3 import DiscreteStates, Functions3
-from m4e_fmi.fmu.importer.calls.parts import Caller, Layout, Part
-from m4e_fmi.fmu.importer.calls.reals_3 import RealAccess
+from m4e_fmi.fmu.importer.calls.parts import Layout, RawPart, batches, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
-    EARLY,
-    NEAR,
     RESTLESS,
-    Call,
-    CFunction,
-    Failed,
-    FmpyInstance,
     RawCall,
-    Rollback,
     SerializedState,
     Standard,
     Value,
-    check_view,
 )
-from m4e_fmi.fmu.importer.calls.typed import function as runtime_function
 from m4e_fmi.fmu.importer.elements import locate
-from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import STRUCTURAL, Description, Variable
+from m4e_fmi.fmu.importer.messages import Messages, Status
+from m4e_fmi.fmu.importer.reading import STRUCTURAL, Variable
 
 MOST_EVENTS = 1000
+EVENT_FIELDS = ("next_event", "reached", "ended", "interruptions")
+"""Fields that a saved state has of its component."""
 _METHODS = {"Enumeration": "Int64"}
 _LAYOUTS = {
     **{f"Int{bits}": Layout[f"I{bits}"] for bits in (8, 16, 32, 64)},
@@ -62,74 +53,137 @@ _RAW = {
     "fmi2GetFMUstate": "m4e_save_3",
     "fmi2SetFMUstate": "m4e_restore_3",
 }
-
+_RENAMED = {
+    "GetReal": "GetFloat64",
+    "SetReal": "SetFloat64",
+    "GetDerivatives": "GetContinuousStateDerivatives",
+    "GetRealOutputDerivatives": "GetOutputDerivatives",
+    "GetFMUstate": "GetFMUState",
+    "SetFMUstate": "SetFMUState",
+    "FreeFMUstate": "FreeFMUState",
+    "SerializedFMUstateSize": "SerializedFMUStateSize",
+    "SerializeFMUstate": "SerializeFMUState",
+    "DeSerializeFMUstate": "DeserializeFMUState",
+}
+_POINTERS = {
+    "do_step": "fmi2DoStep",
+    "enter_event_mode": "fmi2EnterEventMode",
+    "update_discrete_states": "fmi2UpdateDiscreteStates",
+    "enter_step_mode": "fmi2EnterStepMode",
+    "get_state": "fmi2GetFMUstate",
+    "set_state": "fmi2SetFMUstate",
+}
+"""Field of a component → function."""
 
 _Element = Value | bytes | None
 
 
-class Fmi3(Standard, Rollback):
+class _RawState(ctypes.Structure):
+    """`m4e_state_3`."""
+
+    _fields_ = [
+        ("state", c_void_p),
+        ("next_event", c_double),
+        ("reached", c_double),
+        ("ended", c_double),
+        ("interruptions", c_uint64),
+    ]
+
+
+class _RawPart3(RawPart):
+    """`m4e_part_3`."""
+
+    _fields_: ClassVar = [("single", c_int32), ("partial", c_int32), ("discrete", c_int32)]
+
+
+class _RawAccess(ctypes.Structure):
+    """`m4e_access_3`."""
+
+    _fields_ = [("component", c_void_p), ("parts", c_void_p), ("count", c_uint64)]
+
+
+class Fmi3(Standard):
     """One instance of FMI 3.0."""
 
-    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
-        super().__init__(functions, description, failed)
-        self._calls = Functions3(self._dll, self.call)
-        self._sizes: dict[int, int] = {}
-        for variable in self._description.variables.values():
-            reference, index = locate(variable.value_reference)
-            self._sizes[reference] = max(self._sizes.get(reference, 0), index + 1)
-        self._kept: list[object] = []
-        self._raw = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
-        self.events = self._raw
-        self._raw.has_events = self._description.has_events
+    VERSION = 3
+    BYTE = ctypes.c_uint8
+    SIZED = True
 
-    def instantiate(self, name: str, messages: Messages) -> None:
-        made = self._instantiate(name, messages)
-        if not made and self._raw.has_events:
-            self._raw.has_events = False  # there are FMUs that declare event mode and refuse it
-            made = self._instantiate(name, messages)
+    def __init__(self, *arguments: Any, **more: Any) -> None:
+        super().__init__(*arguments, **more)
+        sizes: dict[int, int] = {}
+        for variable in self._variables.values():
+            reference, index = locate(variable.value_reference)
+            sizes[reference] = max(sizes.get(reference, 0), index + 1)
+        self.sizes = self.sizes or sizes
+        self._experiment = (0.0, None, None)
+        self._accesses: dict[tuple[str, ...], tuple[_RawAccess, object]] = {}
+        self._states: list[_RawState] = []
+
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        token: str | None = None,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        guid: str = self._fmpy.guid if token is None else token
+        resources = f"{Path(self._fmpy.unzipDirectory, 'resources')}{os.sep}".encode()
+        first = (name.encode("utf-8"), guid.encode("utf-8"), resources, False, True)
+        log = self._log = fmi3.fmi3LogMessageCallback(messages.add_3)  # kept as long as this is
+        if exchange:
+            made = self._dll.fmi3InstantiateModelExchange(*first, None, log)
+        else:
+            make = partial(self._dll.fmi3InstantiateCoSimulation, *first)
+            update = fmi3.fmi3IntermediateUpdateCallback()
+            rest = ((ctypes.c_uint * 0)(), 0, None, log, update)
+            made = make(events, events, *rest)
+            if events and not made:  # there are FMUs that declare event mode and refuse it
+                events = False
+                made = make(events, events, *rest)
         if not made:
             raise RuntimeError("fmi3InstantiateCoSimulation gave no instance")
-        self._fmpy.component = self.component = self._raw.instance = made
-        self._raw.do_step = self.address("fmi2DoStep")
-        self._raw.enter_event_mode = self.address("fmi3EnterEventMode")
-        self._raw.update_discrete_states = self.address("fmi3UpdateDiscreteStates")
-        self._raw.enter_step_mode = self.address("fmi3EnterStepMode")
-        self._raw.get_state = self.address("fmi2GetFMUstate")
-        self._raw.set_state = self.address("fmi2SetFMUstate")
+        self._fmpy.component = self.component = self.events.instance = made
+        self.events.has_events = events
+        for field, function in {} if exchange else _POINTERS.items():
+            setattr(self.events, field, self.address(function))
 
-    def _instantiate(self, name: str, messages: Messages) -> int | None:
-        folder, events = self._fmpy.unzipDirectory, bool(self._raw.has_events)
-        resources = f"{Path(folder, 'resources')}{os.sep}".encode()
-        return self._calls.instantiate(
-            name, self._fmpy.guid, resources, messages, event_mode=events, early_return=events
-        )
-
-    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
-        self._calls.setup(start=start, stop=stop, tolerance=tolerance)
-        self._raw.reached = start
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
+        self._experiment = start, stop, tolerance
+        self.events.reached = start
 
     def enter_initialization(self) -> None:
-        self.check(self._calls.enter_initialization(), "fmi2EnterInitializationMode")
+        start, stop, tolerance = self._experiment
+        self.do(
+            "EnterInitializationMode",
+            tolerance is not None,
+            tolerance or 0.0,
+            start,
+            stop is not None,
+            stop or 0.0,
+            note=f"start={start:g}, stop={stop}",
+        )
 
     def exit_initialization(self) -> None:
-        self.check(self.call("ExitInitializationMode"), "fmi2ExitInitializationMode")
-        if self._raw.has_events:
-            self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
-        self._raw.stepping = True
+        super().exit_initialization()
+        if self.events.has_events:
+            self._settle()
+        self.events.stepping = True
 
     def free(self) -> None:
         super().free()
-        self._raw.instance = None
+        self.events.instance = None
 
     # ---- values ----
 
     def set_values(self, values: Mapping[str, Value]) -> None:
-        variables = self._description.variables
-        sizes = [name for name in values if variables[name].causality == STRUCTURAL]
+        sizes = [name for name in values if self._variables[name].causality == STRUCTURAL]
         if sizes:
-            self.check(self.call("EnterConfigurationMode"), "fmi3EnterConfigurationMode")
+            self.do("EnterConfigurationMode")
             self._set_all({name: values[name] for name in sizes})
-            self.check(self.call("ExitConfigurationMode"), "fmi3ExitConfigurationMode")
+            self.do("ExitConfigurationMode")
         self._set_all({name: value for name, value in values.items() if name not in sizes})
 
     def _set_all(self, values: Mapping[str, Value]) -> None:
@@ -144,36 +198,32 @@ class Fmi3(Standard, Rollback):
     @contextmanager
     def _event_mode(self) -> Generator[None, None, None]:
         """Where there is event mode, nothing but continuous inputs is set in any other."""
-        events = self._raw.has_events and self._raw.stepping and self._raw.ended == math.inf
+        c = self.events
+        events = c.has_events and c.stepping and c.ended == math.inf
         if events:
-            self.check(self.call("EnterEventMode"), "fmi3EnterEventMode")
+            self.do("EnterEventMode")
         yield
         if events:
-            self.check(self._settle(self._raw.reached), "fmi3UpdateDiscreteStates")
+            self._settle()
 
     def _set_array(self, reference: int, elements: Mapping[int, Value]) -> None:
         """Set elements of an array by index; the others get what they have, or their start."""
-        members = [
-            variable
-            for variable in self._description.variables.values()
-            if locate(variable.value_reference)[0] == reference
-        ]
+        members = {
+            index: variable
+            for variable in self._variables.values()
+            for owner, index in [locate(variable.value_reference)]
+            if owner == reference
+        }
         kind = members[0].fmi_type
-        count = self._sizes[reference]
+        method, count = _METHODS.get(kind, kind), self.sizes[reference]
         given: list[_Element] = [None] * count
-        if len(elements) < count and self._raw.stepping:
-            given = self._array(reference, kind)
+        if len(elements) < count and self.events.stepping:
+            given = list(self._call(f"get{method}", [reference], nValues=count))
         elif len(elements) < count:
-            starts = {locate(v.value_reference)[1]: v.start for v in members}
-            given = [_start(kind, starts[k]) for k in range(count)]
+            given = [_start(kind, members[k].start) for k in range(count)]
         for index, value in elements.items():
             given[index] = bytes.fromhex(str(value)) if kind == "Binary" else value
-        self._call(f"set{_METHODS.get(kind, kind)}", [reference], given)
-
-    def _array(self, reference: int, kind: str) -> list[_Element]:
-        """The present values of all elements."""
-        count = self._sizes[reference]
-        return list(self._call(f"get{_METHODS.get(kind, kind)}", [reference], nValues=count))
+        self._call(f"set{method}", [reference], given)
 
     def _call(self, method: str, *arguments: object, **more: object) -> Any:
         """One of FMPy's methods; what is more than a warning has `failed`."""
@@ -182,186 +232,107 @@ class Fmi3(Standard, Rollback):
         except FMICallException as error:
             self._failed(error.status, error.function)
 
-    def text(self, variable: Variable) -> str:
-        reference, value = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
-        status = self.call("GetString", reference, 1, value, 1)
-        text = value[0]
-        return text.decode("utf-8", errors="replace").strip() if status <= WARNING and text else ""
-
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        check_view(view, len(names))
-        return partial(self._access(names).get, view)
-
-    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        check_view(view, len(names))
-        return partial(self._access(names).set, view, self._in_event_mode)
-
-    def _caller(self) -> Caller:
-        return Caller(
-            "fmi3",
-            self._layout,
-            self.address,
-            self.component,
-            self._sizes,
-            lambda: 0,
-            component=self._raw,
-            enter=lambda: self.call("EnterEventMode"),
-            settle=lambda: self._settle(self._raw.reached),
-        )
-
-    def _layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
         kind = variable.fmi_type
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
-    def _access(self, names: Sequence[str]) -> RealAccess:
-        return RealAccess(self.variables(names), self._caller(), self._raw)
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        place = ctypes.addressof(self._access(tuple(names)) if names else self.events)
+        return RawCall(runtime_function(_RAW[function]), place, np.zeros(0, dtype=np.uint32))
+
+    def _access(self, names: tuple[str, ...]) -> _RawAccess:
+        """The record with which the runtime moves these Reals."""
+        if names not in self._accesses:
+            parts = batches(self.variables(names), self.caller())
+            raw = (_RawPart3 * len(parts))(
+                *(
+                    _RawPart3(
+                        **part.raw_fields,
+                        single=part.layout is Layout.F32,
+                        partial=part.partial,
+                        discrete=part.discrete,
+                    )
+                    for part in parts
+                )
+            )
+            access = _RawAccess(
+                component=ctypes.addressof(self.events),
+                parts=ctypes.addressof(raw),
+                count=len(parts),
+            )
+            self._accesses[names] = access, (parts, raw)
+        return self._accesses[names][0]
 
     # ---- steps and events ----
 
-    def stepper(self) -> Callable[[float, float, int], Status]:
-        return self._step
-
     def step_beginner(self) -> int:
-        self._raw.begin_step = super().step_beginner()
+        self.events.begin_step = super().step_beginner()
         return runtime_function("m4e_begin_step_3")
 
-    def _step(self, time: float, size: float, final: int) -> Status:
-        """The whole step, or up to an event in it; as m4e_do_step_3."""
-        c, stop, now = self._raw, time + size, time
-        if c.ended < math.inf:
-            return 0
-        still = 0
-        while still < MOST_EVENTS:
-            timed = c.has_events and now < c.next_event < stop
-            aim = c.next_event if timed else stop
-            part = size if aim - now == stop - time else aim - now
-            status = self._calls.do_step(now, part, final, reached=now + part)
-            outcome = self._calls.outcome
-            told = outcome.early or status > WARNING
-            c.reached = last = outcome.reached if told else now + part
-            if status > WARNING:
-                return status
-            within = last < stop - NEAR
-            if within and last > time and c.has_events and not c.goes_on:
-                return EARLY
-            if outcome.end:
-                c.ended = last
-                return status
-            if c.has_events and (outcome.event or _is_at(last, c.next_event)):
-                status = self._in_event_mode()
-                if status > WARNING or c.ended < math.inf:
-                    return status
-            if _is_at(last, stop):
-                return status
-            c.interruptions += within
-            still = 0 if last > now else still + 1
-            now = last
-        return RESTLESS
+    def do_step(self, time: float, size: float) -> Status:
+        places = ctypes.byref(c_bool()), ctypes.byref(c_bool()), ctypes.byref(c_bool())
+        last, note = ctypes.byref(c_double()), f"t={time:.9g}, h={size:.9g}"
+        return self.call("DoStep", time, size, 0, *places, last, note=note)
 
-    def _in_event_mode(self, part: Part | None = None) -> Status:
-        """Event iteration, after a part was set."""
-        status = self.call("EnterEventMode")
-        if status <= WARNING and part:
-            status = part.set()
-        return self._settle(self._raw.reached) if status <= WARNING else status
-
-    def _settle(self, time: float) -> Status:
+    def _settle(self) -> None:
         """Event iteration, in event mode, and back to step mode."""
-        self._raw.handled += 1
-        states = DiscreteStates()
+        c = self.events
+        c.handled += 1
         for _ in range(MOST_EVENTS):
-            status = self._calls.update_discrete_states(states)
-            if status > WARNING:
-                return status
-            if states.end:
-                self._raw.ended = time
-                return 0
-            self._raw.next_event = states.next_event
-            if not states.again:
-                return self.call("EnterStepMode")
-        return RESTLESS
+            status, again, end, following = self._update_discrete_states()
+            self.check(status, "fmi2UpdateDiscreteStates")
+            if end:
+                c.ended = c.reached
+                return
+            c.next_event = following
+            if not again:
+                self.do("EnterStepMode")
+                return
+        self.check(RESTLESS, "fmi2UpdateDiscreteStates")
+
+    def _update_discrete_states(self) -> tuple[Status, bool, bool, float]:
+        """Status, true if another is needed, if it asks for the end, and the next event's time."""
+        flags, following = [c_bool() for _ in range(5)], c_double()
+        places = (ctypes.byref(place) for place in (*flags, following))
+        status = self.call("UpdateDiscreteStates", *places)
+        again, end, _, _, known = (bool(flag) for flag in flags)
+        return status, again, end, following.value if known else math.inf
+
+    def needs_new_discrete_states(self) -> tuple[Status, bool]:
+        return self._update_discrete_states()[:2]
 
     def reached(self) -> float | None:
-        return self._raw.reached if math.isfinite(self._raw.reached) else None
+        return self.events.reached if math.isfinite(self.events.reached) else None
 
-    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        place = runtime_function(_RAW[function])
-        none = np.zeros(0, dtype=np.uint32)
-        if not names:
-            return RawCall(place, ctypes.addressof(self._raw), none)
-        access = self._access(names)
-        self._kept.append(access)
-        return RawCall(place, access.address, none)
-
-    # ---- states and derivatives ----
+    # ---- states ----
 
     def slot(self) -> ctypes.c_void_p:
-        state = RawState()
-        self._kept.append(state)
-        return ctypes.c_void_p(ctypes.addressof(state))
+        state = _RawState()
+        self._states.append(state)
+        return c_void_p(ctypes.addressof(state))
 
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        state, get = _state(slot), self.function("fmi2GetFMUstate")
-        place = ctypes.cast(ctypes.addressof(state), ctypes.POINTER(ctypes.c_void_p))
-
-        def save() -> Status:
-            for name in EVENT_FIELDS:
-                setattr(state, name, getattr(self._raw, name))
-            return get(self.component, place)
-
-        return save
-
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        state, set_ = _state(slot), self.function("fmi2SetFMUstate")
-
-        def restore() -> Status:
-            for name in EVENT_FIELDS:
-                setattr(self._raw, name, getattr(state, name))
-            return set_(self.component, state.state)
-
-        return restore
-
-    def free_state(self, slot: ctypes.c_void_p) -> None:
-        place = ctypes.c_void_p(_state(slot).state)
-        if place:
-            self.call("FreeFMUstate", ctypes.byref(place))
+    def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
+        return c_void_p(_state(slot).state)
 
     def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
-        state = _state(slot)
-        status, data = self._calls.state_bytes(ctypes.c_void_p(state.state))
-        self.check(status, "fmi2SerializeFMUstate")
-        return SerializedState(data, tuple(float(getattr(state, name)) for name in EVENT_FIELDS))
+        events = tuple(float(getattr(_state(slot), name)) for name in EVENT_FIELDS)
+        return SerializedState(self.state_bytes(self.handle(slot)), events)
 
     def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
-        kept, place = _state(slot), ctypes.c_void_p()
+        kept = _state(slot)
         *times, count = state.events
         for name, value in zip(EVENT_FIELDS, (*times, int(count)), strict=True):
             setattr(kept, name, value)
-        self.check(self._calls.state_from(state.data, place), "fmi2DeSerializeFMUstate")
-        kept.state = place.value
-
-    def directional_derivative(self, output: Variable, known: Variable) -> float:
-        z, v = (self._calls.arrays([x.value_reference], self._sizes) for x in (output, known))
-        seed, found = np.zeros(v.count), np.zeros(z.count)
-        seed[v.places[0]] = 1.0
-        status = self._calls.directional_derivative(z, v, seed, found)
-        self.check(status, "fmi3GetDirectionalDerivative")
-        return float(found[z.places[0]])
-
-    def function(self, function: str) -> CFunction:
-        return getattr(self._dll, self.name(function))
+        kept.state = self.state_of(state.data).value
 
     def name(self, function: str) -> str:
-        return self._calls.name(function[len("fmi2") :])
+        bare = function[len("fmi2") :]
+        return f"fmi3{_RENAMED.get(bare, bare)}"
 
 
-def _state(slot: ctypes.c_void_p) -> RawState:
+def _state(slot: ctypes.c_void_p) -> _RawState:
     assert slot.value
-    return RawState.from_address(slot.value)
-
-
-def _is_at(time: float, goal: float) -> bool:
-    return time >= goal - 4 * sys.float_info.epsilon * abs(goal)
+    return _RawState.from_address(slot.value)
 
 
 def _start(kind: str, text: str | None) -> _Element:

@@ -1,4 +1,8 @@
-"""Interface of one instance of an FMU, whatever its version of FMI is; functions as in FMI 2.0."""
+"""One instance of an FMU, whatever its version of FMI is; functions have the names of FMI 2.0.
+
+`call` answers with the status, `do` raises where that is more than a warning. Validation has each
+call written into a journal before it is made. Value references are the keys of `elements`.
+"""
 
 from __future__ import annotations
 
@@ -8,17 +12,25 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from typing import Any, NoReturn, Protocol
+from functools import partial
+from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.functions import WARNING, Status, restored
-from m4e_fmi.fmu.importer.calls.parts import Caller
-from m4e_fmi.fmu.importer.calls.texts import Texts
-from m4e_fmi.fmu.importer.calls.typed import Access, Taken
-from m4e_fmi.fmu.importer.calls.typed import function as runtime_function
-from m4e_fmi.fmu.importer.messages import Messages
-from m4e_fmi.fmu.importer.reading import Description, Variable
+from m4e_fmi.fmu.importer.call_journal import CallJournal
+from m4e_fmi.fmu.importer.calls.parts import (
+    Arrays,
+    Caller,
+    Layout,
+    RawComponent,
+    address_of,
+    guarded,
+    restored,
+    runtime_function,
+)
+from m4e_fmi.fmu.importer.calls.typed import Access, Taken, Texts, value_in
+from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
+from m4e_fmi.fmu.importer.reading import Variable
 
 EARLY, RESTLESS = 16, 17
 """Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
@@ -36,6 +48,11 @@ CFunction = Callable[..., Any]
 Failed = Callable[[Status, str], NoReturn]
 """Called with a status above Warning, and FMI 2.0's name of the function."""
 
+_POINTER, _COUNT = ctypes.c_void_p, ctypes.c_size_t
+_GET = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER, _COUNT, _POINTER)
+_DO_STEP = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, ctypes.c_double, ctypes.c_double, ctypes.c_int)
+_SAVE_OR_RESTORE = ctypes.CFUNCTYPE(ctypes.c_int, _POINTER, _POINTER)
+
 
 @dataclass(frozen=True)
 class RawCall:
@@ -44,164 +61,6 @@ class RawCall:
     function: int
     component: int
     references: np.ndarray
-
-
-class Events(Protocol):
-    """Events of an instance; times in seconds, infinite if there is none."""
-
-    next_event: float
-    """Time of the event that it has announced."""
-    ended: float
-    """Time at which it asked for the end of the simulation."""
-    goes_on: int
-    """True if it steps on after an event within a step."""
-    interruptions: int
-    """Number of events within steps after which it went on."""
-    handled: int
-    """Number of times that it was in event mode."""
-
-
-@dataclass
-class NoEvents:
-    """The `Events` of FMI 1.0 and 2.0."""
-
-    next_event: float = math.inf
-    ended: float = math.inf
-    goes_on: int = True
-    interruptions: int = 0
-    handled: int = 0
-
-
-class Standard(ABC):
-    """One instance of the loaded FMU whose functions FMPy has as `functions`.
-
-    `component` is what the FMU calls the instance; None if there is none, or none that may be
-    called any more. `events` is what it has told of events. `failed` raises for statuses above
-    Warning; calls that answer with a status leave that to their caller.
-    """
-
-    def __init__(self, functions: FmpyInstance, description: Description, failed: Failed) -> None:
-        self._fmpy = copy(functions)
-        self._dll: ctypes.CDLL = functions.dll
-        self._description = description
-        self._failed = failed
-        self.component: int | None = None
-        self.events: Events = NoEvents()
-
-    # ---- the life of an instance ----
-
-    @abstractmethod
-    def instantiate(self, name: str, messages: Messages) -> None:
-        """Make the instance; any exception says that it cannot be made."""
-
-    @abstractmethod
-    def setup(self, *, start: float, stop: float, tolerance: float | None) -> None:
-        """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
-
-    @abstractmethod
-    def enter_initialization(self) -> None:
-        """Enter initialization mode."""
-
-    @abstractmethod
-    def exit_initialization(self) -> None:
-        """Exit initialization mode, ready for the first step."""
-
-    def terminate(self) -> Status:
-        """Terminate the simulation."""
-        return self.call("Terminate")
-
-    def free(self) -> None:
-        """Free the instance."""
-        self.call("FreeInstance")
-        self.component = None
-
-    # ---- values ----
-
-    @abstractmethod
-    def set_values(self, values: Mapping[str, Value]) -> None:
-        """Set variables of any type by name."""
-
-    @abstractmethod
-    def text(self, variable: Variable) -> str:
-        """The value of a String, empty if it cannot be had."""
-
-    @abstractmethod
-    def getter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that reads Reals into `view` (n_names,), float64, in the variables' units."""
-
-    @abstractmethod
-    def setter(self, names: Sequence[str], view: np.ndarray) -> Call:
-        """A call that sets Reals from `view` (n_names,), float64, in the variables' units."""
-
-    def typed(
-        self,
-        names: Sequence[str],
-        texts: Texts,
-        *,
-        taken: Sequence[Taken] = (),
-        changed: np.ndarray | None = None,
-    ) -> Access:
-        """Access to variables that are not Real, or take the values of such.
-
-        `changed` (1,) [1] becomes 0 where a value changes in reading.
-        """
-        assert self.component
-        return Access(self.variables(names), self._caller(), texts, taken=taken, changed=changed)
-
-    @abstractmethod
-    def _caller(self) -> Caller: ...
-
-    # ---- steps ----
-
-    @abstractmethod
-    def stepper(self) -> Callable[[float, float, int], Status]:
-        """The call ``(t, h, 1) -> status`` that steps from t to t + h [s], never to be undone."""
-
-    def step_beginner(self) -> int:
-        """The C function that asks for a step of an FMU in a worker, with `stepper`'s arguments."""
-        return runtime_function(f"m4e_remote_begin_{self._description.version[0]}")
-
-    def wants_end(self) -> bool:
-        """True if the FMU discarded the last step because it asks for the end of the simulation."""
-        return False
-
-    @abstractmethod
-    def reached(self) -> float | None:
-        """Time [s] up to which the step could be made that has just been discarded."""
-
-    @abstractmethod
-    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
-
-    # ---- functions of the library ----
-
-    @abstractmethod
-    def function(self, function: str) -> CFunction:
-        """The function of the library that FMI 2.0 calls `function`."""
-
-    @abstractmethod
-    def name(self, function: str) -> str:
-        """The name in this version of FMI of a function of FMI 2.0."""
-
-    def call(self, function: str, *arguments: object, note: str = "") -> Status:
-        """Status of a function of this instance, named as in FMI 2.0 without prefix."""
-        del note  # for those who keep a journal
-        return restored(self.function(f"fmi2{function}")(self.component, *arguments))
-
-    def check(self, status: Status, function: str) -> None:
-        """Raise if the status of `function`, named as in FMI 2.0, is above Warning."""
-        if status > WARNING:
-            self._failed(status, function)
-
-    def address(self, function: str) -> int:
-        """The address of a function, named as in FMI 2.0."""
-        address = ctypes.cast(self.function(function), ctypes.c_void_p).value  # pyright: ignore[reportArgumentType]  a C function
-        assert address
-        return address
-
-    def variables(self, names: Sequence[str]) -> list[Variable]:
-        """The variables of these names."""
-        return [self._description.variables[name] for name in names]
 
 
 @dataclass(frozen=True)
@@ -216,27 +75,261 @@ class SerializedState:
     events: tuple[float, ...]
 
 
-class Rollback(ABC):
-    """Saved states and directional derivatives, of FMI 2.0 and 3.0.
+class Standard(ABC):
+    """One instance of the FMU that FMPy has `loaded`, with its `variables` by name.
 
-    They are there as far as the FMU's description declares them.
+    `component` is what the FMU calls the instance; None if there is none, or none that may be
+    called any more. `events` is what it has told of events. `failed` raises for statuses above
+    Warning; functions that answer with a status leave that to their caller. `sizes` are the numbers
+    of elements of arrays by value reference, `last_call` is the last call for a journal.
     """
+
+    VERSION: ClassVar[int]
+    BYTE: ClassVar[type[ctypes.c_char | ctypes.c_uint8]]
+    """Of a serialised state."""
+    SIZED: ClassVar[bool] = False
+    """True if functions take the number of values beside that of references."""
+
+    def __init__(
+        self,
+        loaded: FmpyInstance,
+        variables: Mapping[str, Variable],
+        failed: Failed,
+        *,
+        sizes: Mapping[int, int] | None = None,
+        journal: CallJournal | None = None,
+    ) -> None:
+        self._fmpy = copy(loaded)
+        self._dll: ctypes.CDLL = loaded.dll
+        self._variables = variables
+        self._failed, self._journal = failed, journal
+        self.sizes = sizes or {}
+        self.component: int | None = None
+        self.events = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
+        self.last_call = ""
+        self._reals: dict[str, tuple[Call, np.ndarray]] = {}
+        self._typed: dict[str, tuple[Access, np.ndarray]] = {}
+        self._texts = Texts()
+
+    # ---- the life of an instance ----
+
+    @abstractmethod
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        token: str | None = None,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        """Make the instance, in model exchange if `exchange`; RuntimeError if there is none.
+
+        With another GUID than that of the description if there is a `token`; with event mode in
+        co-simulation if `events` (FMI 3.0), or without where the FMU refuses that.
+        """
+
+    @abstractmethod
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
+        """Tell the experiment: times [s], relative tolerance (None: the FMU's own)."""
+
+    def enter_initialization(self) -> None:
+        """Enter initialization mode."""
+        self.do("EnterInitializationMode")
+
+    def exit_initialization(self) -> None:
+        """Exit initialization mode, ready for the first step."""
+        self.do("ExitInitializationMode")
+
+    def terminate(self) -> Status:
+        """Terminate the simulation."""
+        return self.call("Terminate")
+
+    def free(self) -> None:
+        """Free the instance."""
+        self.call("FreeInstance")
+        self.component = None
+
+    # ---- values by name ----
+
+    @abstractmethod
+    def set_values(self, values: Mapping[str, Value]) -> None:
+        """Set variables of any type by name."""
+
+    @abstractmethod
+    def layout(self, variable: Variable) -> tuple[str, Layout]:
+        """The end of its functions' names, as Real of fmi2GetReal, and how values lie in memory."""
+
+    @abstractmethod
+    def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
+        """The C function that does what `function` of FMI 2.0 does, for the variables `names`."""
+
+    def typed(
+        self,
+        names: Sequence[str],
+        texts: Texts,
+        *,
+        taken: Sequence[Taken] = (),
+        changed: np.ndarray | None = None,
+    ) -> Access:
+        """Access to variables that are not Real, or take the values of such.
+
+        `changed` (1,) [1] becomes 0 where a value changes in reading.
+        """
+        return Access(self.variables(names), self.caller(), texts, taken=taken, changed=changed)
+
+    def caller(self) -> Caller:
+        """How the variables are called."""
+        record = self.events if self.SIZED else None
+        return Caller(self.layout, self.address, self.component, self.sizes, self.ready, record)
+
+    def ready(self) -> Status:
+        """Do what values need before they are read."""
+        return 0
+
+    def real(self, name: str) -> float:
+        """The present value of a Real, in its unit."""
+        self.check(self.ready(), "fmi2ExitInitializationMode")
+        if name not in self._reals:
+            raw, place = self.raw("fmi2GetReal", [name]), np.zeros(1)
+            arguments = pointer_to(raw.references), 1, pointer_to(place)
+            call = partial(guarded(_GET, raw.function), raw.component, *arguments)
+            self._reals[name] = call, place
+        call, value = self._reals[name]
+        self.check(call(), "fmi2GetReal")
+        return float(value[0])
+
+    def value(self, name: str, failed: Callable[[Status, Access, np.ndarray], object]) -> Value:
+        """The present value of a variable of another type; an item of an enumeration by number.
+
+        `failed` is called with the status, the access and cells (1,), int64 codes, if that fails.
+        """
+        if name not in self._typed:
+            self._typed[name] = self.typed([name], self._texts), np.zeros(1, dtype=np.int64)
+        access, cells = self._typed[name]
+        status = access.get(cells)
+        if not 0 <= status <= WARNING:
+            failed(status, access, cells)
+        return value_in(int(cells[0]), self._variables[name], self._texts)
+
+    def text(self, variable: Variable) -> str:
+        """The present value of a String, empty if it cannot be had."""
+        reference, found = (ctypes.c_uint * 1)(variable.value_reference), (ctypes.c_char_p * 1)()
+        status = self.call("GetString", reference, 1, found, *([1] if self.SIZED else []))
+        text = found[0] if status <= WARNING else None
+        return (text or b"").decode("utf-8", errors="replace").strip()
+
+    # ---- Reals by value reference; statuses are answered ----
+
+    def arrays(self, keys: Sequence[int]) -> Arrays:
+        """The arrays that are moved for elements with these keys."""
+        return Arrays.of(keys, self.sizes)
+
+    def get_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
+        """Read all elements into `values` (n_elements,), in the variables' units."""
+        note = f"{len(values)} values"
+        return self.call("GetReal", *_references(arrays), *self._values(values), note=note)
+
+    def set_reals(self, arrays: Arrays, values: np.ndarray) -> Status:
+        """Set all elements from `values` (n_elements,), in the variables' units."""
+        return self.call("SetReal", *_references(arrays), *self._values(values))
+
+    def sensitivity(
+        self,
+        unknowns: Arrays,
+        knowns: Arrays,
+        seed: np.ndarray,
+        found: np.ndarray,
+        function: str = "GetDirectionalDerivative",
+    ) -> Status:
+        """Write the change of the unknowns for a change of the knowns.
+
+        `found` (n_unknowns,) and `seed` (n_knowns,) are in the variables' units; the other way
+        round for FMI 3.0's GetAdjointDerivative.
+        """
+        variables = *_references(unknowns), *_references(knowns)
+        values = *self._values(seed), *self._values(found)
+        return self.call(function, *variables, *values, note=f"{len(found)} values")
+
+    def output_derivatives(self, outputs: Arrays, found: np.ndarray) -> Status:
+        """First time derivatives of the outputs, into `found` (n_elements,), in SI."""
+        references, count = _references(outputs)
+        arguments = references, count, (ctypes.c_int32 * count)(*[1] * count)
+        note = f"{len(found)} values"
+        return self.call("GetRealOutputDerivatives", *arguments, *self._values(found), note=note)
+
+    def _values(self, values: np.ndarray) -> tuple[object, ...]:
+        return (pointer_to(values), len(values)) if self.SIZED else (pointer_to(values),)
+
+    # ---- steps ----
+
+    def step_beginner(self) -> int:
+        """The C function that asks for a step of an FMU in a worker, ``(t, h, 1)`` [s]."""
+        return runtime_function(f"m4e_remote_begin_{self.VERSION}")
+
+    @abstractmethod
+    def do_step(self, time: float, size: float) -> Status:
+        """A plain step from `time` by `size` [s], which may be undone."""
+
+    def wants_end(self) -> bool:
+        """True if the FMU discarded the last step because it asks for the end of the simulation."""
+        return False  # only FMI 2.0 says so by a status
+
+    @abstractmethod
+    def reached(self) -> float | None:
+        """Time [s] up to which the step could be made that has just been discarded."""
+
+    @abstractmethod
+    def needs_new_discrete_states(self) -> tuple[Status, bool]:
+        """One event iteration in event mode; True if another is needed."""
+
+    # ---- states and derivatives, as far as the FMU's description declares them ----
 
     @abstractmethod
     def slot(self) -> ctypes.c_void_p:
         """A new place for a state of the FMU, to stay where it is."""
 
-    @abstractmethod
-    def saver(self, slot: ctypes.c_void_p) -> Call:
-        """A call that keeps the FMU's state in a slot, instead of the one that is there."""
+    def save(self, slot: ctypes.c_void_p) -> Status:
+        """Keep the FMU's state in a slot, instead of the one that is there."""
+        return self._at_state("fmi2GetFMUstate", ctypes.addressof(slot))
+
+    def restore(self, slot: ctypes.c_void_p) -> Status:
+        """Bring the FMU back to the state in a slot, which stays there."""
+        return self._at_state("fmi2SetFMUstate", slot.value)
+
+    def _at_state(self, function: str, place: int | None) -> Status:
+        raw = self.raw(function)
+        return guarded(_SAVE_OR_RESTORE, raw.function)(raw.component, place)
 
     @abstractmethod
-    def restorer(self, slot: ctypes.c_void_p) -> Call:
-        """A call that brings the FMU back to the state in a slot, which stays there."""
+    def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
+        """The pointer by which the FMU knows the state in a slot; null if there is none."""
 
-    @abstractmethod
     def free_state(self, slot: ctypes.c_void_p) -> None:
         """Free the state in a slot, if there is one."""
+        if handle := self.handle(slot):
+            self.call("FreeFMUstate", ctypes.byref(handle))
+
+    def state_size(self, handle: ctypes.c_void_p) -> int:
+        """The number of bytes that the FMU needs for a state."""
+        size = ctypes.c_size_t()
+        self.do("SerializedFMUstateSize", handle, ctypes.byref(size))
+        return size.value
+
+    def state_bytes(self, handle: ctypes.c_void_p, behind: bytes = b"") -> bytes:
+        """The FMU's bytes for a state, for another process, and some `behind` as they are then."""
+        size = self.state_size(handle)
+        room = (self.BYTE * (size + len(behind)))()
+        ctypes.memmove(ctypes.addressof(room) + size, behind, len(behind))
+        self.do("SerializeFMUstate", handle, room, size, note=f"{size} bytes")
+        return bytes(room)
+
+    def state_of(self, data: bytes) -> ctypes.c_void_p:
+        """A state in this process from the FMU's bytes for it."""
+        handle, room = ctypes.c_void_p(), (self.BYTE * len(data)).from_buffer_copy(data)
+        note = f"{len(data)} bytes"
+        self.do("DeSerializeFMUstate", room, len(data), ctypes.byref(handle), note=note)
+        return handle
 
     @abstractmethod
     def serialized(self, slot: ctypes.c_void_p) -> SerializedState:
@@ -246,16 +339,59 @@ class Rollback(ABC):
     def deserialize(self, slot: ctypes.c_void_p, state: SerializedState) -> None:
         """Put a state of another process into an empty slot."""
 
-    @abstractmethod
     def directional_derivative(self, output: Variable, known: Variable) -> float:
         """∂output/∂known at the present instant."""
+        z, v = (self.arrays([x.value_reference]) for x in (output, known))
+        seed, found = np.zeros(v.count), np.zeros(z.count)
+        seed[v.places[0]] = 1.0
+        self.check(self.sensitivity(z, v, seed, found), "fmi2GetDirectionalDerivative")
+        return float(found[z.places[0]])
+
+    # ---- functions of the library ----
+
+    def function(self, function: str) -> CFunction:
+        """The function of the library that FMI 2.0 calls `function`."""
+        return getattr(self._dll, self.name(function))
+
+    @abstractmethod
+    def name(self, function: str) -> str:
+        """The name in this version of FMI of a function of FMI 2.0."""
+
+    def call(self, function: str, *arguments: object, note: str = "") -> Status:
+        """Status of a function of this instance, named as in FMI 2.0 without prefix.
+
+        `note` describes the arguments, for the journal.
+        """
+        self.last_call = f"{self.name(f'fmi2{function}')}({note})"
+        if self._journal:
+            self._journal.write(self.last_call)
+        return restored(self.function(f"fmi2{function}")(self.component, *arguments))
+
+    def do(self, function: str, *arguments: object, note: str = "") -> None:
+        """The same, but raise if the status is above Warning."""
+        self.check(self.call(function, *arguments, note=note), f"fmi2{function}")
+
+    def check(self, status: Status, function: str) -> None:
+        """Raise if the status of `function`, named as in FMI 2.0, is not OK or Warning."""
+        if not 0 <= status <= WARNING:
+            self._failed(status, function)
+
+    def address(self, function: str) -> int:
+        """The address of a function, named as in FMI 2.0."""
+        return address_of(self.function(function))
+
+    def variables(self, names: Sequence[str]) -> list[Variable]:
+        """The variables of these names."""
+        return [self._variables[name] for name in names]
 
 
-def check_view(view: np.ndarray, *shape: int) -> None:
-    """Assert that C code may have the address of `view`: float64, contiguous, of this shape.
+def _references(arrays: Arrays) -> tuple[object, int]:
+    """The value references as C functions take them, and how many there are."""
+    count = len(arrays.references)
+    return (ctypes.c_uint * count)(*arrays.references), count
 
-    `view` has the shape of `shape`, in the variables' units.
-    """
-    assert view.dtype == np.float64
-    assert view.flags.c_contiguous
-    assert view.shape == shape
+
+def pointer_to(values: np.ndarray) -> object:
+    """A pointer to `values` (n,), contiguous, in any units; they are kept as it is."""
+    kind = ctypes.c_double if values.dtype == np.float64 else ctypes.c_uint
+    return values.ctypes.data_as(ctypes.POINTER(kind))

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.validation.context import Context
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.fmu_under_test import WRITTEN, nominal
-from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
-from m4e_fmi.fmu.validation.sampling.coarse import follows, stands
-from m4e_fmi.fmu.validation.sampling.differences import CENTRE, SAFETY, SAMPLES, Estimate, at_centre
-from m4e_fmi.fmu.validation.sampling.excitation import paced
+from m4e_fmi.fmu.validation.checks.samples import (
+    CENTRE,
+    SAFETY,
+    SAMPLES,
+    Slope,
+    at_centre,
+    follows,
+    paced,
+    stands,
+)
+from m4e_fmi.fmu.validation.findings import Finding, about
+from m4e_fmi.fmu.validation.probe import TOLERANCE, Context, RefusedError
+from m4e_fmi.fmu.validation.subject import WRITTEN, nominal
 
 WINDOWS = 4
 """Stretches of a simulation, each with its own constant inputs, that are looked at."""
@@ -36,35 +41,33 @@ def check(context: Context) -> Iterator[Finding | str]:
         yield from _nominals(context)
     context = paced(context)
     pairs = [v for v in subject.readable if v.derivative is not None and v.causality != "input"]
-    orders = subject.steps and "maxOutputDerivativeOrder" in context.facts.works
+    orders = subject.steps and "maxOutputDerivativeOrder" in context.works
     if subject.steps and (pairs or orders):
         yield from _along_a_run(context, pairs, subject.outputs if orders else [])
     shorter = subject.variable_steps and not context.holds
-    if subject.steps and "canInterpolateInputs" in context.facts.works and shorter:
+    if subject.steps and "canInterpolateInputs" in context.works and shorter:
         yield from _input_derivatives(context)
 
 
 def _order_of_states(context: Context) -> Iterator[Finding]:
     """In model exchange: the vectors of states and rates, against the variables they stand for."""
-    subject, wrong = context.subject, []
+    subject, wrong = context.subject, list[str]()
+    both = [*subject.states, *subject.rates]
     with context.probe(exchange=True) as probe:
         probe.begin()
         for x in context.random(subject.states, 2):
-            probe.set_state_vector(x)
-            for variables, vector in (
-                (subject.states, probe.state_vector()),
-                (subject.rates, probe.rate_vector()),
-            ):
-                values = probe.read(variables)
-                for v, a, b in zip(variables, vector, values, strict=True):
-                    if abs(a - b) > 1e-12 * max(
-                        abs(a), abs(b)
-                    ):  # the same quantity, computed twice
-                        wrong.append(f"{v.name} is {b:g}, the vector has {a:g}")
-    if wrong:
-        message = f"states or rates are not where ModelStructure has them: {some(wrong)}"
-        basis = "FMI 2.0.4, section 2.2.8: the order of the derivatives is that of the states"
-        yield Finding("derivatives.order", "error", message, basis)
+            probe.set_states(x)
+            vectors = np.concatenate([probe.vector(), probe.rates()])
+            values = probe.read(both)
+            # the same quantities, computed twice
+            differs = abs(vectors - values) > 1e-12 * np.maximum(abs(vectors), abs(values))
+            wrong += [
+                f"{both[k].name} is {values[k]:g}, the vector has {vectors[k]:g}"
+                for k in np.flatnonzero(differs)
+            ]
+    message = "states or rates are not where ModelStructure has them"
+    basis = "FMI 2.0.4, section 2.2.8: the order of the derivatives is that of the states"
+    yield from about(wrong, "derivatives.order", "error", message, basis)
 
 
 def _nominals(context: Context) -> Iterator[Finding]:
@@ -72,7 +75,7 @@ def _nominals(context: Context) -> Iterator[Finding]:
     states = context.subject.states
     try:
         with context.probe(exchange=True) as probe:
-            told = probe.begin().nominal_vector()
+            told = probe.begin().vector("GetNominalsOfContinuousStates")
     except RefusedError:
         return  # nothing to compare
     wrong = [
@@ -81,10 +84,9 @@ def _nominals(context: Context) -> Iterator[Finding]:
         if not 0 < value < np.inf
         or (declared is not None and abs(value - declared) > WRITTEN * abs(declared))
     ]
-    if wrong:
-        message = f"nominal values of states are not above 0, or not as declared: {some(wrong)}"
-        basis = "FMI 2.0.4, section 3.2.2, fmi2GetNominalsOfContinuousStates"
-        yield Finding("derivatives.nominal", "warning", message, basis)
+    message = "nominal values of states are not above 0, or not as declared"
+    basis = "FMI 2.0.4, section 3.2.2, fmi2GetNominalsOfContinuousStates"
+    yield from about(wrong, "derivatives.nominal", "warning", message, basis)
 
 
 def _along_a_run(
@@ -95,74 +97,47 @@ def _along_a_run(
     A solver inside that advances in fixed steps of its own is sampled at communication points.
     """
     bases = [v.derivative for v in pairs if v.derivative is not None]
-    inputs = context.random_inputs(WINDOWS)
     shorter = context.subject.variable_steps and not context.holds
     spacing = context.step_size * (SPACING if shorter else 1.0)
-    of_pairs, of_outputs = _sampled(context, inputs, spacing, (bases, pairs), outputs)
+    values, told = _sampled(context, [*bases, *pairs, *outputs], outputs, spacing)
+    of_bases, rates, of_outputs = np.split(values, [len(pairs), 2 * len(pairs)], axis=2)
+    found = [follows(*rows, spacing) for rows in zip(of_bases, rates, strict=True)]
+    coarse = (np.mean(found, axis=0) > 0.5) | stands(np.concatenate(of_bases))
     what = "along a run, declared derivatives are not those of their variables"
-    yield from _contradictions("mismatch", what, BASIS, pairs, of_pairs, of_pairs.coarse())
+    expected = [_estimate(rows, spacing) for rows in of_bases]
+    yield from _contradictions("mismatch", what, BASIS, pairs, rates[:, CENTRE], expected, coarse)
     what = "fmi2GetRealOutputDerivatives is not the derivative along a run"
-    basis = "FMI 2.0.4, section 4.2.1"
-    none = np.zeros(len(outputs), bool)
-    yield from _contradictions("output", what, basis, outputs, of_outputs, none)
-
-
-@dataclass(frozen=True)
-class _Samples:
-    """Of variables along a run: windows × SAMPLES × variables, `spacing` [s] apart.
-
-    `rates` are the derivatives that the FMU tells, in the middle of each window only or at all
-    samples.
-    """
-
-    values: np.ndarray
-    rates: np.ndarray
-    spacing: float
-
-    @property
-    def told(self) -> np.ndarray:
-        return self.rates[:, self.rates.shape[1] // 2]
-
-    def estimates(self) -> list[Estimate]:
-        return [_estimate(rows, self.spacing) for rows in self.values]
-
-    def coarse(self) -> np.ndarray:
-        """The variables that change as the rates at both ends allow, or hold between steps."""
-        pairs = zip(self.values, self.rates, strict=True)
-        found = [follows(rows, rates, self.spacing) for rows, rates in pairs]
-        return (np.mean(found, axis=0) > 0.5) | stands(np.concatenate(self.values))
+    basis, none = "FMI 2.0.4, section 4.2.1", np.zeros(len(outputs), bool)
+    expected = [_estimate(rows, spacing) for rows in of_outputs]
+    yield from _contradictions("output", what, basis, outputs, told, expected, none)
 
 
 def _sampled(
     context: Context,
-    inputs: np.ndarray,
-    spacing: float,
-    pairs: tuple[list[ModelVariable], list[ModelVariable]],
+    variables: list[ModelVariable],
     outputs: list[ModelVariable],
-) -> tuple[_Samples, _Samples]:
-    """Variables with their declared derivatives, and outputs with what the FMU derives of them."""
-    seen: list[list[np.ndarray]] = [[], [], [], []]
+    spacing: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Samples of variables along a run, and what the FMU derives of outputs in their middle.
+
+    Windows × SAMPLES × variables, `spacing` [s] apart, and windows × outputs.
+    """
+    samples, told = list[np.ndarray](), list[np.ndarray]()
     with context.probe() as probe:
         probe.begin()
-        for row in inputs:
+        for row in context.random_inputs(WINDOWS):
             probe.put(context.subject.inputs, row)
             probe.advance(context.step_size)
             for k in range(SAMPLES):
-                for rows, variables in zip(seen, (*pairs, outputs), strict=False):
-                    rows.append(probe.read(variables))
-                if k == CENTRE:
-                    seen[3].append(probe.output_derivatives(outputs, 1) if outputs else np.zeros(0))
+                samples.append(probe.read(variables))
+                if k == CENTRE and outputs:
+                    told.append(probe.output_derivatives(outputs))
                 probe.advance(spacing)
-    bases, rates, values, told = (
-        np.reshape(rows, (len(inputs), -1, len(rows[0])))
-        if rows[0].size
-        else np.zeros((len(inputs), SAMPLES, 0))
-        for rows in seen
-    )
-    return _Samples(bases, rates, spacing), _Samples(values, told, spacing)
+    values = np.reshape(samples, (WINDOWS, SAMPLES, -1))
+    return values, np.reshape(told, (WINDOWS, len(outputs)))
 
 
-def _estimate(rows: np.ndarray, spacing: float) -> Estimate:
+def _estimate(rows: np.ndarray, spacing: float) -> Slope:
     """Differences; the FMU's own error per step, relative, counts as an error of the samples.
 
     Exactly 0 for what changes by rounding only.
@@ -171,7 +146,7 @@ def _estimate(rows: np.ndarray, spacing: float) -> Estimate:
     spread = np.ptp(rows, axis=0)
     still = spread <= SAFETY * np.finfo(float).eps * np.max(np.abs(rows), axis=0)
     noise = TOLERANCE * spread / spacing
-    return Estimate(np.where(still, 0.0, found.value), found.error + noise)
+    return Slope(np.where(still, 0.0, found.value), found.error + noise)
 
 
 def _contradictions(
@@ -179,16 +154,17 @@ def _contradictions(
     what: str,
     basis: str,
     variables: list[ModelVariable],
-    samples: _Samples,
+    values: np.ndarray,
+    estimates: list[Slope],
     coarse: np.ndarray,
 ) -> Iterator[Finding]:
     """Variables that contradict the differences in most of the windows that tell something.
 
-    Of those that are `coarse`, and of those that contradict them by little, roughly only.
+    The FMU tells the derivatives `values` (n_windows, n_variables), in their units per second. Of
+    variables that are `coarse`, and of those that contradict them by little, roughly only.
     """
     if not variables:
         return
-    values, estimates = samples.told, samples.estimates()
     expected = np.array([e.value for e in estimates])
     error = SAFETY * np.array([e.error for e in estimates])
     largest = np.max(np.abs([values, expected]), axis=(0, 1))
@@ -206,14 +182,12 @@ def _contradictions(
         f"tells {values[row[k], k]:.6g}, got {expected[row[k], k]:.6g}"
         for k, v in enumerate(variables)
     ]
-    if (most & ~rough).any():
-        listed = some(text for text, m in zip(texts, most & ~rough, strict=True) if m)
-        yield Finding(f"derivatives.{name}", "error", f"{what}: {listed}", basis)
-    if rough.any():
-        listed = some(text for text, r in zip(texts, rough, strict=True) if r)
-        message = f"along a run, variables follow their derivatives roughly only: {listed}"
-        remedy = "is the solver inside coarse? co-simulation then differs from the equations"
-        yield Finding("derivatives.rough", "warning", message, remedy)
+    false = [texts[k] for k in np.flatnonzero(most & ~rough)]
+    yield from about(false, f"derivatives.{name}", "error", what, basis)
+    message = "along a run, variables follow their derivatives roughly only"
+    remedy = "is the solver inside coarse? co-simulation then differs from the equations"
+    near = [texts[k] for k in np.flatnonzero(rough)]
+    yield from about(near, "derivatives.rough", "warning", message, remedy)
 
 
 def _input_derivatives(context: Context) -> Iterator[Finding]:
@@ -222,7 +196,6 @@ def _input_derivatives(context: Context) -> Iterator[Finding]:
     held = np.array([v.derivative is not None for v in subject.inputs])
     first, last = context.random_inputs(2)
     last = np.where(held, first, last)
-    size = context.step_size
     try:
         curved = _grown(context, first, last, parts=0)
         still, coarse, fine = (_grown(context, first, last, parts=parts) for parts in (-1, 8, 16))
@@ -236,11 +209,10 @@ def _input_derivatives(context: Context) -> Iterator[Finding]:
     seen = effect > np.maximum(error, SAFETY * TOLERANCE * np.abs(best))
     # a tenth: half of a linear growth is what a first-order mistake would leave out
     wrong = seen & (np.abs(curved - best) > np.maximum(error, 0.1 * effect))
-    if wrong.any():
-        names = some(v.name for v, w in zip(subject.readable, wrong, strict=True) if w)
-        message = f"inputs that grow over a step of {size:g} s do not have their effect on {names}"
-        basis = "FMI 2.0.4, section 4.2.1, fmi2SetRealInputDerivatives"
-        yield Finding("derivatives.input", "error", message, basis)
+    names = [subject.readable[k].name for k in np.flatnonzero(wrong)]
+    message = f"inputs that grow over a step of {context.step_size:g} s do not have their effect on"
+    basis = "FMI 2.0.4, section 4.2.1, fmi2SetRealInputDerivatives"
+    yield from about(names, "derivatives.input", "error", message, basis)
 
 
 def _grown(context: Context, first: np.ndarray, last: np.ndarray, *, parts: int) -> np.ndarray:

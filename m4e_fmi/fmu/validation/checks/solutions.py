@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import ctypes
+from collections.abc import Callable, Iterator, Sequence
 
 import fmpy
 import numpy as np
 from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.elements import array_name
-from m4e_fmi.fmu.validation.context import Context
-from m4e_fmi.fmu.validation.findings import Finding, some
-from m4e_fmi.fmu.validation.probe import TOLERANCE, RefusedError
-from m4e_fmi.fmu.validation.sampling.coarse import follows
-from m4e_fmi.fmu.validation.sampling.differences import SAFETY
-from m4e_fmi.fmu.validation.sampling.excitation import paced
+from m4e_fmi.fmu.validation.checks.samples import SAFETY, follows, paced
+from m4e_fmi.fmu.validation.findings import Finding, about, some
+from m4e_fmi.fmu.validation.probe import TOLERANCE, Context, RefusedError
 
 STEPS = 8
 RATE_STEPS = 4 * STEPS
@@ -30,6 +28,8 @@ ROUNDING = 1e-9
 REFERENCE = 1e-10
 """Relative tolerance of the solver of model exchange."""
 
+VARIABLE = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
+
 
 def check(context: Context) -> Iterator[Finding | str]:
     """Solutions that contradict one another."""
@@ -39,30 +39,27 @@ def check(context: Context) -> Iterator[Finding | str]:
         return
     context = paced(context)
     inputs = context.random_inputs()[0]
-    whole = _stepped(context, inputs, np.ones(STEPS))
+
+    def stepped(sizes: np.ndarray) -> np.ndarray:
+        """Outputs at the start and after each step; sizes in steps of the context."""
+        return context.course(subject.outputs, sizes * context.step_size, inputs=inputs)
+
+    whole = stepped(np.ones(STEPS))
     error = SMALL * _sizes(context, whole)
     if subject.variable_steps:
-        half = _stepped(context, inputs, np.full(2 * STEPS, 0.5))[::2]
-        quarter = _stepped(context, inputs, np.full(4 * STEPS, 0.25))[::4]
+        half = stepped(np.full(2 * STEPS, 0.5))[::2]
+        quarter = stepped(np.full(4 * STEPS, 0.25))[::4]
         yield from _convergence(context, whole, half, quarter)
         equal = np.array([whole, half, quarter])
-        yield from _odd_steps(context, inputs, equal)
+        yield from _odd_steps(context, stepped, equal)
         error = error + SAFETY * np.max(np.abs(half - whole), axis=0)
     if subject.exchanges:
         yield from _exchange(context, inputs, whole, error)
 
 
-def _stepped(
-    context: Context, inputs: np.ndarray, sizes: Sequence[float] | np.ndarray
-) -> np.ndarray:
-    """Outputs at the start and after each step; sizes in steps of the context."""
-    with context.probe() as probe:
-        probe.begin(initial_inputs=inputs)
-        seen = [probe.read(context.subject.outputs)]
-        for size in sizes:
-            probe.advance(size * context.step_size)
-            seen.append(probe.read(context.subject.outputs))
-        return np.array(seen)
+def _named(context: Context, chosen: np.ndarray) -> list[str]:
+    """The outputs that are `chosen` (n_outputs,), booleans."""
+    return [context.subject.outputs[k].name for k in np.flatnonzero(chosen)]
 
 
 def _sizes(context: Context, values: np.ndarray) -> np.ndarray:
@@ -85,16 +82,18 @@ def _convergence(
     noise = SMALL * size
     diverges = (second > 0.75 * first) & (second > np.maximum(noise, NEGLIGIBLE * spread))
     if diverges.any():
-        names = [v.name for v, d in zip(context.subject.outputs, diverges, strict=True) if d]
         part = float(np.max((second / np.where(spread, spread, 1))[diverges]))
         message = f"with steps halved twice, results differ by {part:.2g} of their range, and do"
-        message += f" not converge: {some(names)}"
+        message += " not converge"
         basis = "does doStep advance by communicationStepSize? FMI 2.0.4, section 4.2.2"
         severity = "error" if part > LARGE else "warning"
-        yield Finding("solution.step_size", severity, message, basis)
+        names = _named(context, diverges)
+        yield from about(names, "solution.step_size", severity, message, basis)
 
 
-def _odd_steps(context: Context, inputs: np.ndarray, equal: np.ndarray) -> Iterator[Finding]:
+def _odd_steps(
+    context: Context, stepped: Callable[[np.ndarray], np.ndarray], equal: np.ndarray
+) -> Iterator[Finding]:
     """The same time in steps of unequal size: within what `equal` ones of three sizes differ by.
 
     At any time: at the end their errors may happen to cancel.
@@ -102,21 +101,18 @@ def _odd_steps(context: Context, inputs: np.ndarray, equal: np.ndarray) -> Itera
     sizes = context.rng.uniform(0.1, 1.9, STEPS)
     sizes *= STEPS / sizes.sum()
     try:
-        odd = _stepped(context, inputs, sizes)[-1]
+        odd = stepped(sizes)[-1]
     except RefusedError as error:
         message = f"with steps of unequal size: {error}"
-        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
-        yield Finding("solution.odd_steps", "error", message, basis, error.words)
+        yield Finding("solution.odd_steps", "error", message, VARIABLE, error.words)
         return
     error = np.max(np.ptp(equal, axis=0), axis=0)
     allowed = SMALL * _sizes(context, equal.reshape(-1, equal.shape[-1])) + SAFETY * error
     allowed += NEGLIGIBLE * np.ptp(equal, axis=(0, 1))
     wrong = np.abs(odd - equal[0, -1]) > allowed
-    if wrong.any():
-        names = some(v.name for v, w in zip(context.subject.outputs, wrong, strict=True) if w)
-        message = f"steps of unequal size lead to other results than equal ones: {names}"
-        basis = "canHandleVariableCommunicationStepSize is declared: FMI 2.0.4, section 4.3.1"
-        yield Finding("solution.odd_steps", "warning", message, basis)
+    names = _named(context, wrong)
+    message = "steps of unequal size lead to other results than equal ones"
+    yield from about(names, "solution.odd_steps", "warning", message, VARIABLE)
 
 
 def _exchange(
@@ -134,7 +130,7 @@ def _exchange(
     if wrong.any():
         worst = int(np.argmax(difference / np.where(error, error, 1)))
         name = context.subject.outputs[worst].name
-        names = some(v.name for v, w in zip(context.subject.outputs, wrong, strict=True) if w)
+        names = some(_named(context, wrong))
         message = f"co-simulation and model exchange differ: {names}; {name} by"
         message += f" {difference[worst]:.3g}, its error is about {error[worst] / SAFETY:.3g}"
         severity, basis = "error", "both are of one model"
@@ -146,24 +142,20 @@ def _exchange(
 def _follows(context: Context, inputs: np.ndarray) -> bool:
     """True if states of co-simulation change as the rates of model exchange at them allow."""
     subject = context.subject
-    states, times = [], []
-    with context.probe() as probe:
-        probe.begin(initial_inputs=inputs)
-        for _ in range(RATE_STEPS):
-            states.append(probe.read(subject.states))
-            times.append(probe.time)
-            probe.advance(context.step_size)
+    sizes = np.full(RATE_STEPS - 1, context.step_size)
+    states = context.course(subject.states, sizes, inputs=inputs)
+    times = np.cumsum([subject.start_time, *sizes])
     rates = []
     try:
         with context.probe(exchange=True) as probe:
             probe.begin(initial_inputs=inputs)
             for time, x in zip(times, states, strict=True):
-                probe.set_time(time)
-                probe.set_state_vector(x)
-                rates.append(probe.rate_vector())
+                probe.fmu.do("SetTime", ctypes.c_double(time), note=f"t={time:.9g}")
+                probe.set_states(x)
+                rates.append(probe.rates())
     except RefusedError:
         return False
-    return bool(follows(np.array(states), np.array(rates), context.step_size).all())
+    return bool(follows(states, np.array(rates), context.step_size).all())
 
 
 def _integrated(context: Context, inputs: np.ndarray, tolerance: float) -> np.ndarray | None:
@@ -173,7 +165,7 @@ def _integrated(context: Context, inputs: np.ndarray, tolerance: float) -> np.nd
     if subject.fmi_3:
         values = _whole_arrays(subject.inputs, inputs)
         outputs = list(_whole_arrays(subject.outputs, np.zeros(len(outputs))))
-    context.library.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
+    context.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
     try:
         result = fmpy.simulate_fmu(
             str(subject.folder),

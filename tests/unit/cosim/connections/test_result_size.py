@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.connections.result_size import HUGE, LARGE, thinned, volume
-from m4e_fmi.fmu import read_description
+from m4e_fmi.cosim.connections.recording import HUGE, LARGE, thinned
 
 Fmus = Callable[[str], Path]
 COLUMNS = 4  # of a mass: time, x, vx, ax
@@ -27,20 +26,18 @@ COLUMNS = 4  # of a mass: time, x, vx, ax
     ],
 )
 def test_what_is_told_and_done(
-    c_fmu: Fmus, bytes_: float, interval: float | None, told: str, every: int | None
+    bytes_: float, interval: float | None, told: str, every: int | None
 ) -> None:
-    descriptions = {"body": read_description(c_fmu("mass"))}
     steps = round(bytes_ / 8 / COLUMNS)
     settings = Simulation(steps * 0.001, 0.001, output_interval=interval)
-    found, text = thinned(settings, descriptions)
+    found, text = thinned(settings, COLUMNS)
     assert told in text
     assert bool(text) == bool(told)
     assert found.output_interval == (every and pytest.approx(every * 0.001, rel=1e-12))
     adaptive = replace(settings, output_interval=None, coupling_tolerance=1e-4)
-    found, text = thinned(adaptive, descriptions)
+    found, text = thinned(adaptive, COLUMNS)
     assert found == adaptive
     assert ("at least" in text) == (bytes_ > LARGE)
-    assert volume(settings, descriptions, ["body.body.m.x"]).values == 2
 
 
 def test_a_thinned_run_says_so(
@@ -49,8 +46,8 @@ def test_a_thinned_run_says_so(
     body = Component("body", FmuFile(c_fmu("mass")), {"body.m.x": 1.0, "body.m.vx": 0.5})
     system = System("s", (body,), (), Simulation(1.0, 0.01))
     every = run(system, results=tmp_path / "all.nc").results()
-    monkeypatch.setattr("m4e_fmi.cosim.connections.result_size.HUGE", 101 * 8 * COLUMNS - 1)
-    monkeypatch.setattr("m4e_fmi.cosim.connections.result_size.LARGE", 51 * 8 * COLUMNS)
+    monkeypatch.setattr("m4e_fmi.cosim.connections.recording.HUGE", 101 * 8 * COLUMNS - 1)
+    monkeypatch.setattr("m4e_fmi.cosim.connections.recording.LARGE", 51 * 8 * COLUMNS)
     told: list[str] = []
     outcome = run(system, results=tmp_path / "some.nc", tell=told.append)
     results = outcome.results()

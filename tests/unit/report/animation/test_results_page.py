@@ -20,7 +20,7 @@ from m4e_fmi.report import animate_run
 from m4e_fmi.report.animation.frames import frames_of
 from m4e_fmi.report.animation.scene import Scene
 from m4e_fmi.report.animation.scene_text import carried, scene_of_text
-from m4e_fmi.results.dataset import SCENE
+from m4e_fmi.results.series import SCENE
 
 PLANAR = """\
 name: pendulum_at_sea

@@ -142,7 +142,7 @@ def test_outputs_beyond_their_limits_are_told_also_if_nothing_is_wanted_of_them(
     cart = prepared.descriptions["cart"]
     limited = replace(cart.variables["body.cart.x"], maximum=0.1)  # it begins at 0.2 m
     cart = replace(cart, variables={**cart.variables, limited.name: limited})
-    prepared = replace(prepared, descriptions={**prepared.descriptions, "cart": cart})
+    prepared = replace(prepared, descriptions={**prepared.descriptions, "cart": cart}).recording()
     (tmp_path / "prepared").write_bytes(pickle.dumps(prepared))
     fmus = {name: blob_of(d.path) for name, d in prepared.descriptions.items()}
     wanted = (Wanted("force", "pto.force", "maximum"),)

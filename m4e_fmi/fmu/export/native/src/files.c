@@ -1,5 +1,5 @@
 /* Files of an FMU's resources. */
-#include "files.h"
+#include "instance.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "files.h"
-
 static const char *const CATEGORY[] = {"logAll", "logStatusWarning", "logStatusDiscard",
                                        "logStatusError", "logStatusFatal"};
 enum { CATEGORIES = 5 };
@@ -30,6 +28,10 @@ int allowed(instance *c, unsigned phases, const char *function) {
                                        "after termination", "within a step"};
     if (!c) return 0;
     c->function = function;
+    if ((phases & EXCHANGE) && (c->now.phase & phases) && c->now.type != MODEL_EXCHANGE) {
+        tell(c, FMI_ERROR, "%s: this belongs to model exchange", function);
+        return 0;
+    }
     if (c->now.phase & phases) return 1;
     int i = 0;
     while (c->now.phase >> i > 1) ++i;

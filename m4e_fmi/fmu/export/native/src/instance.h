@@ -1,5 +1,5 @@
 /* One instance of the FMU: a program with its own values, and what both versions of FMI do with it.
-   fmi2.c and fmi3.c are the standards' names for what is declared here. */
+   fmi.c has the standards' names for what is declared here. */
 #ifndef M4E_INSTANCE_H
 #define M4E_INSTANCE_H
 
@@ -17,6 +17,7 @@ enum { MODEL_EXCHANGE, CO_SIMULATION };
 enum {
     INSTANTIATED = 1, INITIALIZATION = 2, EVENT = 4, CONTINUOUS = 8, /* the last two: ME */
     STEP = 16, FAILED = 32, TERMINATED = 64, INTERMEDIATE = 128,     /* CS; the last: in a step */
+    EXCHANGE = 256, /* beside them: only in model exchange */
     SETTABLE = INSTANTIATED | INITIALIZATION | EVENT | CONTINUOUS | STEP,
     READABLE = INITIALIZATION | EVENT | CONTINUOUS | STEP | FAILED | TERMINATED,
     ANY = INSTANTIATED | READABLE
@@ -181,6 +182,11 @@ const dependency *dependencies_of(instance *c, uint32_t reference, size_t count)
 answer set_input_derivatives(instance *c, const uint32_t references[], size_t count,
                              const int32_t order[], const double values[]);
 answer do_step(instance *c, double t, double h);
+
+/* files.c: the path that a file URI names, percent-encoding resolved, with `file` appended; a plain
+   path is taken as it is. Content of a file and a zero byte. NULL: no memory, or cannot be read. */
+char *files_path(const char *uri, const char *file);
+uint8_t *files_read(const char *path, size_t *size);
 
 /* state.c: FMU states */
 answer keep_state(instance *c, void **state);

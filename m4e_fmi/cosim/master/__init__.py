@@ -1,1 +1,0 @@
-"""The master: a whole run, or one stepped from Python, recorded and judged."""

@@ -1,0 +1,256 @@
+"""From a System to results: prepare it, run it or step it, and judge the run by a second one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from m4e_fmi.cosim.connections.prepared import Prepared
+from m4e_fmi.cosim.connections.recording import thinned
+from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
+from m4e_fmi.cosim.exchange.fmu_log import Warn
+from m4e_fmi.cosim.preparation.prepare import prepare
+from m4e_fmi.cosim.results.system_scene import system_scene
+from m4e_fmi.cosim.run.checkpoint import Checkpoint
+from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.execution import Execution
+from m4e_fmi.cosim.run.outcome import Outcome
+from m4e_fmi.cosim.run.run import Observer, Options
+from m4e_fmi.cosim.run.running import running, without_checkpoints
+from m4e_fmi.cosim.system.component_steps import pace
+from m4e_fmi.cosim.system.simulation import CHECKPOINTS
+from m4e_fmi.cosim.system.system import Component, System
+from m4e_fmi.errors import InputError
+from m4e_fmi.results.results_file import stream_of
+from m4e_fmi.signals import Terminated
+from m4e_fmi.threads import ONE_RUN
+
+
+def run(
+    system: System | Prepared | str | Path,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    observers: Sequence[Observer] = (),
+    progress: Callable[[float], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+    check: bool = False,
+    variables: Sequence[str] = (),
+    warn: Warn | None = None,
+    beside: Sequence[Path] = (),
+    resume: bool | str | Path = False,
+    animated: bool = False,
+    certify: bool = True,
+) -> Outcome:
+    """Co-simulate `system`, or that in the file at a path, from its start to its stop time.
+
+    Other times, steps and start values are those of ``system.changed(stop_time=…, start={…})``.
+    `results` is the file to write (None: none): netCDF, which grows with the run, or `.csv`,
+    written beside it at the end. `variables` choose what it holds, as ``buoy.*``; all
+    scalar Real outputs if empty. `animated` adds those that an animation follows, as the nodes of
+    mooring lines. Each of `observers` is called as ``observer(time, network)`` at the start and
+    after every step, `progress` as ``progress(time)`` about ten times a second, `warn` with a line
+    for each warning of the outcome, and for each kind of warning or error that an FMU logs, when it
+    first does. With `check`, the system runs once more at half the step (and an eighth of the
+    coupling tolerance), and the outcome has `checked`. Without `certify` it has
+    no certificate, and makes no step twice.
+
+    RunError names component, variable and time; the results up to there are then on disk, as they
+    are after KeyboardInterrupt, and after SIGTERM, which raises Terminated (a SystemExit). Results
+    that would be huge with a row per step have fewer, which `tell` receives and the notes tell.
+    RunError before the first step if another run writes to the same file. The files `beside`, as
+    earlier pictures, are removed when its results are replaced, as are those in the form that
+    `results` is to have. ExportError, which has the outcome, if all is done but the `.csv`
+    cannot be written.
+
+    A simulation with `checkpoint_interval` or `checkpoint_wall_interval` takes checkpoints beside
+    the results, in a file with `.checkpoint` behind its name, also at its end and where a signal
+    ends it. With `resume`, the run goes on from there, or from the checkpoint of that path, as if
+    it had not been interrupted: `results` get the same rows from the start on. InputError if the
+    checkpoint is missing, damaged, or of another run. With observers, or FMUs that cannot save
+    their state for another process, there are no checkpoints, which `warn` receives.
+
+    In one process there is one run at a time: a second thread waits. Runs side by side are made by
+    processes, as those of a study.
+    """
+    with ONE_RUN:
+        checkpoint = checkpoint_to_resume(results, resume, check=check, observed=bool(observers))
+        ready, given = _ready(system, results, variables, build_directory, tell, animated=animated)
+        options = replace(
+            given,
+            certify=certify,
+            observers=observers,
+            watched=bool(observers),
+            progress=progress,
+            warn=warn,
+            tell=tell,
+            beside=beside,
+            checkpoint=checkpoint,
+        )
+        options.warn_of([*ready.warnings, *_no_checkpoints(ready, options)])
+        return (_checked if check else _once)(ready, options)
+
+
+@contextmanager
+def start(
+    system: System | Prepared | str | Path,
+    *,
+    results: str | Path | None = None,
+    build_directory: str | Path = "build",
+    tell: Callable[[str], None] | None = None,
+    variables: Sequence[str] = (),
+    warn: Warn | None = None,
+    certify: bool = True,
+) -> Generator[Execution]:
+    """A run that the block of ``with start(system) as run`` steps, from the start time.
+
+    Arguments are those of `run`. The block may end before the stop time; `Execution.outcome` then
+    reports the run up to there, its certificate too: along the steps that led there.
+    """
+    prepared, given = _ready(system, results, variables, build_directory, tell)
+    options = replace(given, certify=certify, changeable=True, warn=warn)
+    options.warn_of(_no_checkpoints(prepared, options))
+    with running(prepared, options) as run:
+        execution = Execution(run, prepared.descriptions, prepared.wiring)
+        try:
+            yield execution
+        finally:
+            execution.end()
+    execution.end(run.outcome)
+
+
+def checkpoint_to_resume(
+    results: str | Path | None, resume: bool | str | Path, *, check: bool, observed: bool
+) -> Checkpoint | None:
+    """The checkpoint from which a run is to be resumed, if so; InputError if it cannot be."""
+    if resume is False:
+        return None
+    if results is None:
+        message = "a run that goes on from a checkpoint needs a file of results"
+        raise InputError.single(message, "give `results`")
+    if check:
+        message = "a run with a check at half the step, which compares all points, is not resumed"
+        raise InputError.single(message, "leave out --check (in Python check), or --resume")
+    if observed:
+        message = "a run with observers, which have not seen its first part, is not resumed"
+        raise InputError.single(message, "leave out `observers`, or `resume`")
+    path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
+    return Checkpoint.read(path.absolute())
+
+
+def _ready(
+    system: System | Prepared | str | Path,
+    results: str | Path | None,
+    variables: Sequence[str],
+    build_directory: str | Path,
+    tell: Callable[[str], None] | None,
+    *,
+    animated: bool = False,
+) -> tuple[Prepared, Options]:
+    """The prepared system, with what its results record, and the options that they give."""
+    prepared = system
+    if not isinstance(prepared, Prepared):
+        prepared = prepare(prepared, build_directory=build_directory, tell=tell)
+    if results is None:
+        return replace(prepared, recorded={}), Options()
+    scene = system_scene(prepared.system, prepared.descriptions, prepared.wiring)
+    prepared = prepared.recording(variables)
+    if animated and scene is None:
+        message = f"{prepared.system.name} shows nothing: it has no model, hull or mooring line"
+        raise InputError.single(message, "leave out --animate")
+    if animated and scene:
+        recorded = prepared.recorded.items()
+        names = [f"{name}.{one.name}" for name, members in recorded for one in members]
+        prepared = prepared.recording([*names, *scene.variables])
+    settings, note = thinned(prepared.system.simulation, prepared.columns)
+    if prepared.columns == 1:
+        note = (
+            "the results have no column but time: there is no scalar output and no connected "
+            "array; choose what to record by variables (--variables)"
+        )
+    if note and tell:
+        tell(note)
+    notes = (*prepared.notes, note) if note else prepared.notes
+    paced = replace(prepared.system, simulation=settings)
+    return replace(prepared, system=paced, notes=notes), Options(results=results, scene=scene)
+
+
+def _no_checkpoints(prepared: Prepared, options: Options) -> list[str]:
+    """The warning of a run that takes none of the checkpoints that its settings ask for.
+
+    InputError if it is to be resumed from one.
+    """
+    why = without_checkpoints(prepared, options)
+    if why and options.checkpoint:
+        raise InputError.single(f"the run cannot be resumed: {why}", "run again from the start")
+    asked = [name for name in CHECKPOINTS if getattr(prepared.system.simulation, name) is not None]
+    return [f"{' and '.join(asked)}: no checkpoints are taken: {why}"] if why and asked else []
+
+
+def _once(system: Prepared, options: Options) -> Outcome:
+    with running(system, options) as run:
+        run.finish()
+    assert run.outcome
+    return run.outcome
+
+
+def _checked(system: Prepared, options: Options) -> Outcome:
+    """The outcome of a run, with its differences from a second one at finer steps."""
+    again = _finer(system)
+    trace, finer_trace = Trace(), Trace()
+    outcome = _once(system, replace(options, observers=[*options.observers, trace]))
+    second = Options(certify=False, observers=[finer_trace], progress=options.progress)
+    try:
+        _once(again, second)
+    except (KeyboardInterrupt, Terminated) as error:
+        error.add_note("this was the second run, at half the step")
+        if outcome.path:
+            error.add_note(f"the results of the first are complete, in {outcome.path}")
+        raise
+    halved = system.halved
+    longer = {name: "" if name in halved else ONE_LENGTH for name in system.longer}
+    found = compared(
+        trace,
+        finer_trace,
+        system.system.connections,
+        1 if halved else outcome.order,
+        longer,
+    )
+    return replace(outcome, checked=found)
+
+
+def _finer(prepared: Prepared) -> Prepared:
+    """The same at half the step, which components that make several steps in each halve too.
+
+    Sampled ones keep their step: it is what they are, and not how they are computed. InputError
+    for an FMU that makes steps of one size only.
+    """
+    system = prepared.system
+    settings, tolerance = system.simulation, system.simulation.coupling_tolerance
+    parts: list[Component] = []
+    for part in system.components:
+        rate = prepared.rates.get(part.name)
+        if rate and not rate.shortens:
+            raise InputError.single(
+                f"--check runs at half the step, which {part.name} cannot: it {rate}",
+                "leave out --check: the error estimate of each run needs no other step size",
+            )
+        halved = prepared.descriptions[part.name].internal_step is None
+        if rate and rate.is_longer:
+            halved = part.name in prepared.halved
+        if rate and halved and part.step_size is not None:
+            part = replace(part, step_size=rate.step / 2)
+        parts.append(part)
+    simulation = replace(
+        settings,
+        step_size=settings.step_size / 2,
+        output_interval=settings.output_interval or settings.step_size,
+        coupling_tolerance=None if tolerance is None else tolerance / 8,
+        checkpoint_interval=None,
+        checkpoint_wall_interval=None,
+    )
+    finer = replace(system, components=tuple(parts), simulation=simulation)
+    rates = pace(finer, prepared.descriptions)
+    return replace(prepared, system=finer, rates=rates, recorded={})

@@ -1,0 +1,271 @@
+"""A whole validation: what needs no FMU code here, all else in processes of their own.
+
+A process beside this one, the host, imports the checks once and starts one more for each group. A
+group's findings go line by line into a file, the calls it makes into a journal: FMU code may end
+its process at any time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import asdict, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from m4e_fmi.errors import InputError, RunError
+from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.fmu.importer.call_journal import CallJournal
+from m4e_fmi.fmu.importer.opening import check_archive
+from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
+from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
+from m4e_fmi.fmu.validation.description import description_findings
+from m4e_fmi.fmu.validation.findings import Finding, Group, Report, failure
+from m4e_fmi.fmu.validation.probe import FACTS, Context, RefusedError, refused
+from m4e_fmi.fmu.validation.subject import FmuUnderTest
+
+PACKAGE = "m4e_fmi.fmu.validation.checks"
+MODULES = {
+    "start": "start",
+    "dependencies": "influence",
+    "derivatives": "derivatives",
+    "directional": "influence",
+    "state": "repeats",
+    "state_elsewhere": "repeats",
+    "instances": "repeats",
+    "solution": "solutions",
+}
+"""Group → module with its `check`, or `check_GROUP`, in the order in which they are run."""
+FOLLOWS = {"state_elsewhere": "state"}
+"""Groups that need what another has left."""
+GROUPS = ("description", *MODULES)
+CALL_LIMIT = 20.0
+"""Seconds of wall time after which a call that has not returned is said to hang."""
+GROUP_LIMIT = 300.0
+"""Seconds after which a group of checks is given up, though every single call returns."""
+ENDED: dict[str, object] = {"ended": True}
+"""The last that a group tells, if the FMU does not end its process before."""
+_HOST = "import sys; from m4e_fmi.fmu.validation.run import host; host(*sys.argv[1:])"
+_PATIENCE = 5.0  # s for the host to end its own processes when it is interrupted
+_POLL = 0.005  # s
+_UNFINISHED = "no FMU may end or block its host; the later checks of this group were skipped"
+_WORDS = 400  # characters of what the process wrote last
+_START = "start"
+_LATE = ("fmpy.validation", "numpy.random")
+"""Modules that the libraries import at their first use: else each process would."""
+
+Tell = Callable[[str], None]
+
+
+def validate_fmu(
+    path: str | Path,
+    *,
+    only: Collection[str] = (),
+    skip: Collection[str] = (),
+    call_limit: float = CALL_LIMIT,
+    tell: Tell | None = None,
+) -> Report:
+    """Check the FMU at `path` by its description and by what it does; see docs/validate.md.
+
+    FMU code runs in processes of its own, one per group of checks: a crash, or a call that does not
+    return within `call_limit` [s], is a finding that names the call. `only` and `skip` choose among
+    GROUPS. `tell` is called with the name of each group before it starts. InputError if the file
+    is no FMU at all, a group is unknown, or none is left.
+    """
+    path = Path(path)
+    for name in (*only, *skip):
+        if name not in GROUPS:
+            raise InputError.single(f"there is no group {name!r}", f"groups: {', '.join(GROUPS)}")
+    wanted = [name for name in GROUPS if (not only or name in only) and name not in skip]
+    if not wanted:
+        raise InputError.single("no group is left to check", "a group is both chosen and left out")
+    check_archive(path)
+    tell = tell or (lambda _: None)
+    unpacked = Unpacked(path)
+    try:
+        tell("description")
+        began = time.monotonic()
+        findings, failed, reason = (), "", "the checks of its description failed to run"
+        try:
+            findings, reason = description_findings(unpacked.folder)
+        except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
+            failed = failure(error)
+        seconds = time.monotonic() - began
+        groups = [Group("description", findings, seconds=seconds, failed=failed)]
+        running = [name for name in wanted if name != "description"]
+        if reason:
+            groups += [Group(name, skipped=reason) for name in running]
+        elif running:
+            groups += _in_processes(unpacked.folder, running, call_limit, tell)
+    finally:
+        unpacked.remove()
+    return Report(path, tuple(group for group in groups if group.name in wanted))
+
+
+def _in_processes(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -> list[Group]:
+    with TemporaryFolder() as work:
+        command = [sys.executable, "-c", _HOST, str(work), str(fmu), str(call_limit), *groups]
+        # threads of numpy's would be copied with each process, to no use
+        environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+        errors, found = Path(work, "stderr"), list[Group]()
+        with (
+            errors.open("wb") as stderr,
+            subprocess.Popen(
+                command, stdout=subprocess.PIPE, stderr=stderr, env=environment, text=True
+            ) as process,
+        ):
+            assert process.stdout is not None
+            try:
+                for line in process.stdout:
+                    message = json.loads(line)
+                    if isinstance(message, str):
+                        tell(message)
+                    else:
+                        found = [Group.from_dict(group) for group in message]
+            except BaseException:
+                process.terminate()
+                process.wait(_PATIENCE)
+                raise
+        if process.returncode:
+            words = errors.read_text(errors="replace").strip()
+            raise RunError(f"the checks ended with code {process.returncode}:\n{words}")
+        return found
+
+
+# ---- in the host ----
+
+
+def host(work: str, fmu: str, call_limit: str, *groups: str) -> None:
+    """Run `groups` on the FMU unpacked in folder `fmu`, with files in folder `work`.
+
+    The name of each group is printed when it starts, and all of them at the end, in JSON.
+    """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # end the processes, too
+    end_with_parent()
+    for module in (*(f"{PACKAGE}.{name}" for name in MODULES.values()), *_LATE):
+        import_module(module)
+    found = _checked(Path(work), fmu, float(call_limit), list(groups))
+    print(json.dumps([asdict(group) for group in found]), flush=True)
+
+
+def _checked(work: Path, fmu: str, call_limit: float, groups: list[str]) -> Iterator[Group]:
+    start = _all([_START], work, fmu, call_limit)
+    if _START in groups:
+        yield from start
+    rest = [name for name in groups if name != _START]
+    if (work / FACTS).exists():
+        yield from _all(rest, work, fmu, call_limit)
+        return
+    reason = "the FMU does not start, or makes no step"
+    if any(group.failed for group in start):
+        reason = "the checks of its start failed to run"
+    yield from (Group(name, skipped=reason) for name in rest)
+
+
+def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Group]:
+    """As many at a time as there are processors, in the order given, but see FOLLOWS."""
+    waiting = list(groups)
+    running: dict[str, WatchedProcess] = {}
+    done: dict[str, Group] = {}
+    try:
+        while waiting or running:
+            for name in [n for n in waiting if FOLLOWS.get(n) not in (*waiting, *running)]:
+                if len(running) < (os.cpu_count() or 1):
+                    waiting.remove(name)
+                    print(json.dumps(name), flush=True)
+                    running[name] = WatchedProcess(
+                        work_on,
+                        (name, work, fmu),
+                        _file(work, name, "journal"),
+                        call_limit=call_limit,
+                        limit=GROUP_LIMIT,
+                    )
+            for name, process in list(running.items()):
+                if (ending := process.ending()) is not None:
+                    seconds = time.monotonic() - process.began
+                    done[name] = _outcome(name, work, ending, seconds)
+                    del running[name]
+            time.sleep(_POLL)
+    finally:
+        for process in running.values():
+            process.kill()
+    return [done[name] for name in groups]
+
+
+def _outcome(name: str, work: Path, ending: Ending, seconds: float) -> Group:
+    path = _file(work, name, "findings")
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    results: list[dict[str, Any]] = [json.loads(line) for line in lines]
+    if ending.kind == "done" and ENDED not in results:  # by exit(0), in a call
+        ending = replace(ending, kind="ended")
+    findings = [one for one in results if "id" in one]
+    if ending.kind != "done":
+        words = ""
+        if ending.kind != "hang":
+            words = _file(work, name, "stderr").read_text(errors="replace").strip()[-_WORDS:]
+        said = (words,) if words else ()
+        kind = f"{name}.{ending.kind}"
+        findings.append(asdict(Finding(kind, "error", ending.message, _UNFINISHED, said)))
+    unique = [one for k, one in enumerate(findings) if one not in findings[:k]]
+    skipped = next((one["skipped"] for one in results if "skipped" in one), "")
+    failed = next((one["failed"] for one in results if "failed" in one), "")
+    group = {"name": name, "findings": unique, "skipped": skipped, "failed": failed}
+    return Group.from_dict({**group, "seconds": seconds})
+
+
+def _file(folder: Path, group: str, suffix: str) -> Path:
+    return folder / f"{group}.{suffix}"
+
+
+# ---- in the process of a group ----
+
+
+def work_on(group: str, folder: Path, fmu: str) -> None:
+    """Run `group` on the FMU unpacked in folder `fmu`; its files go into `folder`.
+
+    Standard output belongs to the FMU, and goes nowhere.
+    """
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(_file(folder, group, "stderr"), os.O_WRONLY | os.O_CREAT), 2)
+    with _file(folder, group, "findings").open("w", encoding="utf-8") as file:
+
+        def write(result: dict[str, object]) -> None:
+            file.write(json.dumps(result) + "\n")
+            file.flush()
+
+        try:
+            for result in _results(group, folder, Path(fmu)):
+                write(result)
+        except Exception as error:  # noqa: BLE001  of a check: not to be laid at the FMU's door
+            write({"failed": failure(error)})
+        write(ENDED)
+
+
+def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
+    """Findings of a group, why there is nothing to check, what failed to run."""
+    module = import_module(f"{PACKAGE}.{MODULES[group]}")
+    check = getattr(module, f"check_{group}", None) or module.check
+    subject = FmuUnderTest.read(fmu)
+    version, known = subject.raw.fmiVersion, folder / FACTS
+    facts = json.loads(known.read_text()) if known.exists() else {}
+    context = Context(subject, CallJournal(_file(folder, group, "journal")), folder, **facts)
+    try:
+        for found in check(context):
+            if isinstance(found, str):
+                yield {"skipped": found}
+            else:
+                yield asdict(found.of(version))
+    except RefusedError as error:
+        yield asdict(refused(group, error).of(version))
+    if context.overruns:
+        functions = ", ".join(sorted(set(context.overruns)))
+        message = f"wrote behind the end of the array it was given: {functions}"
+        basis = "FMI 2.0.4, section 2.1.7"
+        yield asdict(Finding("memory.overrun", "error", message, basis).of(version))

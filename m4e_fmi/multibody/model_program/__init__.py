@@ -1,1 +1,0 @@
-"""A model as a Program: its variables, outputs, and mass matrix."""
