@@ -32,6 +32,7 @@ Law = Callable[[Mapping[str, Scalar]], Scalar | float]
 class Connection:
     """The input or parameter `target` is `factor` · the value of `source` + `offset`.
 
+    What several connections lead to one target adds up.
     A source is an output, a state, the rate ``der(state)`` of one, or a calculated parameter.
     """
 
@@ -71,7 +72,7 @@ def compose(
     names of outputs. `origins` are what parts were recorded from, kept in `Program.parts`.
 
     UnknownNameError for a place that is not there, AlgebraicLoopError for a loop that is not linear
-    or singular at the start values; ValueError for two connections into one target.
+    or singular at the start values.
     """
     composer = _Composer(name, description, parts, list(connections), inputs or {})
     composer.connect()
@@ -92,11 +93,9 @@ class _Composer:
         self.parts = parts
         self.recorder = Recorder(name, description)
         self.nodes = {part: _value_nodes(program) for part, program in parts.items()}
-        self.into: dict[Place, Connection] = {}
-        for c in connections:
-            if c.target in self.into:
-                raise ValueError(f"{'.'.join(c.target)} has two sources")
-            self.into[c.target] = c
+        self.into: dict[Place, list[Connection]] = {}
+        for connection in connections:
+            self.into.setdefault(connection.target, []).append(connection)
         self._check(connections)
         self.scalars: dict[Place, Scalar] = {}
         self.loops: list[Loop] = []
@@ -163,10 +162,11 @@ class _Composer:
         needs = {
             target: [
                 place
+                for c in several
                 for name in self.parts[c.source[0]].dependencies(self._node(c.source))
                 if (place := (c.source[0], name)) in self.into
             ]
-            for target, c in self.into.items()
+            for target, several in self.into.items()
         }
         graph: Graph = nx.DiGraph()
         graph.add_nodes_from(self.into)
@@ -185,11 +185,13 @@ class _Composer:
         self.copies[target[0]].give(target[1], scalar)
 
     def _value(self, target: Place, copies: Mapping[str, TapeCopy]) -> Scalar:
-        """The value that the connection into `target` carries."""
-        c = self.into[target]
-        value = copies[c.source[0]](self._node(c.source))
-        value = value if c.factor == 1.0 else c.factor * value
-        return value if c.offset == 0.0 else value + c.offset
+        """The sum of what the connections into `target` carry."""
+        terms: list[Scalar] = []
+        for c in self.into[target]:
+            value = copies[c.source[0]](self._node(c.source))
+            value = value if c.factor == 1.0 else c.factor * value
+            terms.append(value if c.offset == 0.0 else value + c.offset)
+        return sum(terms[1:], terms[0])
 
     def _solve(self, loop: Graph, members: Sequence[Place]) -> None:
         """Solve a loop for the inputs that cut it, then give all of its members."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from m4e_fmi.cosim import (
     prepare,
     run,
     save_system,
+    start,
     system_program,
 )
 from m4e_fmi.errors import InputError
@@ -113,8 +115,9 @@ def test_hull_and_members_are_as_one_hull_of_both(tmp_path: Path) -> None:
     heights = [np.asarray(o.results()["buoy.body.float.z"].values) for o in outcomes]
     assert np.ptp(heights[0]) > 0.5
     assert heights[1] == pytest.approx(heights[0], abs=1e-12)
-    total = outcomes[1].results()["buoy_added_mass_sum.sum.added_mass[2,2]"][-1]
-    assert total == pytest.approx(30e3 + across)
+    with start(both, build_directory=two / "build") as stepped:
+        for _ in itertools.islice(stepped, 3):
+            assert stepped["buoy.added_mass[2,2]"] == pytest.approx(30e3 + across)
 
 
 @pytest.mark.verifies(
@@ -167,8 +170,8 @@ def test_sums_travel_in_packages_and_fmus(tmp_path: Path) -> None:
     assert {c.name for c in again.components} >= {"buoy_body_float_sum", "buoy_added_mass_sum"}
     one = coupled(system, tmp_path)
     two = run(prepare(again, build_directory=tmp_path / "again"), results=tmp_path / "again.nc")
-    for name in ("buoy.body.float.z", "buoy_added_mass_sum.sum.added_mass[2,2]"):
-        assert np.array_equal(one.results()[name].values, two.results()[name].values)
+    heights = [np.asarray(o.results()["buoy.body.float.z"].values) for o in (one, two)]
+    assert heights[1] == pytest.approx(heights[0], abs=1e-12)
     program = system_program(system)
     assert build_fmu(program, tmp_path / "whole.fmu", native=True).is_file()
     assert any("takes the sum of a.float, b.float" in n for n in prepare(system).notes)

@@ -39,6 +39,7 @@ its inputs after the step, because that force belongs to the mean velocity, half
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -46,9 +47,14 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
-from m4e_fmi.cosim.stepping.prediction import MOST_TERMS, Signal, Terms
 from m4e_fmi.cosim.stepping.scheduled import Scheduled
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
+
+Terms = dict[int, float]
+"""A linear combination: index into `Network.values` → coefficient."""
+MOST_TERMS = 3
+Formula = Callable[[float, float], Terms]
+"""Step size and the one before [s] → terms."""
 
 
 class GaussSeidel(Scheduled):
@@ -100,24 +106,25 @@ class _Component:
         held: np.ndarray,
     ) -> None:
         instance, own = network.instances[name], network.input_slice(name)
-        inputs = [port.variable for port in network.targets[own]]
+        inputs = network.links_to(name)
         steps = network.steps(name)
         if network.due(name):
             noted = (gather(held[own], network.inputs, range(own.start, own.stop)),)
             self._formulas: list[tuple[Combine, list[Formula]]] = []
             self.operations = (*(noted if inputs else ()), *network.whole_step(name))
             return
-        signals = {k.target.variable: _signal(network, k, before) for k in network.links[own]}
-        moved = _moved(network, name, signals)
+        names = [link.target.variable for link in inputs]
+        signals = [_signal(network, link, before) for link in inputs]
+        moved = network.moved(name)
         self._ends = _combination(np.zeros(len(inputs)), network.values)
-        self._formulas = [(self._ends, [signal.end for signal in signals.values()])]
+        self._formulas = [(self._ends, [signal.end for signal in signals])]
         operations: list[Operation] = []
         into = held[own]
         for step in steps:
             if inputs and (step is steps[0] or moved):
                 into = held[own] if step is steps[0] else np.zeros(len(inputs))
                 combined = _combination(into, network.values)
-                self._formulas.append((combined, _held(signals, moved, step.start)))
+                self._formulas.append((combined, _held(names, signals, moved, step.start)))
                 operations += [combined, *setting(instance, inputs, into)]
             operations.append(step)
         operations += network.arrival(name)
@@ -137,25 +144,100 @@ class _Component:
             _fill(combined, [formula(size, last) for formula in formulas])
 
 
-Formula = Callable[[float, float], Terms]
-"""Step size and the one before [s] → terms."""
+@dataclass(frozen=True)
+class Signal:
+    """Where the values of one source stand in `Network.values`.
+
+    `stepped` is its end-of-step value, None if its component steps later; `rate` and `curvature`
+    are its declared first and second time derivative now, None if there is none. One that `stays`
+    is the same all through the step.
+    """
+
+    now: int
+    before: int
+    stepped: int | None
+    rate: int | None
+    curvature: int | None
+    stays: bool = False
+
+    def mean(self, size: float, last: float) -> Terms:
+        """Mean over a step of `size` [s] after one of `last` [s] (0: there was none)."""
+        if self.stays:
+            return self.start(size, last)
+        if self.stepped is not None:
+            return self._parabola_mean(self.stepped, size, last)
+        if self.rate is not None:
+            return self._taylor(size / 2, size**2 / 6)
+        return self._line(size / 2, last)
+
+    def start(self, size: float, last: float) -> Terms:
+        """Value at the start of the step."""
+        del size, last
+        return {self.now: 1.0}
+
+    def along(self, share: float, size: float, last: float) -> Terms:
+        """Value at a share of the step on the straight line to its end."""
+        if share == 0.0:
+            return self.start(size, last)
+        terms = {index: share * factor for index, factor in self.end(size, last).items()}
+        terms[self.now] = terms.get(self.now, 0.0) + 1.0 - share
+        return terms
+
+    def end(self, size: float, last: float) -> Terms:
+        """Value at the end of the step."""
+        if self.stays:
+            return self.start(size, last)
+        if self.stepped is not None:
+            return {self.stepped: 1.0}
+        if self.rate is not None:
+            return self._taylor(size, size**2 / 2)
+        return self._line(size, last)
+
+    def slope(self, size: float, last: float) -> Terms:
+        """Mean slope over the step: (end − now)/size."""
+        terms = {index: factor / size for index, factor in self.end(size, last).items()}
+        terms[self.now] = terms.get(self.now, 0.0) - 1.0 / size
+        return terms
+
+    def _parabola_mean(self, stepped: int, size: float, last: float) -> Terms:
+        if last == 0.0:
+            return {self.now: 0.5, stepped: 0.5}
+        # quadratic coefficient c of the parabola; mean = (now + stepped)/2 − c size²/6
+        total = size + last
+        weight = size**2 / 6
+        return {
+            stepped: 0.5 - weight / (size * total),
+            self.now: 0.5 + weight / (size * last),
+            self.before: -weight / (last * total),
+        }
+
+    def _taylor(self, first: float, second: float) -> Terms:
+        assert self.rate is not None
+        terms = {self.now: 1.0, self.rate: first}
+        if self.curvature is not None:
+            terms[self.curvature] = second
+        return terms
+
+    def _line(self, ahead: float, last: float) -> Terms:
+        if last == 0.0:
+            return {self.now: 1.0}
+        return {self.now: 1.0 + ahead / last, self.before: -ahead / last}
 
 
-def _moved(network: Network, name: str, signals: Container[str]) -> dict[str, str]:
-    """Inputs of a component that it moves along others, and these."""
-    rates = network.instances[name].description.input_derivatives
-    return {w: u for w, u in rates.items() if w in signals and u in signals}
+def _held(
+    names: Sequence[str], signals: Sequence[Signal], moved: Mapping[str, str], share: float
+) -> list[Formula]:
+    """Formulas of the values held in a piece of the step that begins at this share of it.
 
-
-def _held(signals: Mapping[str, Signal], moved: Mapping[str, str], share: float) -> list[Formula]:
-    """Formulas of the values held in a piece of the step that begins at this share of it."""
+    The `signals` lead to inputs of these `names`, of which some are `moved` along others.
+    """
     driver = {u: w for w, u in moved.items()}
     formulas: list[Formula] = []
-    for variable, signal in signals.items():
+    for variable, signal in zip(names, signals, strict=True):
         if variable in moved:
             formulas.append(partial(signal.along, share))
         elif variable in driver:
-            formulas.append(signals[driver[variable]].slope)
+            formulas.append(signals[names.index(driver[variable])].slope)
         else:
             formulas.append(signal.mean)
     return formulas

@@ -197,15 +197,16 @@ class Implicit:
         network = self._network
         instance = network.instances[stepper.name]
         count, first = len(network.links), stepper.inputs.start
-        inputs = network.targets[stepper.inputs]
+        inputs = network.links_to(stepper.name)
         block = np.zeros((count, len(inputs)))
         for row, link in enumerate(network.links):
             if link.source.component == stepper.name:
                 known = instance.description.dependencies[link.source.variable]
-                for column, port in enumerate(inputs):
-                    if port.variable in known:
-                        pair = (link.source.variable, port.variable)
-                        block[row, column] = instance.directional_derivative(*pair)
+                for column, into in enumerate(inputs):
+                    if into.target.variable in known:
+                        pair = (link.source.variable, into.target.variable)
+                        slope = instance.directional_derivative(*pair)
+                        block[row, column] = instance.scales.factor(into.ends) * slope
         block[first : first + len(inputs)] -= np.eye(len(inputs))
         return np.block([[block, np.zeros_like(block)], [np.zeros_like(block), block]])
 

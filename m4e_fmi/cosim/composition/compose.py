@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.analysis.points import operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
-from m4e_fmi.cosim.composition.parts import Made, Named, Parts, look_at
+from m4e_fmi.cosim.composition.parts import Made, Named, look_at
 from m4e_fmi.cosim.composition.settled import stand_ins
-from m4e_fmi.cosim.connections.connect import connect, sum_components
+from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
 from m4e_fmi.cosim.preparation.components import Tell
-from m4e_fmi.cosim.preparation.inputs import drafted, silent
+from m4e_fmi.cosim.preparation.inputs import silent
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
-from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
 IN_WAVES = "make_in_waves"
@@ -115,7 +113,6 @@ def _program(
 ) -> Program:
     """The program of a system, of components that are no FMU as `drawn`; see `system_program`."""
     found = look_at(system, named, tell, drawn)
-    system, found = _with_sums(system, found)
     wiring = connect(system, found.descriptions)
     for line in _left_open(wiring, sorted(named.open), found.programs):
         tell(line)
@@ -159,22 +156,6 @@ def _program(
     for name, (_, law) in laws.items():
         tell(f"settled: {name}: {law}")
     return whole
-
-
-def _with_sums(system: System, found: Parts) -> tuple[System, Parts]:
-    """The system and its parts with the sums that its connections make."""
-    sums = sum_components(system, found.descriptions)
-    if not sums:
-        return system, found
-    drafts = {c.name: drafted(system, c).made for c in sums}
-    programs = {name: made for name, made in drafts.items() if isinstance(made, Program)}
-    described = {n: expected_description(p, Path(f"{n}.fmu")) for n, p in programs.items()}
-    whole = replace(system, components=(*system.components, *sums))
-    return whole, replace(
-        found,
-        programs={**found.programs, **programs},
-        descriptions={**found.descriptions, **described},
-    )
 
 
 def _started(

@@ -34,11 +34,9 @@ from m4e_fmi.cosim.connections.links import (
     Wiring,
     is_carried,
 )
-from m4e_fmi.cosim.connections.loads.bonds import power_bonds
-from m4e_fmi.cosim.connections.loads.sums import can_be_summed, sums_of, through_sums
+from m4e_fmi.cosim.connections.loads import can_be_summed, power_bonds, sum_note, summed
 from m4e_fmi.cosim.connections.missing.neutral_mass import unset_masses
 from m4e_fmi.cosim.connections.pairing import Pairing
-from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import start_problems
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
@@ -54,40 +52,19 @@ def connect(system: System, descriptions: Mapping[str, Description]) -> Wiring:
     each at its place.
     """
     links, signals, variables = _resolved(system, descriptions)
-    sums = sums_of(variables, links)
-    variables = {**{s.name: s.variables for s in sums}, **variables}
-    links = through_sums(links, sums)
+    links = sorted(links, key=lambda link: link.connection)
     steady = tuple(link for link in links if is_carried(*link.variables(variables)))
     driven = {link.target for link in steady}
     inputs = [Port(c, v.name) for c, d in descriptions.items() for v in d.of_causality("input")]
     real = [link for link in steady if link.is_real]
-    onto = {
-        new.target: old.target for s in sums for old, new in zip(s.links, s.joined, strict=True)
-    }
     return Wiring(
         links=steady,
         initial_links=tuple(k for k in links if not is_carried(*k.variables(variables))),
-        bonds=tuple(power_bonds(system.connections, variables, real, onto)),
+        bonds=tuple(power_bonds(system.connections, variables, real)),
         unconnected=tuple(port for port in inputs if port not in driven),
         signals=tuple(signals),
-        summed=tuple(link for s in sums for link in s.links),
-        sums=tuple(s.name for s in sums),
-        notes=tuple(s.note for s in sums),
+        notes=tuple(map(sum_note, summed(links, variables))),
     )
-
-
-def sum_components(
-    system: System, descriptions: Mapping[str, Description]
-) -> tuple[Component, ...]:
-    """The sums that the connections of `system` make and that it does not have as components yet.
-
-    None of a system whose connections are wrong, which `connect` tells.
-    """
-    try:
-        links, _, variables = _resolved(system, descriptions)
-    except InputError:
-        return ()
-    return tuple(s.component for s in sums_of(variables, links) if s.name not in descriptions)
 
 
 def _resolved(
@@ -149,9 +126,9 @@ def _one_source_each(
     first: dict[tuple[Port, Port], Link] = {}
     sources: dict[Port, Link] = {}
     for link in links:
-        target = variables[link.target.component][link.target.variable]
+        give, target = link.variables(variables)
         other = sources.setdefault(link.target, link)
-        if other.source != link.source and not can_be_summed(target):
+        if other.source != link.source and not can_be_summed(give, target):
             message = f"{link.target} has two sources: {other.source} and {link.source}"
             remedy = (
                 f"drop one (the other is connected by {system.connections[other.connection]!r}), "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -80,15 +81,13 @@ class Link:
 class Axis:
     """One direction of a power bond: `force` works on `velocity`, the rate of `position`.
 
-    `share` is the force on the body over the force of the source, both in SI units. `onto` is the
-    body's input, to which the force goes by a sum with others; None if it goes there itself.
+    `share` is the force on the body over the force of the source, both in SI units.
     """
 
     force: Link
     velocity: Link
     position: Link | None
     share: float = 1.0
-    onto: Port | None = None
 
 
 @short
@@ -125,9 +124,8 @@ class Wiring:
     """All connections of a system, resolved.
 
     `links` carry values at every communication point, into inputs and tunable parameters;
-    `initial_links` carry them into parameters, once. `unconnected` are the inputs without a link,
-    `signals` those of all buses. `summed` are links as they are written, which go through `sums`
-    instead; `notes` tell of these.
+    `initial_links` carry them into parameters, once. What several carry into one adds up, of which
+    `notes` tell. `unconnected` are the inputs without a link, `signals` those of all buses.
     """
 
     links: tuple[Link, ...]
@@ -135,16 +133,15 @@ class Wiring:
     bonds: tuple[Bond, ...]
     unconnected: tuple[Port, ...]
     signals: tuple[BusSignal, ...] = ()
-    summed: tuple[Link, ...] = ()
-    sums: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
-    @property
-    def written(self) -> tuple[Link, ...]:
-        """All links as they are written: several may lead to one input, and none to a sum."""
-        between = {port.component for link in self.all_links for port in link.ends} & {*self.sums}
-        direct = (k for k in self.all_links if between.isdisjoint(p.component for p in k.ends))
-        return *direct, *self.summed
+    @cached_property
+    def into(self) -> dict[Port, tuple[Link, ...]]:
+        """The links into each variable, which gets the sum of what they carry."""
+        found: dict[Port, tuple[Link, ...]] = {}
+        for link in self.all_links:
+            found[link.target] = (*found.get(link.target, ()), link)
+        return found
 
     @property
     def all_links(self) -> tuple[Link, ...]:

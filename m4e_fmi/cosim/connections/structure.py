@@ -234,13 +234,14 @@ def instant_graph(
     links: Iterable[Link], outputs: Sequence[Port], depends: Callable[[Port], Iterable[str]]
 ) -> Graph:
     """The graph of the ports that wait for others at one instant."""
-    driven = {link.target: link for link in links}
+    links = list(links)
+    driven = dict.fromkeys(link.target for link in links)
     graph: Graph = nx.DiGraph()
     graph.add_nodes_from((*outputs, *driven))
     for output in outputs:
         known = (Port(output.component, name) for name in depends(output))
         graph.add_edges_from((port, output) for port in known if port in driven)
-    graph.add_edges_from(k.ends for k in driven.values() if not k.delayed)
+    graph.add_edges_from(link.ends for link in links if not link.delayed)
     return graph
 
 
@@ -248,7 +249,7 @@ def _order(
     links: Sequence[Link], graph: Graph, discrete: Container[Port]
 ) -> tuple[Transfer | AlgebraicLoop, ...]:
     """Gets and sets that carry over each value when it is final."""
-    driven = {link.target: link.source for link in links}
+    driven = {link.target for link in links}
     steps: list[Transfer | AlgebraicLoop] = []
     transfers: list[Transfer] = []
     condensed = nx.condensation(graph)
@@ -268,7 +269,7 @@ def _order(
 
 
 def _transfers(
-    ports: Iterable[Port], driven: Mapping[Port, Port], discrete: Container[Port]
+    ports: Iterable[Port], driven: Container[Port], discrete: Container[Port]
 ) -> list[Transfer]:
     by_call: dict[tuple[Literal["get", "set"], str, bool], list[str]] = {}
     for port in sorted(ports):

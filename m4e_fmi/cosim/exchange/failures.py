@@ -65,12 +65,6 @@ class Warned(ctypes.Structure):
 
     _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]
 
-    def note(self, time: float) -> None:
-        """Count one that began at `time`."""
-        if not self.count:
-            self.first = time
-        self.count, self.last = self.count + 1, time
-
 
 def failed_step(time: float, size: float) -> str:
     """Text about a step of `size` [s] from `time` [s] that failed."""
@@ -78,14 +72,6 @@ def failed_step(time: float, size: float) -> str:
     if begin == end:
         return f"a step of {size:.3g} s from t = {begin} failed"
     return f"the step from t = {begin} to {end} failed"
-
-
-def unusable(origin: str, worker: Worker | None) -> RunError:
-    """The error of a call of an FMU, `origin`, that has failed before; `worker` is its process."""
-    what = "can no longer be used"
-    if worker and worker.ending:
-        return worker_lost(origin, what, worker, "")
-    return RunError(f"{origin} has failed before and {what}")
 
 
 def worker_lost(origin: str, when: str, worker: Worker, further: str) -> LostError:
@@ -168,11 +154,6 @@ class Explanation:
         """
         return self._fmu.wants_end() and not self.last_error()
 
-    @property
-    def is_logged(self) -> bool:
-        """True if the FMU has logged more than a warning."""
-        return self._messages.tell_why
-
     def not_finite(
         self, component: str, when: str, names: Sequence[str], values: np.ndarray
     ) -> RunError:
@@ -190,13 +171,13 @@ class Explanation:
             "try a smaller step_size; check parameters and start values; an output that nobody "
             "takes may be left out of the results (--variables)"
         )
-        if self.last_error() or self.is_logged:
+        if self.last_error() or self._messages.tell_why:
             remedy = f"fix the problem stated by the FMU first; otherwise {remedy}"
         return RunError(message, remedy)
 
     def step_remedy(self, status: Status, size: float, *, first_step: bool) -> str:
         """Remedy for a step of `size` [s] that has failed, the likeliest first."""
-        reason = self.is_logged or (status in (DISCARD, ERROR) and self.last_error())
+        reason = self._messages.tell_why or (status in (DISCARD, ERROR) and self.last_error())
         own = (
             f"if {size:g} s is not the step that it was made for, give the component that as its "
             "own step_size"

@@ -61,22 +61,12 @@ class FmuMessage:
         return f"{self.component}, {when}: {self.text}"
 
 
-@dataclass
-class Kind:
-    """The first message of a kind, how many there were, and the time [s] of the last."""
-
-    first: FmuMessage
-    count: int
-    last: float
-    steps: int = 1
-
-
-Kinds = dict[str, dict[tuple[int, str], Kind]]
-"""By component, all kinds by their status and text, in which numbers do not count."""
+Kinds = dict[str, dict[tuple[int, str], FmuMessage]]
+"""By component, and by status and text without numbers: the first message, with counts, times."""
 
 
 class Journal:
-    """Collects the messages of a run; `warn` is called with the first of each kind at once.
+    """All that the FMUs of a run log; `warn` is called with the first of each kind at once.
 
     `clock` gives the present simulated time [s].
     """
@@ -100,42 +90,34 @@ class Journal:
         if is_ending():
             return
         now, kinds = self.clock(), self._kinds[component]
-        told = cleaned(text).removeprefix(f"{component}: ")
-        key = status, _NUMBER.sub("#", told)
+        plain = cleaned(text).removeprefix(f"{component}: ")
+        key = status, _NUMBER.sub("#", plain)
         if key not in kinds and len(kinds) >= KINDS:
-            key, told = (status, FURTHER), FURTHER
-        known = kinds.get(key)
-        if known:
-            known.steps += now != known.last
-            known.count, known.last = known.count + 1, now
+            key, plain = (status, FURTHER), FURTHER
+        if known := kinds.get(key):
+            steps = known.steps + (now != known.last)
+            kinds[key] = replace(known, count=known.count + 1, last=now, steps=steps)
             return
         word = STATUS.get(status, "pending").lower()
-        kinds[key] = kind = Kind(FmuMessage(component, word, told, 1, now, now), 1, now)
-        self._tell(str(kind.first))
+        kinds[key] = FmuMessage(component, word, plain, 1, now, now, 1)
+        self.notice(str(kinds[key]))
 
     def notice(self, line: str) -> None:
-        """Tell of a call that takes long."""
-        self._tell(line)
-
-    def snapshot(self) -> Kinds:
-        """All kinds so far, as they are now."""
-        return {
-            component: {key: replace(kind) for key, kind in kinds.items()}
-            for component, kinds in self._kinds.items()
-        }
-
-    def restore(self, kinds: Kinds, warn: Warn | None) -> None:
-        """Go on after these kinds, which have been told of; `warn` is called with new ones."""
-        self._warn = warn
-        self._kinds = {component: dict(known) for component, known in kinds.items()}
-
-    def _tell(self, line: str) -> None:
-        """Call `warn`; what it raises waits for `check`, as the caller is an FMU."""
+        """Call `warn`; what it raises waits for `check`, as the caller may be an FMU."""
         try:
             if self._warn and not self._failure:
                 self._warn(line)
         except BaseException as error:  # noqa: BLE001  raised again by `check`
             self._failure = error
+
+    def snapshot(self) -> Kinds:
+        """All kinds so far, as they are now."""
+        return {component: dict(kinds) for component, kinds in self._kinds.items()}
+
+    def restore(self, kinds: Kinds, warn: Warn | None) -> None:
+        """Continue after these kinds, which were reported; `warn` is called with new ones."""
+        self._warn = warn
+        self._kinds = {component: dict(known) for component, known in kinds.items()}
 
     def check(self) -> None:
         """Raise what `warn` has raised, if it has."""
@@ -146,18 +128,14 @@ class Journal:
 
     def messages(self, instances: Iterable[Instance]) -> tuple[FmuMessage, ...]:
         """All kinds, in the order of their first times; also warnings of steps without words."""
-        told = [
-            replace(kind.first, count=kind.count, last=kind.last, steps=kind.steps)
-            for kinds in self._kinds.values()
-            for kind in kinds.values()
-        ]
-        loud = {message.component for message in told}
+        found = [message for kinds in self._kinds.values() for message in kinds.values()]
+        loud = {message.component for message in found}
         silent = [
             FmuMessage(i.name, "warning", SILENT, i.warned.count, i.warned.first, i.warned.last)
             for i in instances
             if i.warned.count and i.name not in loud
         ]
-        return tuple(sorted((*told, *silent), key=lambda one: one.first))
+        return tuple(sorted((*found, *silent), key=lambda one: one.first))
 
 
 def cleaned(text: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port, Wiring
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Structure, Transfer, transfers_of
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.instance import Instance
@@ -20,9 +20,9 @@ class Initialisation:
     """The transfers of initialization mode.
 
     After `run`, `found` has the Real outputs in their own units, `discrete` the others; `given` are
-    the values of Real inputs, in the units of their sources. FMUs of FMI 1.0 are initialised by
-    their first transfer that reads outputs: `arrive` is called with the component's name and what
-    is `given` straight after that, and these components are in `arrived`.
+    the values that links to Real inputs have carried, in the units of their sources. FMUs of FMI
+    1.0 are initialised by their first transfer that reads outputs: `arrive` is called with the
+    component's name and what is `given` straight after that, and these components are in `arrived`.
     """
 
     def __init__(
@@ -31,15 +31,14 @@ class Initialisation:
         wiring: Wiring,
         structure: Structure,
         texts: Texts,
-        arrive: Callable[[str, Mapping[Port, float]], None],
+        arrive: Callable[[str, Mapping[Link, float]], None],
     ) -> None:
-        links = wiring.all_links
-        self._instances, self._arrive, self._transfers = instances, arrive, structure.initial
-        self._sources = {link.target: link.source for link in links if not link.delayed}
-        by_target = {link.target: link for link in links}
+        self._instances, self._arrive, self._wiring = instances, arrive, wiring
+        self._transfers = structure.initial
+        by_target = {link.target: link for link in wiring.all_links}
         self.discrete = Discrete(instances, structure.initial, by_target, texts)
         self.found: dict[Port, float] = {}
-        self.given: dict[Port, float] = {}
+        self.given: dict[Link, float] = {}
         self.arrived: set[str] = set()
 
     def run(self) -> None:
@@ -50,29 +49,49 @@ class Initialisation:
                 if instance.description.version == "1.0":
                     instance.exit_initialization()  # before that, it gives no values
             if isinstance(part, AlgebraicLoop):
-                loop = LoopEquations(self._instances, part, self._sources)
-                loop.solve()
-                self.found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
-                self.given.update(zip(loop.inputs, loop.input_values.tolist(), strict=True))
-            elif part.discrete:
+                self._solve(part)
+                continue
+            if part.discrete:
                 self.discrete.perform(part)
+            elif part.action == "get":
+                self._read(part)
             else:
-                self._perform(part)
-            if not isinstance(part, AlgebraicLoop) and part.action == "get":
+                self._set(part)
+            if part.action == "get":
                 self._note_arrival(part.component)
 
-    def _perform(self, transfer: Transfer) -> None:
-        """Read outputs, or set inputs and parameters to the values of their sources."""
-        instance, names = self._instances[transfer.component], transfer.variables
-        ports = [Port(instance.name, name) for name in names]
-        if transfer.action == "get":
-            values = np.zeros(len(names))
-            Schedule([Get(instance, names, values)]).run(instance.time)
-            self.found.update(zip(ports, values.tolist(), strict=True))
-            return
-        values = np.array([self.found[self._sources[port]] for port in ports])
-        self.given.update(zip(ports, values.tolist(), strict=True))
-        Schedule(setting(instance, names, values)).run(instance.time)
+    def _solve(self, part: AlgebraicLoop) -> None:
+        prompt = [link for link in self._wiring.all_links if not link.delayed]
+        loop = LoopEquations(self._instances, part, prompt)
+        loop.solve({link: self.found[link.source] for link in loop.known})
+        self.found.update(zip(loop.outputs, loop.output_values.tolist(), strict=True))
+        self.given.update(zip(loop.links, loop.input_values.tolist(), strict=True))
+
+    def _read(self, transfer: Transfer) -> None:
+        """Read outputs; RunError if one is nan or infinite."""
+        instance, values = self._instances[transfer.component], np.zeros(len(transfer.variables))
+        Schedule([Get(instance, transfer.variables, values)]).run(instance.time)
+        ports = (Port(instance.name, name) for name in transfer.variables)
+        self.found.update(zip(ports, values.tolist(), strict=True))
+
+    def _set(self, transfer: Transfer) -> None:
+        """Set inputs and parameters to the values of their sources."""
+        instance, into = self._instances[transfer.component], self._wiring.into
+        targets = [Port(instance.name, name) for name in transfer.variables]
+        links = [link for port in targets for link in into[port] if not link.delayed]
+        values = np.array([self.found[link.source] for link in links])
+        self.given.update(zip(links, values.tolist(), strict=True))
+        Schedule(setting(instance, links, values)).run(instance.time)
+
+    def keep_constants(self) -> None:
+        """Have links add what others beside them have carried once into the same variables."""
+        once = set(self._wiring.initial_links)
+        for port, links in self._wiring.into.items():
+            constant = [link for link in links if link in once]
+            carried = [link for link in links if link not in once]
+            if constant and carried:
+                added = sum(k.factor * self.found[k.source] + k.offset for k in constant)
+                self._instances[port.component].scales.add(carried[0].ends, added)
 
     def _note_arrival(self, component: str) -> None:
         """Let the outputs arrive of an FMU that was initialised by this transfer."""

@@ -24,7 +24,6 @@ from m4e_fmi.cosim.exchange.failures import (
     Explanation,
     Warned,
     failed_step,
-    unusable,
     value_out_of_range,
     worker_lost,
 )
@@ -60,11 +59,10 @@ class Instance:
     """An instance of a loaded FMU for the component `name`; `close` it, or use it in a with block.
 
     The FMU hears the name with a `suffix`, of instances beside that of the run; nobody else does.
-    `scales` are factor and offset of inputs: calls that set or read one carry v where the FMU has
-    factor·v + offset, so that the master's values are in the unit of its source; `read` tells the
-    FMU's own. A `listener` hears what the FMU logs with another status than OK; `warned` counts the
-    steps that it has answered with Warning; `spent` (1,) [s], None unless it is asked for before
-    the first step, sums up what steps take in the C library.
+    `scales` are factors and offsets of the links to its inputs, which give factor·v + offset for a
+    value v of their source. A `listener` hears what the FMU logs with another status than OK;
+    `warned` counts the steps that it has answered with Warning; `spent` (1,) [s], None unless it is
+    asked for before the first step, sums up what steps take in the C library.
 
     Every method raises RunError with component, time, the FMU's own words and a remedy when the
     FMU answers with more than a warning. After Fatal the FMU is never called again.
@@ -164,8 +162,11 @@ class Instance:
 
     def _check_usable(self) -> None:
         """RunError if the FMU has failed."""
+        worker, what = self._binary.worker, "can no longer be used"
+        if self._broken and worker and worker.ending:
+            raise worker_lost(self._origin, what, worker, "")
         if self._broken:
-            raise unusable(self._origin, self._binary.worker)
+            raise RunError(f"{self._origin} has failed before and {what}")
 
     @property
     def _usable(self) -> Standard:
@@ -272,10 +273,10 @@ class Instance:
 
     @not_lost()
     def directional_derivative(self, output: str, known: str) -> float:
-        """∂output/∂known of two Real variables at the present instant; `known` may be scaled."""
+        """∂output/∂known of two Real variables at the present instant, in their units."""
         self._check_usable()
-        of, factor = self.description.variables, self.scales.factor(known)
-        return factor * self.rollback.directional_derivative(of[output], of[known])
+        of = self.description.variables
+        return self.rollback.directional_derivative(of[output], of[known])
 
     @not_lost()
     def value(self, name: str) -> Value:

@@ -14,10 +14,8 @@ component:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count
-from weakref import finalize
 
 import numpy as np
 
@@ -28,7 +26,6 @@ from m4e_fmi.cosim.exchange.discrete import Kept
 from m4e_fmi.cosim.exchange.newton import LoopSnapshot
 from m4e_fmi.cosim.exchange.operations import Due
 from m4e_fmi.cosim.scenario.scenario import ScenarioSnapshot
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -37,7 +34,7 @@ OWN_PLACES = 2
 """Places of FMU states that are reserved: for algorithms (0) and `doubling` (1)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NetworkSnapshot:
     """A communication point to which a network can return; the FMUs keep their states in `place`.
 
@@ -57,34 +54,13 @@ class NetworkSnapshot:
     scenario: ScenarioSnapshot
 
 
-class StatePlaces:
-    """Places of FMU states beside the reserved ones; a place is free when nothing holds a point."""
-
-    def __init__(self) -> None:
-        self._free: list[int] = []
-        self._new = count(OWN_PLACES)
-
-    def free(self) -> int:
-        """A place that no point has."""
-        return self._free.pop() if self._free else next(self._new)
-
-    def take(self, place: int) -> None:
-        """Let a certain place, which is free, be so no longer."""
-        while place not in self._free:
-            self._free.append(next(self._new))
-        self._free.remove(place)
-
-    def hold(self, point: NetworkSnapshot) -> None:
-        """Keep the place of a point as long as anything holds that."""
-        finalize(point, self._free.append, point.place)
-
-
 class ExchangedVariables:
     """The Real outputs and inputs that are exchanged, with their places.
 
     `outputs` and `targets` (connected inputs) are ordered by component, so that those of one are
-    consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`. `now`, `before`,
-    `stepped`, `middle` and `earlier` are the starts of the blocks.
+    consecutive (`output_slice`, `input_slice`); `links[k]` leads to `targets[k]`, which is there
+    once for each of its links: they add up. `now`, `before`, `stepped`, `middle` and `earlier` are
+    the starts of the blocks.
     `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
     `has_loops` is True if algebraic loops are solved at each communication point. `rates` are the
     steps of the components that have their own, `sampled` those that are controllers by nature:
@@ -98,11 +74,16 @@ class ExchangedVariables:
         self._wiring, self._structure = wiring, structure = prepared.wiring, prepared.structure
         self.execution_order = structure.execution_order
         self.outputs = _grouped(structure.exchange, "get", descriptions)
-        self.targets = _grouped(structure.exchange, "set", descriptions)
-        by_target = {link.target: link for link in wiring.links}
-        self.links: list[Link] = [by_target[target] for target in self.targets]
+        carried = set(wiring.links)
+        inputs = _grouped(structure.exchange, "set", descriptions)
+        self.links = [k for port in inputs for k in wiring.into[port] if k in carried]
+        self.targets = [link.target for link in self.links]
         self.has_loops = bool(structure.loops)
-        self.monitored_outputs = tuple(_monitored(self.links, structure.ends, wiring.links))
+        into = {link.target.component: link.connection for link in reversed(wiring.links)}
+        self.monitored_outputs = (
+            *((link.connection, link.source) for link in self.links),
+            *((into[port.component], port) for port in structure.ends),
+        )
         self.now, self.before, self.stepped, self.middle, self.earlier = (
             k * len(self.outputs) for k in range(BLOCKS)
         )
@@ -110,9 +91,9 @@ class ExchangedVariables:
         self.sampled = frozenset(n for n, rate in self.rates.items() if rate.is_longer) - {
             *prepared.longer
         }
-        self._origin = round(prepared.system.simulation.start_time * NS_PER_SECOND)
+        self._origin = prepared.system.simulation.start_ns
         self._index = {port: k for k, port in enumerate(self.outputs)}
-        self._place = {port: k for k, port in enumerate(self.targets)}
+        self._place = {link.ends: k for k, link in enumerate(self.links)}
         self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
 
     def port(self, name: str) -> Port:
@@ -129,7 +110,7 @@ class ExchangedVariables:
         rate = self.rates.get(component)
         if rate is None or not rate.is_longer:
             return None
-        return Due(self._origin, round(rate.step * NS_PER_SECOND))
+        return Due(self._origin, rate.step_ns)
 
     @property
     def sources(self) -> tuple[Port, ...]:
@@ -140,13 +121,22 @@ class ExchangedVariables:
         """Place of an output in a block of `values`."""
         return self._index[output]
 
-    def place(self, target: Port) -> int:
-        """Place of a connected input in `inputs`."""
-        return self._place[target]
+    def place(self, link: Link) -> int:
+        """Place in `inputs` of the value that a link carries."""
+        return self._place[link.ends]
+
+    def links_to(self, component: str) -> list[Link]:
+        """The links to a component's Real inputs, in the order of their places."""
+        return self.links[self.input_slice(component)]
 
     def held_place(self, link: Link) -> int | None:
         """Place in `values` of the value that a delayed link carries all through a step."""
         return self.before + self.index(link.source) if link.delayed else None
+
+    def present(self, link: Link) -> int:
+        """Place in `values` of the value that a link carries to the present point."""
+        held = self.held_place(link)
+        return self.index(link.source) if held is None else held
 
     def derivatives(self, output: Port) -> list[Port]:
         """The output itself and its declared first and second time derivative, if there are."""
@@ -170,16 +160,8 @@ class ExchangedVariables:
         return self._output_ranges.get(component, slice(0, 0))
 
     def input_slice(self, component: str) -> slice:
-        """Places of a component's connected inputs in `inputs`."""
+        """Places in `inputs` of the values of the links to a component."""
         return self._input_ranges.get(component, slice(0, 0))
-
-
-def _monitored(
-    links: Sequence[Link], ends: Sequence[Port], everything: Sequence[Link]
-) -> Iterator[tuple[int, Port]]:
-    into = {link.target.component: link.connection for link in reversed(everything)}
-    yield from ((link.connection, link.source) for link in links)
-    yield from ((into[port.component], port) for port in ends)
 
 
 def _grouped(exchange: Exchange, action: str, components: Mapping[str, Description]) -> list[Port]:

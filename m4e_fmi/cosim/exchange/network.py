@@ -15,18 +15,20 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from itertools import count
 from typing import Any, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 
 from m4e_fmi.cosim.connections.early_outputs import Arrivals, Groups, following
-from m4e_fmi.cosim.connections.links import Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer
 from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.layout import BLOCKS, ExchangedVariables, NetworkSnapshot, StatePlaces
+from m4e_fmi.cosim.exchange.layout import BLOCKS, OWN_PLACES, ExchangedVariables, NetworkSnapshot
 from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import (
     LOST,
@@ -83,12 +85,18 @@ class Network(ExchangedVariables):
         super().__init__(prepared)
         self.instances = dict(instances)
         self._apart = [one for name, one in instances.items() if name in prepared.hosts]
-        for link in prepared.wiring.all_links:
-            if link.is_real and not link.is_plain:
-                instance = self.instances[link.target.component]
-                instance.scales.set(link.target.variable, link.factor, link.offset)
+        wiring = prepared.wiring
+        once = set(wiring.initial_links)
+        for links in wiring.into.values():
+            scales = self.instances[links[0].target.component].scales
+            mixed = not (once.isdisjoint(links) or once.issuperset(links))
+            for link in links:
+                if link.is_real and not link.is_plain:
+                    scales.set(link.ends, link.factor, link.offset)
+                if mixed:
+                    scales.follow(link.ends)
         self.scenario = Scenario(prepared, self)
-        self._states = StatePlaces()
+        self._points: WeakSet[NetworkSnapshot] = WeakSet()
         self.time = prepared.system.simulation.start_time
         self.coarse = 1.0
         self.pause: Callable[[], None] = lambda: None
@@ -99,7 +107,7 @@ class Network(ExchangedVariables):
         exchange = prepared.structure.exchange
         recorded = self.scenario.with_watched(recorded)
         self._arrivals = Arrivals(self._descriptions, exchange, recorded, watched=watched)
-        by_target = {link.target: link for link in prepared.wiring.links}
+        by_target = {link.target: link for link in wiring.links}
         self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
         first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
@@ -188,11 +196,13 @@ class Network(ExchangedVariables):
 
         Those of its Real inputs are `values` (n_inputs,), in the units of their sources.
         """
-        ports = self.targets[self.input_slice(component)]
-        places = [k for k, port in enumerate(ports) if port.variable not in moved]
-        names, own = [ports[k].variable for k in places], np.zeros(len(places))
-        reals = gather(own, values, places), *setting(self.instances[component], names, own)
-        return (*(reals if names else ()), *self.discrete.held(component))
+        links = self.links_to(component)
+        places = [k for k, link in enumerate(links) if link.target.variable not in moved]
+        if not places:
+            return tuple(self.discrete.held(component))
+        own, held = np.zeros(len(places)), [links[k] for k in places]
+        reals = gather(own, values, places), *setting(self.instances[component], held, own)
+        return (*reals, *self.discrete.held(component))
 
     def read_late(self, component: str, reading: Get) -> tuple[Transferring, ...]:
         """A `reading` of consecutive outputs that depend on inputs, with new ones."""
@@ -201,6 +211,12 @@ class Network(ExchangedVariables):
 
     def _read(self, component: str, names: Sequence[str], into: np.ndarray) -> Get:
         return Get(self.instances[component], tuple(names), into, checked=False)
+
+    def moved(self, component: str) -> dict[str, str]:
+        """Inputs that a component moves along others, their rates, each carried by one link."""
+        names = [link.target.variable for link in self.links_to(component)]
+        rates = self._descriptions[component].input_derivatives
+        return {w: u for w, u in rates.items() if names.count(w) == names.count(u) == 1}
 
     @property
     def lost(self) -> dict[str, list[str]]:
@@ -361,14 +377,14 @@ class Network(ExchangedVariables):
 
     def keep(self) -> NetworkSnapshot:
         """The present point, in a place of its own, which is free again when nothing holds it."""
-        point = self.snapshot(self._states.free())
-        self._states.hold(point)
+        held = {point.place for point in self._points}
+        point = self.snapshot(next(k for k in count(OWN_PLACES) if k not in held))
+        self._points.add(point)
         return point
 
     def adopt(self, point: NetworkSnapshot) -> None:
         """Hold the place of a point of another process, in which the FMUs have its states."""
-        self._states.take(point.place)
-        self._states.hold(point)
+        self._points.add(point)
 
     def restore(self, point: NetworkSnapshot) -> None:
         """Return to a point; an FMU that answered Fatal meanwhile cannot, which is a RunError."""
@@ -403,6 +419,7 @@ class Network(ExchangedVariables):
             self.instances, self._wiring, self._structure, self.discrete.texts, self._arrive
         )
         start.run()
+        start.keep_constants()
         for component, instance in self.instances.items():
             instance.exit_initialization()
             if component not in start.arrived:
@@ -421,11 +438,11 @@ class Network(ExchangedVariables):
         for instance in self._apart:
             instance.flush()
 
-    def _arrive(self, component: str, given: Mapping[Port, float]) -> None:
-        """Perform `arrival` and `reread` at once; the Real inputs `given` have these values."""
-        ports = [port for port in self.targets[self.input_slice(component)] if port in given]
-        names, values = [port.variable for port in ports], np.array([given[p] for p in ports])
-        held = setting(self.instances[component], names, values) if names else ()
+    def _arrive(self, component: str, given: Mapping[Link, float]) -> None:
+        """Perform `arrival` and `reread` at once; the links `given` carry these values."""
+        links = [link for link in self.links_to(component) if link in given]
+        values = np.array([given[link] for link in links])
+        held = setting(self.instances[component], links, values) if links else ()
         reading = (*self.arrival(component), *self.reread(component, held))
         Schedule([replace(o, due=None) for o in reading]).run(self.time)
 
@@ -455,18 +472,19 @@ class Network(ExchangedVariables):
         if transfer.discrete:
             return self.discrete.operations(transfer)
         instance, names = self.instances[transfer.component], transfer.variables
-        first, count = Port(transfer.component, names[0]), len(names)
         if transfer.action == "get":
-            start = self.index(first)
-            reading = Get(instance, names, self.values[start : start + count])
+            start = self.index(Port(transfer.component, names[0]))
+            reading = Get(instance, names, self.values[start : start + len(names)])
             return self.read_late(transfer.component, reading)
-        start = self._place[first]
-        view = self.inputs[start : start + count]
-        links = self.links[start : start + count]
-        sources = [
-            self.index(k.source) if (held := self.held_place(k)) is None else held for k in links
+        links = [
+            link for link in self.links_to(transfer.component) if link.target.variable in names
         ]
-        return (gather(view, self.values, sources), *setting(instance, names, view))
+        start = self.place(links[0])
+        view = self.inputs[start : start + len(links)]
+        return (
+            gather(view, self.values, list(map(self.present, links))),
+            *setting(instance, links, view),
+        )
 
     def __repr__(self) -> str:
         title = f"Network at t = {self.time:.9g} s"
@@ -477,11 +495,10 @@ class SolvedLoop:
     """An algebraic loop within the exchange, whose solution goes into values and inputs."""
 
     def __init__(self, network: Network, loop: AlgebraicLoop) -> None:
-        sources = {link.target: link.source for link in network.links}
         self._network = network
-        self.equations = LoopEquations(network.instances, loop, sources)
+        self.equations = LoopEquations(network.instances, loop, network.links)
         outputs = [network.index(port) for port in self.equations.outputs]
-        inputs = [network.place(port) for port in self.equations.inputs]
+        inputs = [network.place(link) for link in self.equations.links]
         self._outputs = np.array(outputs, dtype=np.intp)
         self._inputs = np.array(inputs, dtype=np.intp)
         self._readings = [
@@ -509,7 +526,8 @@ class SolvedLoop:
         RunError if it fails, is singular at first, or setting its inputs loses outputs.
         """
         is_first = not self.equations.is_started
-        self.equations.solve()
+        network = self._network
+        self.equations.solve({k: network.values[network.present(k)] for k in self.equations.known})
         if is_first:
             self.equations.check_regular()
         self._network.roughness = max(self._network.roughness, self.equations.roughness)

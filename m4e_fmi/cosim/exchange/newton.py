@@ -7,17 +7,17 @@ where that is not enough it is found anew. An iteration that does not converge i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from copy import copy
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
+from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.operations import Get, setting
+from m4e_fmi.cosim.exchange.operations import Get, Operation, setting
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN
@@ -157,26 +157,44 @@ class LoopSnapshot:
 class LoopEquations:
     """Inputs and outputs that depend on one another within an instant.
 
-    `outputs` and `inputs` are the ports, `solve` finds values for both; the FMUs then have them.
+    `links` (of all those given) lead to the loop's inputs, `outputs` are its outputs; `solve` finds
+    `input_values` (n_links,) that links carry, in their sources' units, and `output_values`
+    (n_outputs,), in theirs; the FMUs then have them. `known` links carry values from outside.
     """
 
     def __init__(
-        self, instances: Mapping[str, Instance], loop: AlgebraicLoop, sources: Mapping[Port, Port]
+        self, instances: Mapping[str, Instance], loop: AlgebraicLoop, links: Iterable[Link]
     ) -> None:
         self._instances = instances
-        self.inputs = [Port(t.component, name) for t in loop.sets for name in t.variables]
+        into: dict[Port, list[Link]] = {}
+        for link in links:
+            into.setdefault(link.target, []).append(link)
+        sets = [
+            (t, [link for name in t.variables for link in into[Port(t.component, name)]])
+            for t in loop.sets
+        ]
+        self.links = [link for _, own in sets for link in own]
         self.outputs = [Port(t.component, name) for t in loop.gets for name in t.variables]
-        self.input_values = np.zeros(len(self.inputs))
+        self.input_values = np.zeros(len(self.links))
         self.output_values = np.zeros(len(self.outputs))
-        self._source = [self.outputs.index(sources[port]) for port in self.inputs]
-        sets, gets = _views(loop.sets, self.input_values), _views(loop.gets, self.output_values)
-        self._sets = sets
-        given = [o for t, view in sets for o in setting(instances[t.component], t.variables, view)]
-        found = [Get(instances[t.component], t.variables, view) for t, view in gets]
-        self._evaluate = Schedule([*given, *found])
+        place = {port: k for k, port in enumerate(self.outputs)}
+        inner = [k for k, one in enumerate(self.links) if one.source in place and not one.delayed]
+        self._places, self._solved = np.array(inner), [self.links[k] for k in inner]
+        self._source = [place[link.source] for link in self._solved]
+        self.known = [link for link in self.links if link.source not in place or link.delayed]
+        ends = np.cumsum([len(own) for _, own in sets])[:-1]
+        views = np.split(self.input_values, ends)
+        self._parts = [
+            (instances[t.component], own, view) for (t, own), view in zip(sets, views, strict=True)
+        ]
+        operations: list[Operation] = [o for part in self._parts for o in setting(*part)]
+        views = np.split(self.output_values, np.cumsum([len(t.variables) for t in loop.gets])[:-1])
+        for t, view in zip(loop.gets, views, strict=True):
+            operations.append(Get(instances[t.component], t.variables, view))
+        self._evaluate = Schedule(operations)
         nominals = [
-            instances[port.component].description.variables[port.variable].nominal
-            for port in self.inputs
+            instances[link.target.component].description.variables[link.target.variable].nominal
+            for link in self._solved
         ]
         self._scale = OF_NOMINAL * np.array(nominals)
         self._newton = QuasiNewton()
@@ -204,18 +222,22 @@ class LoopEquations:
         self.is_started = kept.started
         self._newton = copy(kept.newton)
 
-    def solve(self) -> None:
-        """Bring inputs and outputs into agreement; RunError naming a variable if that fails."""
+    def solve(self, known: Mapping[Link, float]) -> None:
+        """Bring inputs and outputs into agreement; RunError naming a variable if that fails.
+
+        The values of the links that are `known` are in their sources' units.
+        """
         if not self.is_started:
             self._read_start_values()
             self.is_started = True
-        guess = self.input_values.copy()
+        for place, link in enumerate(self.links):
+            self.input_values[place] = known.get(link, self.input_values[place])
+        guess = self.input_values[self._places]
         self._scale = np.maximum(self._scale, np.abs(guess))
         try:
             self._newton.solve(self._residual, self._jacobian, guess, self._scale)
         except NotConvergedError as failure:
-            port = self.inputs[failure.worst]
-            time = self._instances[port.component].time
+            port, time = self._solved[failure.worst].target, self._time
             raise RunError(
                 f"the algebraic loop of {self._names} at t = {time:.9g} s is not solved after "
                 f"{failure.iterations} iterations: {port} still differs from its source by "
@@ -224,43 +246,49 @@ class LoopEquations:
             ) from failure
 
     def _read_start_values(self) -> None:
-        """Take the inputs' own values, in the units of their sources."""
-        for transfer, view in self._sets:
-            instance, own = self._instances[transfer.component], np.zeros(len(view))
-            reading = Get(instance, transfer.variables, own, checked=False)
-            Schedule([reading]).run(instance.time)
-            factor, offset = instance.scales.of(transfer.variables) or PLAIN
-            view[:] = (own - offset) / factor
+        """Take the inputs' own values as what their links carry, each an equal share of a sum."""
+        for instance, links, view in self._parts:
+            names = [link.target.variable for link in links]
+            unique, own = tuple(dict.fromkeys(names)), np.zeros(len(set(names)))
+            Schedule([Get(instance, unique, own, checked=False)]).run(instance.time)
+            factor, offset = instance.scales.of([link.ends for link in links]) or PLAIN
+            share = np.array([own[unique.index(name)] / names.count(name) for name in names])
+            view[:] = (share - offset) / factor
 
     @property
     def _names(self) -> str:
-        more = len(self.inputs) - MOST_NAMED
-        named = ", ".join(map(str, self.inputs[:MOST_NAMED]))
+        ports = list(dict.fromkeys(link.target for link in self.links))
+        more = len(ports) - MOST_NAMED
+        named = ", ".join(map(str, ports[:MOST_NAMED]))
         return f"{named} and {more} more" if more > 0 else named
 
     def check_regular(self) -> None:
         """RunError if the loop is singular at its solution, so that there are others."""
-        x = self.input_values.copy()
+        x = self.input_values[self._places]
         matrix = self._jacobian(x, self._residual(x), again=False)
         self._residual(x)  # the FMUs have the solution again
         if is_singular((-matrix).tolist(), least=SINGULAR):
-            time = self._instances[self.inputs[0].component].time
             raise RunError(
-                f"the algebraic loop of {self._names} is singular at t = {time:.9g} s: its "
+                f"the algebraic loop of {self._names} is singular at t = {self._time:.9g} s: its "
                 "equations have no single solution",
                 REMEDY,
             )
 
+    @property
+    def _time(self) -> float:
+        """The present time [s]."""
+        return self._instances[self.links[0].target.component].time
+
     def _residual(self, x: np.ndarray) -> np.ndarray:
-        self.input_values[:] = x
-        self._evaluate.run(self._instances[self.inputs[0].component].time)
+        self.input_values[self._places] = x
+        self._evaluate.run(self._time)
         return self.output_values[self._source] - x
 
     def _jacobian(self, x: np.ndarray, r: np.ndarray, *, again: bool) -> np.ndarray:
         del again  # derivatives are exact, differences cannot be had better
         matrix = np.zeros((len(x), len(x)))
-        for column, port in enumerate(self.inputs):
-            instance = self._instances[port.component]
+        for column, link in enumerate(self._solved):
+            port, instance = link.target, self._instances[link.target.component]
             described = instance.description
             is_input = described.variables[port.variable].causality == "input"
             if not (is_input and described.directional_derivatives):
@@ -272,13 +300,7 @@ class LoopEquations:
             for row, source in enumerate(self._source):
                 output = self.outputs[source]
                 if output.component == port.component:
-                    pair = (output.variable, port.variable)
-                    matrix[row, column] = instance.directional_derivative(*pair)
+                    slope = instance.directional_derivative(output.variable, port.variable)
+                    matrix[row, column] = instance.scales.factor(link.ends) * slope
             matrix[column, column] -= 1.0
         return matrix
-
-
-def _views(transfers: Sequence[Transfer], values: np.ndarray) -> list[tuple[Transfer, np.ndarray]]:
-    """Each transfer with its consecutive part of `values` (n_variables of all,)."""
-    ends = np.cumsum([len(transfer.variables) for transfer in transfers])
-    return list(zip(transfers, np.split(values, ends[:-1]), strict=True))

@@ -14,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls import Access
@@ -234,26 +235,53 @@ def gather(into: np.ndarray, source: np.ndarray, places: Sequence[int] | np.ndar
 
 
 def setting(
-    instance: Instance, names: Sequence[str], values: np.ndarray
+    instance: Instance, links: Sequence[Link], values: np.ndarray
 ) -> tuple[Combine | Set, ...]:
-    """Sets `names` from `values` (n_names,), in their sources' units, as `Instance.setter` does."""
-    scales = instance.scales.of(names)
-    if scales is None:
-        return (Set(instance, tuple(names), values),)
-    factor, offset = scales
-    own = np.zeros(len(names))
-    index = np.arange(len(names), dtype=np.uint32)[None, :]
-    scaled = Combine(own, values, index, factor[None, :], offset)
-    return scaled, Set(instance, tuple(names), own)
+    """Sets an instance's inputs from `values` (n_links,) of the links to them, in sources' units.
+
+    Where several links lead to an input, it gets the sum of what they carry.
+    """
+    factor, offset = instance.scales.of([link.ends for link in links]) or (None, None)
+    combined, names, own = _carried(links, values, factor, offset)
+    return *combined, Set(instance, names, own)
 
 
 def setting_derivatives(
-    instance: Instance, names: Sequence[str], values: np.ndarray, order: int
-) -> tuple[Operation, ...]:
-    """Gives inputs the derivatives `values` (n_names,), in their sources' units per s or s²."""
-    factor, scaled = instance.scales.of_derivatives(names), tuple[Operation, ...]()
+    instance: Instance, links: Sequence[Link], values: np.ndarray, order: int
+) -> tuple[Combine | SetDerivatives, ...]:
+    """Gives inputs the derivatives `values` (n_links,), in their sources' units per s or s²."""
+    factor = instance.scales.of_derivatives([link.ends for link in links])
+    combined, names, own = _carried(links, values, factor, None)
+    each = zip(names, np.split(own, len(names)), strict=True)
+    return *combined, *(SetDerivatives(instance, (name,), value, order) for name, value in each)
+
+
+def _carried(
+    links: Sequence[Link],
+    values: np.ndarray,
+    factor: np.ndarray | None,
+    offset: np.ndarray | None,
+) -> tuple[list[Combine], tuple[str, ...], np.ndarray]:
+    """Scales `values` (n_links,) of links, in sources' units, and adds up those of one input.
+
+    `factor` and `offset` (n_links,) are in the inputs' over the sources' units; None: 1 and 0.
+    Returns the operations, the inputs' names, and their values (n_names,).
+    """
+    found: list[Combine] = []
     if factor is not None:
-        own, index = np.zeros(len(names)), np.arange(len(names), dtype=np.uint32)[None, :]
-        scaled, values = (Combine(own, values, index, factor[None, :]),), own
-    each = zip(names, np.split(values, len(names)), strict=True)
-    return *scaled, *(SetDerivatives(instance, (name,), value, order) for name, value in each)
+        index = np.arange(len(links), dtype=np.uint32)[None, :]
+        found.append(Combine(np.zeros(len(links)), values, index, factor[None, :], offset))
+        values = found[-1].into
+    places: dict[str, list[int]] = {}
+    for k, link in enumerate(links):
+        places.setdefault(link.target.variable, []).append(k)
+    if len(places) < len(links):
+        shape = max(map(len, places.values())), len(places)
+        index, weight = np.zeros(shape, dtype=np.uint32), np.zeros(shape)
+        for column, terms in enumerate(places.values()):
+            index[:, column] = terms[0]
+            index[: len(terms), column] = terms
+            weight[: len(terms), column] = 1.0
+        found.append(Combine(np.zeros(len(places)), values, index, weight))
+        values = found[-1].into
+    return found, tuple(places), values

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
-from m4e_fmi.cosim.connections.links import Port
+from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, setting
@@ -172,7 +172,7 @@ class SecondLook:
             if before == value:
                 continue
             moved = True
-            changed = part.changed(*(self._with(part, name, given) for given in (before, value)))
+            changed = part.changed(*(self._with(part, link, given) for given in (before, value)))
             for output, row in zip(outputs, rows, strict=True):
                 if changed[row] and name not in instance.description.dependencies[output]:
                     found[output] += (name,)
@@ -180,9 +180,12 @@ class SecondLook:
             instance.restore_state(network.time)
         return found if moved else None
 
-    def _with(self, part: _Part, name: str, value: float) -> np.ndarray:
-        """The outputs when an input is set, in the unit of its source."""
-        Schedule(setting(part.instance, [name], np.array([value]))).run(part.instance.time)
+    def _with(self, part: _Part, link: Link, value: float) -> np.ndarray:
+        """The outputs when a link carries a value, in the unit of its source."""
+        network = self._network
+        links = [other for other in network.links if other.target == link.target]
+        values = [value if k is link else network.inputs[network.place(k)] for k in links]
+        Schedule(setting(part.instance, links, np.array(values))).run(part.instance.time)
         return part.read()
 
     def _declared(self, part: _Part, follows: Mapping[str, Sequence[str]], how: str) -> str:

@@ -94,7 +94,7 @@ class Balance:
 
 def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
     """For each free body and each group of joined ones, of the components that tell it."""
-    sources = {(k.target, k.source.component): k for k in wiring.written}
+    sources = {(k.target, k.source.component): k for k in wiring.all_links}
     held: dict[str, list[Hull]] = {}
     for hull in hulls:
         if hull.planes() and _is_told(network, sources, hull):
@@ -163,8 +163,11 @@ class _Mobility:
         }
         self.added = [
             link
-            for link in wiring.summed
-            if link.target.component == component and link.source not in self.of_water
+            for links in wiring.into.values()
+            for link in links
+            if len(links) > 1
+            and link.target.component == component
+            and link.source not in self.of_water
         ]
         mobility = np.array([self._derivatives(name) for name in self.inputs]).T
         self.unit = np.array(
@@ -213,13 +216,13 @@ class _Mobility:
     def connected(self) -> np.ndarray:
         """Accelerations (m,) by the connected forces, but for those of the water."""
         total = np.zeros(len(self.outputs))
-        for link in self.wiring.written:
+        for link in self.wiring.all_links:
             component, name = link.target.component, link.target.variable
             if component != self.component or link.source in self.of_water or not link.is_real:
                 continue
             last = name.rpartition(".")[2]
             if last in FORCES or last.startswith("effort"):
-                value = self.network.read(str(link.source)) + link.offset / link.factor
+                value = link.factor * float(self.network.read(str(link.source))) + link.offset
                 total += self._derivatives(name) * value
         return total
 
@@ -343,7 +346,7 @@ class _Mobility:
         """Added mass that the component carries, between two motions (3n,) of hulls, in SI."""
         given = {
             link.source.component
-            for link in self.wiring.written
+            for link in self.wiring.all_links
             if link.target.component == self.component and link.target.variable.startswith(MATRIX)
         }
         parts = zip(hulls, motion.reshape(-1, 3), other.reshape(-1, 3), strict=True)
@@ -360,7 +363,7 @@ class _Mobility:
         known = self.network.instances[component].description.variables
         bodies = {
             connector(link.target): connector(link.source)
-            for link in self.wiring.written
+            for link in self.wiring.all_links
             if link.source.component == component and link.target.component == self.component
         }
         order = in_order(added_mass_bodies(known))

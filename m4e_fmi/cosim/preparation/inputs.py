@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from m4e_fmi.cosim.connections.connect import connect, sum_components
+from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.system import System
@@ -132,9 +132,6 @@ def checked_inputs(system: System, *, ready: Mapping[str, Path] | None = None) -
         system = replace(system, components=tuple(known))
         wiring = connect(system, descriptions)
         if system.scenario:
-            sums = sum_components(system, descriptions)
-            system = replace(system, components=(*system.components, *sums))
-            descriptions |= {c.name: one for c in sums if (one := _looked_at(system, c, None, {}))}
             problems = scenario_problems(system, descriptions, wiring)
     if problems:
         raise InputError(problems)

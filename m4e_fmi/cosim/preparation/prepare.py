@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
-from m4e_fmi.cosim.connections.connect import connect, sum_components
+from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
@@ -65,13 +64,7 @@ def prepare(
         loop_library()
         if fmus is None:
             fmus = ready_fmus(system, build_directory, native=native, tell=tell, drafts=drafts)
-        descriptions = _described(system, fmus)
-        if sums := sum_components(system, descriptions):
-            # of the connections, which are known when the FMUs are
-            part = System(system.name, sums, (), system.simulation)
-            fmus = ready_fmus(part, build_directory, native=native, tell=tell, drafts={})
-            descriptions |= _described(part, fmus)
-            system = replace(system, components=(*system.components, *sums))
+        descriptions = described(system, fmus)
         wiring = connect(system, descriptions)
         paced, finer = refined(system, descriptions)
         rates = pace(paced, descriptions)
@@ -101,7 +94,7 @@ def prepare(
         return prepared.recording()
 
 
-def _described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:
+def described(system: System, fmus: Mapping[str, ReadyFmu]) -> dict[str, Description]:
     """Descriptions of the FMUs by component; InputError with all problems of the files."""
     problems: list[Problem] = []
     descriptions: dict[str, Description] = {}

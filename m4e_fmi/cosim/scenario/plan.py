@@ -76,12 +76,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class SignalEffect:
-    """Change of the signal that `target` takes, in its unit: an offset, a value, or none (freeze).
+    """Change of a link's signal, in its taker's unit: an offset, a value, or none (freeze).
 
     `kind` is that of the action.
     """
 
-    target: Port
+    link: Link
     kind: str
     amount: float
 
@@ -111,7 +111,7 @@ class Planner:
     problems: list[Problem] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._links = {link.target: link for link in self.wiring.links}
+        self._targets = {link.target: link for link in self.wiring.links}
         self._variables = {name: d.variables for name, d in self.descriptions.items()}
 
     def actions(self) -> tuple[PlannedAction, ...]:
@@ -230,8 +230,8 @@ class Planner:
 
     def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
         why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"
-        if port in self._links:
-            why = f"is connected to {self._links[port].source}"
+        if port in self._targets:
+            why = f"is connected to {self._targets[port].source}"
             remedy = "'replace' gives its taker another value"
         elif not why and ramp and variable.type != REAL:
             why, remedy = f"is of type {variable.type}", "a ramp needs a Real; use 'set'"
@@ -248,12 +248,14 @@ class Planner:
             links = self._takers(at, signal)
             if not links:
                 continue
-            for link in links:
+            for k, link in enumerate(links):
                 variables = link.variables(self._variables)
                 named = variables[signal != str(link.source)]
+                first = k == 0 or signal == str(link.source)
+                share = amount if first else 0.0  # of a sum: the first gives it all
                 try:
-                    value = _converted(action.kind, amount, link, named, variables[1])
-                    yield SignalEffect(link.target, action.kind, value)
+                    value = _converted(action.kind, share, link, named, variables[1])
+                    yield SignalEffect(link, action.kind, value)
                 except ValueError as error:
                     self._problem(at, f"{str(amount)!r} for {signal} is wrong", str(error))
                     break
@@ -264,7 +266,7 @@ class Planner:
         if found is None:
             return []
         port, variable = found
-        links = [link for link in self._links.values() if port in link.ends]
+        links = [link for link in self.wiring.links if port in link.ends]
         if not links:
             why, remedy = "nobody takes it", "name a connected input or output"
             if why_fixed(variable) == "":

@@ -144,17 +144,17 @@ class _Effect:
 
 
 class _Signal:
-    """A taker of a signal on which actions act, with their effects in the order of the file."""
+    """A link on whose signal actions act, with their effects in the order of the file."""
 
     def __init__(self, link: Link, host: Host) -> None:
-        self.name = link.target.variable
+        self.ends = link.ends
         self.scales: InputScales = host.instances[link.target.component].scales
         self.plain = PLAIN if link.is_plain else (link.factor, link.offset)
         self.now = self.plain
         self.effects: list[_Effect] = []
         held = host.held_place(link)
         self.place = host.index(link.source) if held is None else held
-        self.scales.follow(self.name)
+        self.scales.follow(self.ends)
 
     def give(self, source: float) -> bool:
         """Let the actions act on the `source`'s value; True if the taker is given anything else."""
@@ -176,7 +176,7 @@ class _Signal:
         """Let the taker have this factor and offset; True if it had others."""
         changed, self.now = scale != self.now, scale
         if changed:
-            self.scales.set(self.name, *scale)
+            self.scales.set(self.ends, *scale)
         return changed
 
 
@@ -193,19 +193,18 @@ class Scenario:
         self._host = host
         self.names = tuple(action.name for action in planned)
         self.cells = np.zeros(len(planned), dtype=np.int64)
-        self._signals: dict[Port, _Signal] = {}
+        self._signals: dict[tuple[Port, Port], _Signal] = {}
         self._variables: dict[Port, _Variable] = {}
         self.late: set[Port] = set()
-        links = {link.target: link for link in prepared.wiring.links}
         for action in self._actions:
             for setting in action.planned.settings:
                 variable = self._variables.setdefault(setting.port, _Variable(setting.port))
                 variable.settings.append((action, setting))
             for effect in action.planned.effects:
-                target = effect.target
-                if target not in self._signals:
-                    self._signals[target] = _Signal(links[target], host)
-                self._signals[target].effects.append(_Effect(action, effect.kind, effect.amount))
+                ends = effect.link.ends
+                if ends not in self._signals:
+                    self._signals[ends] = _Signal(effect.link, host)
+                self._signals[ends].effects.append(_Effect(action, effect.kind, effect.amount))
 
     def __bool__(self) -> bool:
         return bool(self._actions)
@@ -272,8 +271,8 @@ class Scenario:
 
         def is_touched(bond: Bond) -> bool:
             links = [k for axis in bond.axes for k in (axis.force, axis.velocity, axis.position)]
-            inputs = [link.target for link in links if link is not None]
-            return any(port in self._signals for port in (*inputs, *(a.onto for a in bond.axes)))
+            inputs = [link.ends for link in links if link is not None]
+            return any(ends in self._signals for ends in inputs)
 
         return tuple(bond for bond in bonds if not is_touched(bond))
 

@@ -3,5 +3,5 @@
 `algorithm.py` is the interface of an algorithm, `scheduled.py` the base of those that perform the
 same operations in every step. Several share a component's step in pieces (`component_stepper.py`)
 with inputs that follow a parabola (`input_interpolation.py`), and predicted values
-(`prediction.py`, `step_values.py`). Adaptive steps: `step_control.py`.
+(`step_values.py`). Adaptive steps: `step_control.py`, `algorithm_choice.py`.
 """

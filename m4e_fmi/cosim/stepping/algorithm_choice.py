@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
-from m4e_fmi.cosim.connections.links import Link
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, OwnEstimate
-from m4e_fmi.cosim.stepping.step_halving import StepHalving
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    AlgorithmSnapshot,
+    ErrorEstimating,
+    OwnEstimate,
+)
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_descriptor
 from m4e_fmi.errors import RunError
+
+PLACE = 1
+"""Where the FMUs keep their states at the start of a step that is made in two halves."""
 
 
 def made(name: str, network: Network) -> Algorithm:
@@ -28,9 +36,15 @@ def made(name: str, network: Network) -> Algorithm:
         )
     algorithm = descriptor.make(network)
     delayed = [str(link) for link in network.links if link.delayed]
-    stepped = dict.fromkeys(str(k.source) for k in network.links if _is_stepped(network, k))
+    described = {name: instance.description for name, instance in network.instances.items()}
+    stepped = dict.fromkeys(
+        str(port)
+        for port in (link.source for link in network.links)
+        if how_known(described[port.component], port.variable) == STEPPED
+    )
     notes = [
-        f"{_first_of(late)} {what}: first order, half the step leaves half the error"
+        f"{late[0]}{f' (and {len(late) - 1} more)' * (len(late) > 1)} {what}: first order, half "
+        "the step leaves half the error"
         for late, what in (
             (delayed, "has the value of the previous step"),
             (list(stepped), "shows its FMU's inputs only after the next step"),
@@ -61,10 +75,57 @@ def error_estimating(name: str, network: Network) -> ErrorEstimating:
     return StepHalving(network, algorithm)
 
 
-def _is_stepped(network: Network, link: Link) -> bool:
-    source = link.source
-    return how_known(network.instances[source.component].description, source.variable) == STEPPED
+class StepHalving:
+    """Steps of any `algorithm` on `network`, each made whole, and again in two halves.
 
+    Two halves of an algorithm of order p differ from the whole step by 2ᵖ − 1 times their own error
+    in it. The halves count; `change` is their error. All FMUs must be able to go back.
+    """
 
-def _first_of(names: list[str]) -> str:
-    return names[0] + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
+    def __init__(self, network: Network, algorithm: Algorithm) -> None:
+        self._network = network
+        self._algorithm = algorithm
+        self._count = len(network.outputs)
+        self._start = network.snapshot(PLACE)
+        self.order = algorithm.order
+        self.estimate_order = algorithm.order + 1
+        self.notes = algorithm.notes
+        self.held = np.zeros_like(network.inputs)
+        self.followed = (3 + algorithm.followed) / 4  # two means follow by 1 - 1/2²
+        self.change = np.zeros(self._count)
+        self.end = np.zeros(self._count)
+
+    def step(self, time: float, size: float) -> None:
+        """Step all components from `time` by `size` [s], in two halves."""
+        network, algorithm = self._network, self._algorithm
+        self._start = network.snapshot(PLACE)
+        _, before, echo = network.discrete.kept()
+        algorithm.step(time, size)
+        network.advance(time + size)
+        whole = network.values[: self._count].copy()
+        network.restore(self._start)
+        half = size / 2
+        algorithm.step(time, half)
+        self.held[:] = algorithm.held / 2
+        network.advance(time + half)
+        algorithm.step(time + half, half)
+        self.held += algorithm.held / 2
+        middle, discrete = network.values.copy(), network.discrete.cells.copy()
+        network.advance(time + size)
+        self.end[:] = network.values[: self._count]
+        self.change[:] = (whole - self.end) / (2.0**self.order - 1)
+        network.values[:] = middle  # the master makes the end the present point
+        network.discrete.bring((discrete, before, echo))
+        network.time = time + half
+
+    def undo(self) -> None:
+        """Return all components to the start of the step."""
+        self._network.restore(self._start)
+
+    def snapshot(self) -> AlgorithmSnapshot:
+        """The snapshot of its algorithm."""
+        return self._algorithm.snapshot()
+
+    def restore(self, snapshot: AlgorithmSnapshot) -> None:
+        """Continue as from where the snapshot was taken."""
+        self._algorithm.restore(snapshot)

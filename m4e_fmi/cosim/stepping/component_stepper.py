@@ -15,11 +15,14 @@ u (u is declared w's rate)     to where its trajectory is at the end of the piec
 
 A component with a step of its own has as many pieces as it has steps in the macro step (and each
 piece is made in several steps where the macro step is longer than that of the simulation). Where
-they have no end in the middle, the outputs there are taken from other points (`middle_outputs`).
+they have no end in the middle, the outputs there are taken from other points (`MiddleFromPoints`,
+`MiddleFromEnds`; see `input_interpolation` for those at which they are known, and for the order).
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,11 +35,11 @@ from m4e_fmi.cosim.exchange.operations import (
     Operation,
     Restore,
     Save,
+    gather,
     setting,
     setting_derivatives,
 )
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
-from m4e_fmi.cosim.stepping.middle_outputs import MiddleFromEnds, MiddleFromPoints
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,25 +85,23 @@ class ComponentStepper:
         self._places = trajectories.places[:, self.inputs]
         description = self._instance.description
         self.has_rollback = description.saves_state
-        self._names = tuple(port.variable for port in network.targets[self.inputs])
-        parameters = {v.name for v in description.of_causality("parameter")}.intersection(
-            self._names
-        )
-        self._order = 0 if parameters else description.input_order
-        self._follows = bool(self._names and self._order)
-        rates = {} if self._follows else description.input_derivatives
-        known = self._names
-        self.moved = [(w, u) for w, u in rates.items() if w in known and u in known]
+        self._links = network.links_to(name)
+        parameters = {v.name for v in description.of_causality("parameter")}
+        driven = parameters.intersection(link.target.variable for link in self._links)
+        self._order = 0 if driven else description.input_order
+        self._follows = bool(self._links and self._order)
+        self.moved = [] if self._follows else list(network.moved(name).items())
         ports = network.outputs[self.outputs]
         self._outputs = tuple(port.variable for port in ports)
         self._early = len(network.outputs[network.early(name)])
-        self.holds = bool(self._names) and not self._follows
+        self.holds = bool(self._links) and not self._follows
         rate = network.rates.get(name)
-        self.pieces, self._steps = network.pieces(rate) if rate else (self._fewest(), 1)
+        fewest = 2 if self._links or self._outputs else 1
+        fewest = self._interpolation.held_pieces if self.holds else fewest
+        self.pieces, self._steps = network.pieces(rate) if rate else (fewest, 1)
         self._own = rate.step if rate else 0.0
         self._sized: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        self._sizes = 0.0, 0.0
-        self._held, self._reached = np.zeros(len(self._names)), np.zeros(3)
+        self._held, self._reached = np.zeros(len(self._links)), np.zeros(3)
         self._middle = self._interpolated() if self._outputs else None
         count = self.pieces * self._steps
         self.operations = tuple(o for k in range(count) for o in self._piece(k))
@@ -126,17 +127,10 @@ class ComponentStepper:
 
     def prepare(self, size: float, last: float) -> None:
         """Make the operations those of a step of `size` [s] after one of `last` [s] (0: none)."""
-        if (size, last) != self._sizes:
-            for weight, unit, power in self._sized:
-                np.divide(unit, size**power, out=weight)
-            if self._middle:
-                self._middle.prepare(size, last)
-            self._sizes = size, last
-
-    def _fewest(self) -> int:
-        if self.holds:
-            return self._interpolation.held_pieces
-        return 2 if self._names or self._outputs else 1
+        for weight, unit, power in self._sized:
+            np.divide(unit, size**power, out=weight)
+        if self._middle:
+            self._middle.prepare(size, last)
 
     def _piece(self, k: int) -> list[Operation]:
         """The operations of FMU step k."""
@@ -145,7 +139,7 @@ class ComponentStepper:
         operations: list[Operation] = []
         if self._follows:
             operations += self._follow(k / count)
-        elif self._names and (self.moved or not later):
+        elif self._links and (self.moved or not later):
             operations += self._hold(piece, later / self._steps)
         operations.append(DoStep(self._instance, k / count, 1 / count, self._own))
         if later == self._steps - 1:
@@ -196,7 +190,7 @@ class ComponentStepper:
             operations.append(Get(self._instance, early, into[: self._early]))
         if at_end:
             operations += network.seeing(self.name)
-        end = self._give(self._interpolation.at(piece / self.pieces)) if self._names else ()
+        end = self._give(self._interpolation.at(piece / self.pieces)) if self._links else ()
         if late or at_end:
             moved = [w for w, _ in self.moved]
             stays = () if self._follows else network.hold(self.name, self._held, moved)
@@ -213,17 +207,17 @@ class ComponentStepper:
 
         It is left `into` (n_inputs,), in the units of the inputs' sources.
         """
-        count = len(self._names)
+        count = len(self._links)
         counts = weights != 0.0
         weight = np.repeat(weights[counts, None], count, axis=1)
         into = np.zeros(count) if into is None else into
         combined = self._trajectories.combined(into, self._places[counts], weight)
-        return combined, *setting(self._instance, self._names, combined.into)
+        return combined, *setting(self._instance, self._links, combined.into)
 
     def _follow(self, s: float) -> tuple[Operation, ...]:
         """Lets the inputs go from their values at s with one derivative or two."""
         value, first, half = self._interpolation.expansion(s)
-        count, piece = len(self._names), 1 / (self.pieces * self._steps)
+        count, piece = len(self._links), 1 / (self.pieces * self._steps)
         if self._order == 1:
             value, first, half = value - half * piece**2 / 6, first + half * piece, 0 * half
         self._reached = value + first * piece + half * piece**2
@@ -232,7 +226,7 @@ class ComponentStepper:
             unit = np.repeat(weights[:, None], count, axis=1)
             combined = self._trajectories.combined(np.zeros(count), self._places, unit)
             self._sized.append((combined.weight, unit, np.full(count, float(order))))
-            given = setting_derivatives(self._instance, self._names, combined.into, order)
+            given = setting_derivatives(self._instance, self._links, combined.into, order)
             operations += combined, *given
         return tuple(operations)
 
@@ -240,9 +234,11 @@ class ComponentStepper:
         """Holds the inputs in piece k, from a share of it on, but moves those along others."""
         if not self.moved:
             return self._give(self._interpolation.held(k, self.pieces), self._held)
-        place = {name: column for column, name in enumerate(self._names)}
-        unit = np.repeat(self._interpolation.held(k, self.pieces)[:, None], len(place), axis=1)
-        power, own = np.zeros(len(place)), self._places.copy()
+        place = {link.target.variable: column for column, link in enumerate(self._links)}
+        unit = np.repeat(
+            self._interpolation.held(k, self.pieces)[:, None], len(self._links), axis=1
+        )
+        power, own = np.zeros(len(self._links)), self._places.copy()
         start, end = (self._interpolation.at(j / self.pieces) for j in (k, k + 1))
         for w, u in self.moved:
             unit[:, place[w]] = start + share * (end - start)
@@ -251,7 +247,7 @@ class ComponentStepper:
             power[place[u]] = 1.0
         combined = self._trajectories.combined(self._held, own, unit)
         self._sized.append((combined.weight, unit, power))
-        return combined, *setting(self._instance, self._names, combined.into)
+        return combined, *setting(self._instance, self._links, combined.into)
 
 
 class Sampled:
@@ -271,3 +267,66 @@ class Sampled:
     def undo(self) -> None:
         """Return to the start of the macro step, also if it failed."""
         self._instance.restore_state(self._network.time)
+
+
+def weights(shares: Sequence[float]) -> np.ndarray:
+    """Weights (n,) [1] of values at `shares` of a step in their polynomial, taken at its middle."""
+    return np.array([math.prod((0.5 - q) / (p - q) for q in shares if q != p) for p in shares])
+
+
+class MiddleFromPoints:
+    """From values at `points`, the ends of so many of a step's `pieces`.
+
+    Those that lie within the step are read into `rows`; `operations` follow the reading at its end.
+    """
+
+    def __init__(
+        self, network: Network, outputs: slice, points: Sequence[int], pieces: int
+    ) -> None:
+        values, places = network.values, np.arange(outputs.start, outputs.stop)
+        read = np.zeros((len(points), len(places)))
+        self.rows = {point: row for point, row in zip(points, read, strict=True) if point < pieces}
+        blocks = {0: network.now, pieces: network.stepped}
+        known = [
+            gather(row, values, blocks[point] + places)
+            for point, row in zip(points, read, strict=True)
+            if point in blocks
+        ]
+        weight = weights([point / pieces for point in points])
+        into = values[network.middle :][outputs]
+        index = np.arange(read.size, dtype=np.uint32).reshape(read.shape)
+        share = np.repeat(weight[:, None], len(places), axis=1)
+        self.operations: tuple[Operation, ...] = (*known, Combine(into, read.ravel(), index, share))
+
+    def prepare(self, size: float, last: float) -> None:
+        """Nothing depends on the sizes."""
+
+
+class MiddleFromEnds:
+    """From values at both ends of the step, and their declared derivatives there.
+
+    Without these, from those at the start of the step before; if there was none, or on a `straight`
+    line, the middle has their mean.
+    """
+
+    def __init__(self, network: Network, outputs: slice, *, straight: bool) -> None:
+        self.rows: dict[int, np.ndarray] = {}
+        self._straight = straight
+        places = np.arange(outputs.start, outputs.stop)
+        chains = [network.derivatives(port) for port in network.outputs[outputs]]
+        self._has_rate = np.array([len(chain) > 1 for chain in chains])
+        rates = np.array([network.index(chain[min(1, len(chain) - 1)]) for chain in chains])
+        now, end, before = network.now, network.stepped, network.before
+        index = np.array([now + places, end + places, before + places, now + rates, end + rates])
+        into = network.values[network.middle :][outputs]
+        shape = np.zeros(index.shape)
+        self._combined = Combine(into, network.values, index.astype(np.uint32), shape)
+        self.operations: tuple[Operation, ...] = (self._combined,)
+
+    def prepare(self, size: float, last: float) -> None:
+        """Weights for a step of `size` [s] after one of `last` [s] (0: there was none)."""
+        mean = [0.5, 0.5, 0.0]
+        past = mean if self._straight or not last else weights((0.0, 1.0, -last / size)).tolist()
+        rate = [0.0, 0.0] if self._straight else [size / 8, -size / 8]
+        self._combined.weight[:] = np.array([*past, 0.0, 0.0])[:, None]
+        self._combined.weight[:, self._has_rate] = np.array([*mean, *rate])[:, None]

@@ -18,16 +18,21 @@ rejection. Steps never exceed the `step_size` of the simulation.
 Where an output jumps, steps shrink onto the jump; the smallest passes over it. So they do where an
 output that is not Real changes. If the next step
 misses the tolerance too, however small, it is no jump: that ends the run.
+
+An estimate compares two ways of making a step. Both may take the same jump for a steep but smooth
+motion, agree, and be wrong. So outputs are extrapolated, too, by the parabola through their last
+three points (`JumpDetection`). Of a smooth motion that is resolved by the steps, the parabola
+misses a small part; of a jump, all of it.
 """
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.stepping.jump_detection import JumpDetection, JumpDetectionSnapshot
 from m4e_fmi.errors import RunError
 
 SMALLEST = 1e-6
@@ -35,6 +40,47 @@ SMALLEST = 1e-6
 SAFETY, LEAST, MOST = 0.9, 0.2, 2.0
 OF_NOMINAL = 0.01
 """Share of the nominal value up to which taken back attempts count."""
+POINTS = 3
+JUMPED = 0.5
+"""Share of an output's movement in a step from which on missing it is a jump."""
+
+
+@dataclass(eq=False)
+class JumpDetection:
+    """The last POINTS points of some outputs, of which some are `known`.
+
+    `times` (POINTS,) are in ns, `values` (POINTS, n) in the outputs' units.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    known: int = 0
+
+    def note(self, time: int, values: np.ndarray) -> None:
+        """Add the point at `time` [ns], where the outputs are `values` (n,), in their units."""
+        self.times[1:], self.values[1:] = self.times[:-1].copy(), self.values[:-1].copy()
+        self.times[0], self.values[0] = time, values
+        self.known = min(self.known + 1, POINTS)
+
+    def forget(self) -> None:
+        """Drop the points before the last one, at which the outputs have jumped."""
+        self.known = 1
+
+    def missed(self, time: int, values: np.ndarray) -> np.ndarray:
+        """Misses (n,) of outputs that are `values` (n,) at `time` [ns] and have jumped.
+
+        They are in the outputs' units; zero for outputs that move smoothly, and as long as too few
+        points are known.
+        """
+        if self.known < POINTS:
+            return np.zeros_like(values)
+        ahead = (time - self.times)[:, None]
+        last, earlier, _ = steps = self.values
+        by_time = np.diff(steps, axis=0) / np.diff(self.times)[:, None]
+        bend = (by_time[0] - by_time[1]) / (self.times[0] - self.times[2])
+        off = np.abs(values - last - ahead[0] * by_time[0] - ahead[0] * ahead[1] * bend)
+        movement = np.maximum(np.abs(values - last), np.abs(last - earlier))
+        return np.where(off > JUMPED * movement, off, 0.0)
 
 
 @dataclass(frozen=True)
@@ -47,7 +93,7 @@ class StepControlSnapshot:
     just_rejected: bool
     scale: np.ndarray
     reached: np.ndarray
-    jumps: JumpDetectionSnapshot
+    jumps: JumpDetection
 
 
 class StepControl:
@@ -74,14 +120,15 @@ class StepControl:
         self._reached = np.zeros(len(self._sources))
         outputs = [network.outputs[k] for k in self._sources]
         start = network.values[: len(network.outputs)]
-        self._jumps = JumpDetection(round(network.time * 1e9), start[self._sources])
+        self._jumps = JumpDetection(np.zeros(POINTS), np.zeros((POINTS, len(self._sources))))
+        self._jumps.note(round(network.time * 1e9), start[self._sources])
         self._most_reached = OF_NOMINAL * np.array([network.nominal(port) for port in outputs])
 
     def snapshot(self) -> StepControlSnapshot:
         """The control as it is now."""
         fate = self.size, self.rejected, self.passed, self._just_rejected
         return StepControlSnapshot(
-            *fate, self._scale.snapshot(), self._reached, self._jumps.snapshot()
+            *fate, self._scale.snapshot(), self._reached, deepcopy(self._jumps)
         )
 
     def restore(self, snapshot: StepControlSnapshot) -> None:
@@ -90,7 +137,7 @@ class StepControl:
         self.passed, self._just_rejected = snapshot.passed, snapshot.just_rejected
         self._scale.restore(snapshot.scale)
         self._reached = snapshot.reached
-        self._jumps.restore(snapshot.jumps)
+        self._jumps = deepcopy(snapshot.jumps)
 
     def accepts(self, change: np.ndarray, end: np.ndarray, now: int, size: int) -> bool:
         """True if a step of `size` from `now` [ns] may stand; sets the size of the next one.
@@ -102,13 +149,21 @@ class StepControl:
         scale = self._scale.with_values(end)
         values = end[self._sources]
         changes = np.maximum(np.abs(change[self._sources]), self._jumps.missed(now + size, values))
-        enough = np.maximum(scale, self._attempted(np.abs(end) + np.abs(change)))
+        attempt = self._scale.with_values(np.abs(end) + np.abs(change))
+        self._reached = np.maximum(self._reached, attempt)
+        enough = np.maximum(scale, np.minimum(self._reached, self._most_reached))
         ratios = changes / np.where(enough > 0.0, self._tolerance * enough, 1.0)
         error = float(ratios.max(initial=0.0))
         factor = MOST if error == 0.0 else SAFETY * error ** (-1 / self._order)
         missed, smallest = error > 1.0, size <= self._smallest
         if missed and smallest and self.passed:
-            self._refuse(ratios, size)
+            worst = self._network.outputs[self._sources[int(ratios.argmax())]]
+            raise RunError(
+                f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
+                f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
+                "its FMU does not repeat its outputs after rollback, or it jumps "
+                "repeatedly: remove coupling_tolerance, or increase it",
+            )
         accepted = not missed or smallest
         if accepted:
             self.passed = missed
@@ -143,20 +198,6 @@ class StepControl:
         self._scale.keep(self._scale.with_values(end))
         self._jumps.note(time, end[self._sources])
         self._jumps.forget()
-
-    def _attempted(self, reached: np.ndarray) -> np.ndarray:
-        """Largest values of attempts, this one included, within their bounds."""
-        self._reached = np.maximum(self._reached, self._scale.with_values(reached))
-        return np.minimum(self._reached, self._most_reached)
-
-    def _refuse(self, ratios: np.ndarray, size: int) -> None:
-        worst = self._network.outputs[self._sources[int(ratios.argmax())]]
-        raise RunError(
-            f"the coupling error of {worst} at t = {self._network.time:.9g} s stays above "
-            f"coupling_tolerance, even with steps of {size / 1e9:.3g} s",
-            "its FMU does not repeat its outputs after rollback, or it jumps "
-            "repeatedly: remove coupling_tolerance, or increase it",
-        )
 
 
 class Scale:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.operations import Combine, Operation, gather
+from m4e_fmi.cosim.exchange.operations import Combine, gather
 from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper, InputTrajectories, Sampled
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
 
@@ -32,7 +32,7 @@ class StepValues:
         interpolation: InputInterpolation,
         trajectories: InputTrajectories | None = None,
     ) -> None:
-        self._network = network
+        self._network, self._sizes = network, (0.0, 0.0)
         values, self._count = network.values, len(network.outputs)
         self.middle, self.end = self._block(network.middle), self._block(network.stepped)
         self.sources = np.array([network.index(k.source) for k in network.links], dtype=np.intp)
@@ -64,7 +64,8 @@ class StepValues:
         self._predicted = tuple(
             _Prediction(network, into, share) for into, share in ((self.middle, 0.5), (self.end, 1))
         )
-        self.begin = self._begin()
+        rolled = gather(self._block(network.earlier), self.middle, range(self._count))
+        self.begin = rolled, *(prediction.operation for prediction in self._predicted)
 
     def _followed(self) -> np.ndarray:
         """Shares by which the inputs go along with their sources: see `Algorithm`."""
@@ -79,17 +80,14 @@ class StepValues:
     def _block(self, start: int) -> np.ndarray:
         return self._network.values[start : start + self._count]
 
-    def _begin(self) -> tuple[Operation, ...]:
-        network, everything = self._network, range(self._count)
-        rolled = gather(self._block(network.earlier), self.middle, everything)
-        return rolled, *(prediction.operation for prediction in self._predicted)
-
     def prepare(self, size: float) -> None:
         """Make all operations those of a step of `size` [s] after the network's last one."""
-        for prediction in self._predicted:
-            prediction.prepare(size, self._network.last)
-        for stepper in self.steppers:
-            stepper.prepare(size, self._network.last)
+        sizes = size, self._network.last
+        if sizes == self._sizes:
+            return
+        for part in (*self._predicted, *self.steppers):
+            part.prepare(*sizes)
+        self._sizes = sizes
 
     def undo(self) -> None:
         """Return all components to the start of the step, also if it failed."""
@@ -109,7 +107,6 @@ class _Prediction:
 
     def __init__(self, network: Network, into: np.ndarray, share: float) -> None:
         self._share = share
-        self._sizes = (-1.0, 0.0)
         chains = [[network.index(p) for p in network.derivatives(y)] for y in network.outputs]
         count = len(chains)
         index = np.zeros((4, count), dtype=np.uint32)
@@ -127,13 +124,10 @@ class _Prediction:
 
     def prepare(self, size: float, last: float) -> None:
         """Weights for a step of `size` [s] after one of `last` [s] (0: there was none)."""
-        if (size, last) == self._sizes:
-            return
         for derivatives, columns in enumerate(self._columns):
             if columns:
                 weights = _weights(self._share * size, last, derivatives)
                 self.operation.weight[:, columns] = weights[:, None]
-        self._sizes = (size, last)
 
 
 def _weights(ahead: float, last: float, derivatives: int) -> np.ndarray:

@@ -135,7 +135,6 @@ class EnergyBalance:
         self._values = network.values
         axes = [(k, axis) for k, bond in enumerate(self._bonds) for axis in bond.axes]
         count = len(axes)
-        targets = {port: k for k, port in enumerate(network.targets)}
         sources = (
             [axis.force.source for _, axis in axes],
             [axis.velocity.source for _, axis in axes],
@@ -143,7 +142,7 @@ class EnergyBalance:
         )
         places = [network.index(port) for ports in sources for port in ports]
         self._index = np.array(places, dtype=np.intp)
-        self._target = np.array([targets[a.force.target] for _, a in axes], dtype=np.intp)
+        self._target = np.array([network.place(a.force) for _, a in axes], dtype=np.intp)
         self._followed = np.zeros(count) if followed is None else followed[self._target]
         self._has_position = np.array([a.position is not None for _, a in axes], dtype=bool)
         self._of_bond = np.zeros((count, len(self._bonds)))

@@ -26,9 +26,8 @@ class ExtrapolatedJacobi(Scheduled):
         operations: list[Operation] = [self._combine]
         for name, instance in network.instances.items():
             own = network.input_slice(name)
-            inputs = tuple(port.variable for port in network.targets[own])
-            if inputs:
-                operations += setting(instance, inputs, held[own])
+            if links := network.links_to(name):
+                operations += setting(instance, links, held[own])
             operations += [*network.steps(name), *network.arrival(name)]
         super().__init__(network, operations, held)
 

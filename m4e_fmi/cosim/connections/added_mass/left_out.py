@@ -27,11 +27,11 @@ def without_added_mass(descriptions: Mapping[str, Description], wiring: Wiring) 
     bodies = {name: added_mass_bodies(table) for name, table in tables.items()}
     taken = {
         (link.source.component, body)
-        for link in wiring.written
+        for link in wiring.all_links
         for body in bodies[link.source.component].get(link.source.variable, ())
     }
     bare: dict[Port, Port] = {}
-    for link in moving(tables, wiring.written):
+    for link in moving(tables, wiring.all_links):
         source, target = link.ends
         body, other = group(source), group(target).removeprefix(BODY)
         if (

@@ -240,3 +240,31 @@ LINKS = (
     "body.body.m.vx -> spring.end.vx",
     "spring.end.force_x -> body.body.m.force_x",
 )
+
+
+@pytest.mark.parametrize("options", ["+state", "+state+inputs", "+state+jacobian"])
+def test_forces_of_several_links_are_as_one(c_fmu: Fmus, algorithm: str, options: str) -> None:
+    """Springs of 1, 2 and 3 N/m, the last in mm, are as one of 6 N/m; energies add up."""
+    springs = {"b": (f"spring{options}", 1.0), "c": (f"spring{options}", 2.0)}
+    springs["d"] = (f"mm_spring{options}", 3e-3)
+    found = []
+    for parts in ({"b": (f"spring{options}", 6.0)}, springs):
+        mass = Component("a", FmuFile(c_fmu(f"mass{options}")), {"body.m.x": 1.0})
+        own = [Component(n, FmuFile(c_fmu(f)), {"stiffness": k}) for n, (f, k) in parts.items()]
+        links = [
+            link
+            for n in parts
+            for link in (
+                f"a.body.m.x -> {n}.end.x",
+                f"a.body.m.vx -> {n}.end.vx",
+                f"{n}.end.force_x -> a.body.m.force_x",
+            )
+        ]
+        settings = Simulation(1.0, 0.02, algorithm)
+        found.append(observed(System("s", (mass, *own), tuple(links), settings), "a.body.m.x"))
+    (one, alone), (other, split) = found
+    assert np.array(other) == pytest.approx(np.array(one), abs=accuracy(algorithm))
+    assert (alone.order, len(split.energy)) == (split.order, 3)
+    for kind in ("given", "received"):
+        total = sum(getattr(bond, kind) for bond in split.energy)
+        assert total == pytest.approx(getattr(alone.energy[0], kind), abs=10 * accuracy(algorithm))

@@ -24,6 +24,29 @@ def test_an_algebraic_loop_through_scaled_connections_is_solved(c_fmu: Fmus, opt
         assert given == pytest.approx(output - time, abs=1e-12)
 
 
+@pytest.mark.parametrize("algorithm", ["gauss_seidel", "implicit"])
+@pytest.mark.parametrize("options", ["+state", "+state+jacobian"])
+def test_an_algebraic_loop_of_an_input_with_several_sources(
+    c_fmu: Fmus, algorithm: str, options: str
+) -> None:
+    """Added masses of 0.2 and 0.3 kg that come back as forces are as one of 0.5 kg."""
+    found = []
+    for added in ({"b": 0.5}, {"b": 0.2, "c": 0.3}):
+        names = {"a": f"mass{options}", "d": f"spring{options}"}
+        names |= dict.fromkeys(added, f"added_mass{options}")
+        start = {"a": {"body.m.x": 1.0}} | {
+            n: {"added": mass, "stiffness": 0.0} for n, mass in added.items()
+        }
+        links = [f"{n}.end.force_x -> a.body.m.force_x" for n in (*added, "d")]
+        links += [f"a.body.m.x -> {n}.end.x" for n in (*added, "d")]
+        links += [f"a.body.m.ax -> {n}.end.ax" for n in added]
+        settings = Simulation(0.5, 0.01, algorithm)
+        given = system(c_fmu, names, *links, start=start, simulation=settings)
+        found.append(np.array(observed(given, "a.body.m.x", "a.body.m.ax")[0]))
+    assert found[1] == pytest.approx(found[0], abs=50 * TOLERANCE)
+    assert found[0][0, 2] == pytest.approx(-1 / 1.5, abs=1e-8)
+
+
 @pytest.mark.parametrize("model", ["stage", "stage+jacobian"])
 @pytest.mark.parametrize(
     ("a", "b", "singular"),

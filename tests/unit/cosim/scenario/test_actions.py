@@ -128,3 +128,19 @@ def test_of_settings_of_one_variable_that_overlap_the_last_counts(c_fmu: Fmus) -
     assert outcome.scenario[2] == (
         "ramp: from t = 0.4 s to 0.6 s: spring.damping = 3 N.s/m within 0.1 s"
     )
+
+
+@pytest.mark.parametrize("kind", ACTIONS)
+def test_an_action_on_an_input_with_several_sources_acts_on_their_sum(
+    c_fmu: Fmus, kind: str
+) -> None:
+    signal, amount = "body.body.m.force_x", "0.1 N"
+    given = {"freeze": (signal,), "offset": {signal: amount}, "replace": {signal: amount}}
+    one = system(c_fmu, disturbed=Action(**{kind: given[kind]}, **THEN))
+    spring, others = one.components[1], ("spring", "other")
+    halves = [
+        Component(name, spring.source, {"damping": 0.15, "stiffness": 0.5}) for name in others
+    ]
+    links = [link.replace("spring", name) for name in others for link in LINKS]
+    two = replace(one, components=(one.components[0], *halves), connections=tuple(links))
+    assert rows(two)[:, :3] == pytest.approx(rows(one)[:, :3], abs=1e-12)

@@ -32,7 +32,7 @@ def balance(
     index = {k.source: row for row, k in enumerate(links)}
     network = SimpleNamespace(
         values=np.zeros(3),
-        targets=[k.target for k in links],
+        place=links.index,
         index=index.__getitem__,
         to_si=lambda _: 1.0,
     )

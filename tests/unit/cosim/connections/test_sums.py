@@ -8,8 +8,8 @@ import pytest
 from support.described import described
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
-from m4e_fmi.cosim.connections.connect import connect, sum_components
-from m4e_fmi.cosim.connections.links import Wiring
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import Port, Wiring
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -48,42 +48,34 @@ def wired(*connections: str) -> Wiring:
     return connect(system(*connections), FMUS)
 
 
-def test_forces_go_through_a_sum() -> None:
+def test_each_force_goes_to_the_body() -> None:
     """And each connection has its power."""
     wiring = wired(*BOTH)
-    name = "buoy_body_float_sum"
     assert {str(link) for link in wiring.all_links} >= {
-        f"hull.float.force_x -> {name}.hull.force_x",
-        f"legs.float.force_x -> {name}.legs.force_x",
-        f"{name}.sum.force_x -> buoy.body.float.force_x",
+        "hull.float.force_x -> buoy.body.float.force_x",
+        "legs.float.force_x -> buoy.body.float.force_x",
         "buoy.body.float.x -> hull.float.x",
         "buoy.body.float.x -> legs.float.x",
     }
     (link,) = (k for k in wiring.links if k.source.component == "legs")
     assert link.factor == 1000.0
-    written = {str(k) for k in wiring.written}
-    assert written >= {
-        f"{part}.float.force_x -> buoy.body.float.force_x" for part in ("hull", "legs")
-    }
-    assert not any(name in text for text in written)
     bonds = wiring.bonds
     assert [bond.name for bond in bonds] == list(BOTH)
     assert [bond.axes[0].force.source.component for bond in bonds] == ["hull", "legs"]
-    assert {str(bond.axes[0].onto) for bond in bonds} == {"buoy.body.float.force_x"}
     assert all(bond.axes[0].share == 1.0 for bond in bonds)
+    assert wiring.notes == ("buoy.body.float.force_x takes the sum of hull.float, legs.float",)
 
 
 def test_constant_added_masses_are_added_once() -> None:
     wiring = wired("hull.added_mass -> buoy.added_mass", "legs.added_mass -> buoy.added_mass")
     assert {str(k) for k in wiring.initial_links} == {
-        "hull.added_mass[1,1] -> buoy_added_mass_sum.hull.added_mass[1,1]",
-        "legs.added_mass[1,1] -> buoy_added_mass_sum.legs.added_mass[1,1]",
-        "buoy_added_mass_sum.sum.added_mass[1,1] -> buoy.added_mass[1,1]",
+        "hull.added_mass[1,1] -> buoy.added_mass[1,1]",
+        "legs.added_mass[1,1] -> buoy.added_mass[1,1]",
     }
     assert not wiring.links
 
 
-def test_sources_in_part_have_sums_of_their_own() -> None:
+def test_links_of_one_input_keep_their_factors_and_delays() -> None:
     """Two components give a force, three a moment at a joint; one of them by a factor."""
     wiring = wired(
         *BOTH,
@@ -91,9 +83,9 @@ def test_sources_in_part_have_sums_of_their_own() -> None:
         "legs.torque * 2 -> buoy.joint.arm.effort",
         "skirt.torque -> buoy.joint.arm.effort, delayed",
     )
-    assert wiring.sums == ("buoy_body_float_sum", "buoy_joint_arm_sum")
-    into = {k.source.component: k for k in wiring.links if "arm_sum" in k.target.component}
+    into = {k.source.component: k for k in wiring.into[Port("buoy", "joint.arm.effort")]}
     assert (into["legs"].factor, into["skirt"].delayed) == (2.0, True)
+    assert len(wiring.notes) == 2
 
 
 def test_what_does_not_add_up_has_one_source() -> None:
@@ -101,5 +93,4 @@ def test_what_does_not_add_up_has_one_source() -> None:
     masses = [f"{part}.added_mass[1,1] -> buoy.body.float.mass" for part in ("hull", "legs")]
     with pytest.raises(InputError, match=r"has two sources(.|\n)*added masses add up"):
         wired(*masses)
-    assert sum_components(system(*masses), FMUS) == ()
-    assert wired(BOTH[0], "hull.float.force_x -> buoy.body.float.force_x").sums == ()
+    assert not wired(BOTH[0], "hull.float.force_x -> buoy.body.float.force_x").notes
