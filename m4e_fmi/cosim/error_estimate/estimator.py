@@ -17,9 +17,6 @@ window an error may go on growing: see `throughout`.
 *stretches* of steps. One that is twice as rough as all that was repeated is repeated, too; its
 errors count for that stretch alone.
 
-**The order** of `corrector` is measured in the first window, by steps of four times the length:
-see `_measure`. Otherwise it is the algorithm's.
-
 **Kinks** that no FMU announces lower the order where they are: bends (a contact) to the second,
 and jumps (a switch) to the first. Orders are taken rather too low, and those of kinks for all
 errors where kinks matter: see `SMOOTH`. What kinks change remains, so that a trajectory with kinks
@@ -78,19 +75,13 @@ ROUGHER = 2.0
 """Times as rough as all that was repeated, from which on a stretch is repeated too."""
 NOISE = 8e-14
 """Share of the largest value up to which a fourth difference may be rounding."""
-LEAST = 1e-15
-"""Share of an output's nominal value up to which a difference may be rounding."""
 SMALL = 0.1
 """Share of the known error up to which fourth differences are ignored."""
 SMOOTH, BEND, JUMP = 2.25, 1.5, 1.0
-"""Orders of errors at most, rather too low: smooth ones fall with the second order where FMUs are
-not linear in inputs that they hold, if nothing is measured; those of bends with the first or
-second, and so in what is repeated beyond the windows; those of jumps with the first."""
-MATTERS, LARGE = 3.0, 100.0
-"""Fourth difference at bends over the known error: above the first they may lower the order a bit,
-above the second they may make most of the error, and others like them more."""
-FOURFOLD = 4.0
-"""Length of the steps that show how errors fall, over the run's."""
+"""Orders of errors at most, rather too low: they fall with the second order where FMUs are not
+linear in inputs that they hold, or where outputs have bends; with the first where these jump."""
+LARGE = 100.0
+"""Fourth difference at a kink over the known error, above which others like it may make more."""
 RESOLVED = 0.3
 """Error over range up to which the order of kinks shows."""
 GROWN = 2.0
@@ -123,14 +114,13 @@ class ErrorEstimator:
         whole: bool,
         longer: Mapping[str, str],
     ) -> None:
-        self._network, self._promised = network, order
+        self._network, self._order = network, min(order, SMOOTH)
         self._stop = round(simulation.stop_time * NS_PER_SECOND)
         self._size = round(simulation.step_size * NS_PER_SECOND)
         self._whole, self.longer = whole, longer
         self._sources, self._spans = monitored_places(network), Spans(network)
         ports = [port for _, port in network.monitored_outputs]
         # which jump at points of their own, which all steps meet
-        self._least = LEAST * np.array([network.nominal(port) for port in ports])
         self._sampled = np.array([port.component in network.sampled for port in ports])
         self._beside = other is not None
         second = network if other is None else other
@@ -138,8 +128,6 @@ class ErrorEstimator:
             length: Trajectory(second, make, self._sources, length=length) for length in lengths
         }
         self._second = second
-        self._fourfold = Trajectory(second, make, self._sources, length=FOURFOLD)
-        self._seen: list[tuple[np.ndarray, np.ndarray]] = []
         self._points = [due for due in map(second.due, second.instances) if due]
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(self._sources)))
@@ -311,7 +299,7 @@ class ErrorEstimator:
         state, run, values = self._state, stretch.times, np.concatenate(stretch.values)
         state.widen(values)
         state.watched = np.maximum(state.watched, self._roughness.largest)
-        noise = np.maximum(NOISE * np.abs(values).max(axis=0), self._least)
+        noise = NOISE * np.abs(values).max(axis=0)
         kinks, jumps = (np.where(one > noise, one, 0.0) for one in stretch.kinks_of(values))
         state.kinks = np.maximum(state.kinks, kinks)
         state.jumps = np.maximum(state.jumps, np.where(self._sampled, 0.0, jumps))
@@ -332,9 +320,7 @@ class ErrorEstimator:
             state.end()
         elif not self._beside:
             state.point = self._network.keep()
-        if found and not why and found.length == TWICE and state.falls is None:
-            self._measure(stretch, run, values)
-        self._roughness.gate[self._sources] = np.maximum(noise, SMALL * self._known())
+        self._roughness.gate[self._sources] = np.maximum(noise, SMALL * self._known(self._order))
         return told
 
     def _new(self, stretch: Stretch) -> list[tuple[Course, NetworkSnapshot | None]]:
@@ -366,7 +352,7 @@ class ErrorEstimator:
             times = times[times >= round(self._second.time * NS_PER_SECOND)]
         elif not course.span and 2 * length_of_others(times, run) < max(1, run[-1] - run[0]):
             return course, "most steps end at jumps"
-        count, self._seen = -(-len(times) // PIECES), []
+        count = -(-len(times) // PIECES)
         try:
             if point:
                 self._network.restore(point)
@@ -376,9 +362,8 @@ class ErrorEstimator:
                     return course, SPENT
                 again = trajectory.along(part, jumps, stretch.changes)
                 part = part[: len(again)]
-                self._seen.append((part, again))
                 state.repeated += len(part) - 1
-                found = differences(run, values, part, again, self._least)
+                found = differences(run, values, part, again)
                 span, other = int(part[-1] - part[0]), length_of_others(part, run)
                 course = course.further(found, span, other)
                 if self._is_wild(course, values):
@@ -415,41 +400,10 @@ class ErrorEstimator:
             return True
         if self._state.steps < self._state.until:
             return False
-        known = self._known()
+        known = self._known(self._order)
         grown = grows(over(course.errors(self._order), self.spans()))
         is_kinked = (self._state.kinks > SMALL * known).any()
         return not ((self._state.kinks > LARGE * known).any() or (is_kinked and grown))
-
-    def _measure(self, stretch: Stretch, run: np.ndarray, values: np.ndarray) -> None:
-        """Measure how smooth errors fall, by the first quarter in steps of four times the length.
-
-        FMUs that are not linear in inputs that they hold add a second order to the fourth that an
-        algorithm of third order mostly has: errors a H² + b H⁴, which steps of 2H and 4H tell
-        apart. They give the order that one power of the step would have.
-        """
-        state, (times, twice) = self._state, self._seen[0]
-        if self._promised < 3 or stretch.start is None or stretch.jumps or len(self._seen) < 2:
-            return
-        times = np.concatenate((times, self._seen[1][0][1:]))
-        twice = np.concatenate((twice, self._seen[1][1][1:]))
-        coarse = self._coarser(times, stretch)
-        state.repeated += len(coarse) - 1
-        try:
-            self._network.restore(stretch.start)
-            again = self._fourfold.along(coarse, frozenset(), stretch.changes)
-        except RunError:
-            return
-        coarse = coarse[: len(again)]
-        off = np.abs(twice - values[np.searchsorted(run, times)]).max(axis=0)
-        spans = np.where(off > self._least, self.spans(), 0.0)
-        two, four = (
-            over(one - values[np.searchsorted(run, coarse)], spans)
-            for one in (twice[np.searchsorted(times, coarse)], again)
-        )
-        largest = over(off, spans).max()
-        if largest > 0.0 and np.abs(four).max() < RESOLVED:
-            share = np.clip(np.abs(4 / 9 * two - four / 45).max() / largest, 1 / 15, 1.0)
-            state.falls = float(np.log2(1.0 + 1.0 / share))
 
     def finish(self) -> None:
         """Repeat the steps up to the present point, if they are wanted."""
@@ -465,27 +419,19 @@ class ErrorEstimator:
         """Ranges (n,) of all outputs of each one's unit, in the outputs' units."""
         return self._spans(self.ranges())
 
-    @property
-    def _order(self) -> float:
-        """The order of smooth errors."""
-        return self._state.falls or min(self._promised, SMOOTH)
-
-    def _known(self) -> np.ndarray:
-        """The largest known error over its range if motions are smooth, as errors (n,)."""
-        spans, order = self.spans(), self._order
+    def _known(self, order: float) -> np.ndarray:
+        """The largest known error of this order over its range, as errors (n,) of the sources."""
+        spans = self.spans()
         shares = [over(one.errors(order), spans).max(initial=0.0) for one in self._state.courses]
         return max(shares, default=0.0) * spans
 
     @property
     def _falls(self) -> float:
         """The order of all errors: that of jumps or bends within steps, where these matter."""
-        state, known = self._state, self._known()
-        if state.switched or (state.jumps > SMALL * known).any():
+        state, least = self._state, SMALL * self._known(self._order)
+        if state.switched or (state.jumps > least).any():
             return JUMP
-        if (state.kinks > LARGE * known).any():
-            return min(self._order, BEND)
-        is_bent = bool((state.kinks > MATTERS * known).any())
-        return min(self._order, max(1.0, self._promised - 0.5)) if is_bent else self._order
+        return min(self._order, BEND) if (state.kinks > least).any() else self._order
 
     def errors(self, *, halved: bool = False) -> np.ndarray:
         """Largest errors (n,) of the sources, in their units, or those at half the step.
@@ -494,7 +440,7 @@ class ErrorEstimator:
         the steps. Beyond that it is growth, and the step is too long.
         """
         courses, order = self._state.courses, self._falls
-        errors = [one.errors(order if one.speaks else min(order, BEND)) for one in courses]
+        errors = [one.errors(order) for one in courses]
         if halved and order == JUMP:
             spans = self.spans()
             stay = [(e > RESOLVED * spans) & (e <= GROWN * spans) for e in errors]

@@ -34,7 +34,7 @@ NOISE = 1e-12
 moves less is noise of rounding."""
 MOMENTS, FORCES = "N.m", "N"
 """Units of moments, and of the forces that make them."""
-LEAST_ARM = 1e-6
+LEAST_ARM = 1e-9
 """Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
 as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
@@ -215,8 +215,7 @@ class Spans:
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
     NOISE of the largest present or nominal value of the unit, which ranges of bodies at rest are
-    not; moments of a component at least LEAST_ARM times the largest range or present value of its
-    forces.
+    not.
     """
 
     def __init__(self, network: Network) -> None:
@@ -227,11 +226,6 @@ class Spans:
         self._places = monitored_places(network)
         self._values, self._largest = network.values, np.zeros(len(numbers))
         self._nominal = np.zeros(len(numbers))
-        names = [port.component for _, port in network.monitored_outputs]
-        places = {name: place for place, name in enumerate(dict.fromkeys(names))}
-        self._of_component = np.array([places[name] for name in names], dtype=np.intp)
-        self._forces = np.array([unit == FORCES for unit in units], dtype=bool)
-        self._moments = np.array([unit == MOMENTS for unit in units], dtype=bool)
         np.maximum.at(
             self._nominal, self._of_unit, [network.nominal(p) for _, p in network.monitored_outputs]
         )
@@ -244,18 +238,31 @@ class Spans:
         present = np.abs(self._values[self._places])
         least = np.maximum(LEAST_RANGE * found, OF_VALUE * present)
         spans = np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
-        spans = np.maximum(spans, self._noise(present))
-        forces = np.zeros(len(self._of_component))
-        sizes = np.where(self._forces, np.maximum(ranges, present), 0.0)
-        np.maximum.at(forces, self._of_component, sizes)
-        arms = np.where(self._moments, LEAST_ARM * forces[self._of_component], 0.0)
-        return np.where(found > 0.0, np.maximum(spans, arms), 0.0)
+        return np.where(found > 0.0, np.maximum(spans, self._noise(present)), 0.0)
 
     def _noise(self, present: np.ndarray) -> np.ndarray:
         """The least range of each, for the magnitudes of the present values."""
         largest = self._nominal.copy()
         np.maximum.at(largest, self._of_unit, present)
         return NOISE * largest[self._of_unit]
+
+
+def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
+    """Ranges (n,) that the errors of the monitored outputs are told relative to, in their units.
+
+    Those of `Spans`, for the `ranges` (n,) of the outputs, in their units; moments of a component
+    have at least LEAST_ARM times the largest range or present value of its forces. The estimate
+    itself does not know this bound: the steps that it repeats do not depend on it.
+    """
+    ports = [port for _, port in network.monitored_outputs]
+    sizes = np.maximum(ranges, np.abs(network.values[monitored_places(network)]))
+    forces: dict[str, float] = {}
+    for port, size in zip(ports, sizes.tolist(), strict=True):
+        if network.unit(port) == FORCES:
+            forces[port.component] = max(forces.get(port.component, 0.0), size)
+    least = [LEAST_ARM * forces.get(p.component, 0.0) * (network.unit(p) == MOMENTS) for p in ports]
+    spans = Spans(network)(ranges)
+    return np.where(spans > 0.0, np.maximum(spans, least), spans)
 
 
 def switching(network: Network) -> frozenset[str]:
@@ -288,7 +295,7 @@ def certificate(
     """
     beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
-    spans = Spans(network)(ranges)
+    spans = scales(network, ranges)
     leaps = 0.0 * errors if leaps is None else leaps
     shares = np.array([*over(np.array([errors, halved, leaps]), spans), spans]).T.tolist()
     for (number, port), (error, half, leap, span) in zip(

@@ -165,21 +165,15 @@ def length_of_others(times: np.ndarray, run: np.ndarray) -> int:
 
 
 def differences(
-    times: np.ndarray,
-    values: np.ndarray,
-    others: np.ndarray,
-    again: np.ndarray,
-    least: np.ndarray,
+    times: np.ndarray, values: np.ndarray, others: np.ndarray, again: np.ndarray
 ) -> np.ndarray:
     """Magnitudes (m, n_sources) of the differences of two runs at the times of both.
 
     `values` (n, n_sources) are at `times` (n,) [ns], `again` (k, n_sources) at `others` (k,) [ns];
-    all are in the sources' units. Differences that may be rounding are 0, as are those up to
-    `least` (n_sources,). Both sides of a jump that takes one nanosecond are left out: the other
-    run's may be elsewhere.
+    all are in the sources' units. Differences that may be rounding are 0. Both sides of a jump that
+    takes one nanosecond are left out: the other run's may be elsewhere.
     """
     both, jumps = np.isin(times, others), np.flatnonzero(np.diff(times) == 1)
     both[jumps] = both[jumps + 1] = False
     found = np.abs(values[both] - again[np.searchsorted(others, times[both])])
-    noise = np.maximum(least, ROUNDING * np.abs(values).max(axis=0))
-    return np.where(found <= noise, 0.0, found)
+    return np.where(found <= ROUNDING * np.abs(values).max(axis=0), 0.0, found)
