@@ -210,7 +210,7 @@ def _run_to(output: Path, system: System, options: argparse.Namespace) -> None:
     animation = animation_file(options, system.name, (".html",))
     report = report_file(options, system.name)
     # a checkpoint that is missing or damaged is told before anything is built in place of its FMUs
-    checkpoint_to_resume(output, options.resume, check=options.check, observed=False)
+    checkpoint_to_resume(output, options.resume, check=options.check)
     tell_event(_plan(system, output))
     program = system_program(system) if options.reference else None
     prepared = prepare(

@@ -12,7 +12,7 @@ from netCDF4 import Dataset
 
 from m4e_fmi.cosim import System, run
 from m4e_fmi.cosim.run import run as run_module
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import checkpoint_of
 from m4e_fmi.cosim.time_loop import time_loop
 
 OF_THE_RUN = {"created"}

@@ -10,7 +10,7 @@ from pathlib import Path
 from support.command_line import EXAMPLES
 from support.interrupted import differences
 
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import checkpoint_of
 
 BUOY = EXAMPLES / "moored_buoy" / "system.yaml"
 KILLS = 10

@@ -31,6 +31,7 @@ from m4e_fmi.report.drawing.space.hinges import GROUND, Spot
 
 SCENE = "scene"
 """Function of a kind that tells what it shows: docs/adapters.md."""
+Y = COORDINATES.index("y")
 MOST_TRIANGLES = 2000
 """Of the meshes of a model: results carry them."""
 
@@ -133,7 +134,7 @@ class _Built:
         return Scene(
             title=self.system.name,
             description=" ".join(self.system.description.split()),
-            planar=not any("y" in _moving(body) for body in bodies),
+            planar=not any(isinstance(body.motion[Y], Followed) for body in bodies),
             bodies=tuple(bodies),
             hinges=tuple(hinge for one in self.models for hinge in one.hinges),
             axes=tuple(axis for one in self.models for axis in one.axes),
@@ -209,12 +210,6 @@ class _Built:
         waters = {name: one.water for name, one in self.shown.items() if one.water is not None}
         for name, water in sorted(waters.items(), key=lambda item: not item[1].trains):
             yield replace(water, gauge=f"{name}.{water.gauge}" if water.gauge else "")
-
-
-def _moving(body: Body) -> set[str]:
-    """Coordinates of a body that follow a variable."""
-    pairs = zip(COORDINATES, body.motion, strict=True)
-    return {name for name, value in pairs if isinstance(value, Followed)}
 
 
 def _starts(component: Component, description: Description) -> dict[str, float]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 import time as clock
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,12 +21,12 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.step_loop import Schedule
 from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.locks import ROWS, claimed
+from m4e_fmi.files.locks import ROWS
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, digest_of, rows_of, write_netcdf
 from m4e_fmi.results.row_file import RowFile, Section
-from m4e_fmi.signals import held, let_through
+from m4e_fmi.signals import let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
 """Rows that are kept in memory, and values in all of them."""
@@ -61,10 +61,10 @@ class FirstRows:
 class ResultsWriter:
     """Writes rows of the `recorded` variables of a network, by component, up to its `close`.
 
-    Rows reach the disk after a second; a run that is killed leaves a file with them. What was at
-    `path` before stays until the first step is on the disk, or the run has ended without one; then
-    the files `beside` go, which were made of it. The file's attribute `ended` says how the run did.
-    RunError if another run writes to `path`, or if the disk takes nothing.
+    Rows reach the disk after a second; a run that is killed leaves a file with them. `path` is
+    absolute, and claimed by this run. What was there before stays until the first step is on the
+    disk, or the run has ended without one; then the files `beside` go, which were made of it. The
+    file's attribute `ended` says how the run did. RunError if the disk takes nothing.
 
     `row` is the next row of the block, which `schedule` fills. `saved` are the rows of this run in
     the file at `path`, and the time [s] of the last one; None if none is there.
@@ -72,7 +72,7 @@ class ResultsWriter:
 
     def __init__(
         self,
-        path: str | Path,
+        path: Path,
         network: Network,
         recorded: Mapping[str, Sequence[Variable]],
         attributes: Mapping[str, str],
@@ -86,7 +86,7 @@ class ResultsWriter:
         The files `earlier` belong to earlier results, and go when these are replaced.
         """
         self._beside, self._earlier = beside, earlier
-        self.path = Path(path)
+        self.path = path
         columns = 1 + sum(map(len, recorded.values()))
         self._block = max(LEAST_ROWS, min(MOST_ROWS, MOST_VALUES // columns))
         self._blocks = [
@@ -109,16 +109,16 @@ class ResultsWriter:
         self.saved: tuple[int, float] | None = None
         self.notes: tuple[str, ...] = ()
         """Warnings about the file, once it is closed; one line each."""
-        with ExitStack() as stack:
-            self._place = stack.enter_context(claimed(self.path))
-            hidden = self._place.with_name(f".{self._place.name}{ROWS}")
+        hidden = path.with_name(f".{path.name}{ROWS}")
+        with self._errors():
             head = {FORMAT: FORMAT_NUMBER, **self._attributes}
-            with self._errors():
-                self._file = RowFile(hidden, self._sections, head)
-            stack.callback(self._file.close)
+            self._file = RowFile(hidden, self._sections, head)
+        try:
             if first:
                 self._take_over(first)
-            self._open = stack.pop_all()
+        except BaseException:
+            self._file.close()
+            raise
         self._interval = FLUSH / 8
         self._due = clock.monotonic() + self._interval
 
@@ -133,7 +133,7 @@ class ResultsWriter:
                 message = f"row {first.rows} is not the one that the checkpoint was taken after"
                 raise InputError.single(message, "run again from the start", str(first.path))
             self._file.keep_texts(self._texts)
-            self._file.move(self._place)
+            self._file.move(self.path)
         self._remove((*self._earlier, *self._beside))
         self._before, self._last = first.rows, first.last
         self.saved = (first.rows, first.last)
@@ -242,10 +242,10 @@ class ResultsWriter:
     def _publish(self) -> None:
         """Put the rows on the disk where results belong, once there is a step."""
         count = self._file.count
-        if self._file.path != self._place and (count > 1 or not self._place.exists()):
-            self._file.move(self._place)
+        if self._file.path != self.path and (count > 1 or not self.path.exists()):
+            self._file.move(self.path)
             self._remove((*self._earlier, *self._beside))
-        if self._before < count <= self._count and self._file.path == self._place:
+        if self._before < count <= self._count and self._file.path == self.path:
             self.saved = (count, float(self._times[count - self._before - 1, 0]))
 
     def _remove(self, files: Sequence[Path]) -> None:
@@ -263,18 +263,14 @@ class ResultsWriter:
 
         `closing` gives further attributes when all rows are on the disk. A run that has `failed`
         before its first step does not replace results that are there. RunError if the disk does not
-        take the rows. A signal that asks for the end waits until they are on the disk, and then
-        ends what is still to do.
+        take the rows. A signal that is `held` is let through once they are on the disk.
         """
-        with held():
-            open_, self._open = self._open, ExitStack()
-            with open_:
-                if self._file.closed:
-                    return
-                count = self._count
-                own = self._file.path == self._place or not self._place.exists()
-                if count > 1 or (count and (own or not failed)):
-                    self._finish(ended, closing)
+        try:
+            own = self._file.path == self.path or not self.path.exists()
+            if self._count > 1 or (self._count and (own or not failed)):
+                self._finish(ended, closing)
+        finally:
+            self._file.close()
 
     def _finish(self, ended: str, closing: Callable[[], Mapping[str, str]]) -> None:
         """Put all rows on the disk; in their place the netCDF-4 file, if there is room for it."""
@@ -294,14 +290,14 @@ class ResultsWriter:
 
     def _write(self, attributes: Mapping[str, str]) -> None:
         """Write the netCDF-4 file, or tell why there is none."""
-        count, folder = self._count, self._place.parent
+        count, folder = self._count, self.path.parent
         vanished = not folder.is_dir()
         in_memory = count == self.row
         blocks = self._file.blocks() if not in_memory else [self._parts(slice(self.row))]
         if sys.platform == "win32":
             self._file.close()  # which replaces no open file
         try:
-            write_netcdf(self._place, self._sections, attributes, count, blocks, self._texts)
+            write_netcdf(self.path, self._sections, attributes, count, blocks, self._texts)
         except RunError as error:
             if vanished:
                 raise

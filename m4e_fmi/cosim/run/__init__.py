@@ -2,5 +2,5 @@
 
 Start reading at `verbs` (`run`, `start`), then `running` (from the FMUs to the outcome: the results
 file, errors that say how far it goes) and `run` (`Run`: the FMUs at a communication point, steps,
-`save` and `restore`). `checkpoint` has the state of a run, `checkpoint_file` its form on the disk.
+`save` and `restore`). `checkpoint` has the state of a run, and its form on the disk.
 """

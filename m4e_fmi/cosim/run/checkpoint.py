@@ -1,12 +1,31 @@
-"""The saved state of a run, and checkpoints: that state in a file for another process."""
+"""The saved state of a run, and checkpoints: that state in a file for another process.
+
+::
+
+    m4e_fmi checkpoint 5\\n
+    SHA-256 of all that follows, 64 hexadecimal digits\\n
+    number of bytes of the JSON, in decimal digits\\n
+    JSON (UTF-8), with the places of the parts among
+    their bytes (see `encoding`)
+
+A file appears whole or not at all, and one that is cut off or altered is refused. The checksum
+tells damage, and no forgery: the states in it go to the FMUs, so that a checkpoint is to be trusted
+as they are.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import os
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from types import MappingProxyType
+from typing import TypeVar
 
 from m4e_fmi.cosim.error_estimate.report import Spans
 from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot
@@ -16,12 +35,6 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark
-from m4e_fmi.cosim.run.checkpoint_file import (
-    CheckpointParts,
-    read_checkpoint,
-    results_of,
-    write_checkpoint,
-)
 from m4e_fmi.cosim.run.identity import check_identity
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
 from m4e_fmi.cosim.stepping.step_control import StepControlSnapshot
@@ -29,15 +42,38 @@ from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.time_loop.energy import EnergySnapshot
 from m4e_fmi.cosim.time_loop.time_loop import Position
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.encoding import LIVE
+from m4e_fmi.files.encoding import LIVE, DamagedError, Decoder, Encoder
+from m4e_fmi.files.files_read import opened
+from m4e_fmi.files.limits import LARGEST_CHECKPOINT
+from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.calls import SerializedState
 
+SUFFIX = ".checkpoint"
+MAGIC = b"m4e_fmi checkpoint "
+VERSION = 5
+"""The number of the form; files of other numbers are refused."""
+_REMEDY = "take another checkpoint, or run again from the start"
+_Made = TypeVar("_Made")
 EXACT = 1e-6
 """Share of a step, or of an interval, by which a time may miss a checkpoint by rounding."""
 HEAD, SAVED = "head", "saved"
 """Names of the parts of a checkpoint."""
 MOST_PLACES = 64
 """Places of states that a run has, at most."""
+
+
+def checkpoint_of(results: str | Path) -> Path:
+    """The checkpoint beside a results file."""
+    path = Path(results)
+    return path.with_name(path.name + SUFFIX)
+
+
+def results_of(checkpoint: Path) -> Path:
+    """The results file beside a checkpoint; InputError if that is not named as one."""
+    if checkpoint.suffix != SUFFIX:
+        message = f"is not named as a checkpoint, RESULTS{SUFFIX}"
+        raise InputError.single(message, "give the checkpoint beside its results", str(checkpoint))
+    return checkpoint.with_suffix("")
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,15 +172,25 @@ class Checkpoint:
     """A checkpoint that a run is resumed from; its file is read only. InputError if damaged."""
 
     path: Path
-    head: Head
-    _parts: CheckpointParts
+    _data: dict[str, object]
+    _decoder: Decoder
 
-    @classmethod
-    def read(cls, path: Path) -> Checkpoint:
-        """The checkpoint at `path`; InputError if there is none."""
-        results_of(path)
-        parts = read_checkpoint(path)
-        return cls(path, parts.part(HEAD, Head), parts)
+    @cached_property
+    def head(self) -> Head:
+        """The place of the checkpoint in its run."""
+        return self.part(HEAD, Head)
+
+    def part(
+        self, name: str, kind: type[_Made], live: Mapping[str, object] = MappingProxyType({})
+    ) -> _Made:
+        """The dataclass of that name; `live` are the fields that a file does not have.
+
+        InputError if it is not one of this kind.
+        """
+        try:
+            return self._decoder.decode(kind, self._data.get(name), live)
+        except DamagedError as error:
+            raise InputError.single(f"is damaged: {error}", _REMEDY, str(self.path)) from error
 
     @property
     def rows(self) -> FirstRows:
@@ -172,10 +218,75 @@ class Checkpoint:
 
     def saved(self, run: object, network: Network) -> Saved:
         """The state, as one of the `run` of this `network`; ValueError if it is of another time."""
-        saved = self._parts.part(SAVED, Saved, {"run": run, "spans_of": Spans(network)})
+        saved = self.part(SAVED, Saved, {"run": run, "spans_of": Spans(network)})
         if saved.state.time != self.head.time:
             raise ValueError(f"a state of t = {saved.state.time:.9g} s")
         return saved
+
+
+def write_checkpoint(path: Path, parts: Mapping[str, object]) -> None:
+    """Write dataclasses to `path`, in place of what is there once they are on the disk.
+
+    RunError if that fails; TypeError if they hold what cannot be saved.
+    """
+    encoder = Encoder()
+    data = {name: encoder.encode(part) for name, part in parts.items()}
+    text = json.dumps(data, separators=(",", ":")).encode()
+    content = (b"%d\n" % len(text), text, *encoder.blobs)
+    digest = hashlib.sha256()
+    for one in content:
+        digest.update(one)
+    with written(path) as place, place.open("wb") as file:
+        file.write(MAGIC + b"%d\n" % VERSION)
+        file.write(digest.hexdigest().encode() + b"\n")
+        file.writelines(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """The checkpoint at `path`.
+
+    InputError if there is no such file, if it is cut off, altered or too large, or of a form that
+    is not read here.
+    """
+    content = _content(path)
+    head, _, rest = content.partition(b"\n")
+    size = int(head) if head.isdigit() and len(head) < len(str(LARGEST_CHECKPOINT)) else -1
+    try:
+        if not 0 <= size <= len(rest):
+            raise DamagedError(f"{size} bytes of JSON")
+        data = json.loads(rest[:size])
+        if not isinstance(data, dict):
+            raise DamagedError("it has no parts")
+    except (DamagedError, ValueError, RecursionError) as error:
+        raise InputError.single(f"is damaged: {error}", _REMEDY, str(path)) from error
+    return Checkpoint(path, data, Decoder(memoryview(rest)[size:]))
+
+
+def _content(path: Path) -> bytes:
+    """All that is behind the checksum of a file, which is right; or InputError."""
+    try:
+        if path.stat().st_size > LARGEST_CHECKPOINT:
+            message = f"is larger than {LARGEST_CHECKPOINT} bytes, which no checkpoint is"
+            raise InputError.single(message, _REMEDY, str(path))
+        with opened(path) as file:
+            magic, digest = file.readline(len(MAGIC) + 20), file.readline(65)
+            if not magic.startswith(MAGIC):
+                raise InputError.single("is not a checkpoint", _REMEDY, str(path))
+            if magic != MAGIC + b"%d\n" % VERSION:
+                version = magic.removeprefix(MAGIC).strip().decode("ascii", "replace")
+                message = f"is a checkpoint of form {version[:20]}; only {VERSION} is read here"
+                raise InputError.single(message, _REMEDY, str(path))
+            content = file.read(LARGEST_CHECKPOINT)
+    except OSError as error:
+        why = "no such file" if isinstance(error, FileNotFoundError) else error.strerror
+        message = f"the checkpoint cannot be read: {why}"
+        raise InputError.single(message, _REMEDY, str(path)) from None
+    if hashlib.sha256(content).hexdigest().encode() + b"\n" != digest:
+        message = "is cut off or altered: its checksum is not that of its content"
+        raise InputError.single(message, _REMEDY, str(path))
+    return content
 
 
 class Checkpoints:

@@ -41,7 +41,7 @@ from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
 from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
+from m4e_fmi.cosim.system.component_step import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
@@ -110,13 +110,12 @@ class Run:
         self.warnings: tuple[str, ...] = ()
         self.outcome: Outcome | None = None
         self._changes: list[Change] = []
+        self._loaded: Mapping[str, Binary] | None = None
         self._open = ExitStack()
 
     def __enter__(self) -> Run:
         with setting_up(), ExitStack() as stack:
-            prepared = self.prepared
-            self._loaded = binaries(prepared.descriptions, stack, None, prepared.hosts)
-            self.network = self._started(prepared, self._loaded, stack)
+            self.network = self._started(stack, self.prepared)
             self._prepare(stack)
             self._open = stack.pop_all()
         return self
@@ -130,18 +129,14 @@ class Run:
         with closing_down():
             self._open.__exit__(kind, error, trace)
 
-    def _started(
-        self,
-        prepared: Prepared,
-        loaded: Mapping[str, Binary],
-        stack: ExitStack,
-        *,
-        second: bool = False,
-    ) -> Network:
+    def _started(self, stack: ExitStack, prepared: Prepared) -> Network:
         """New instances of all components, connected, at the start time; `stack` closes them.
 
-        Messages of a `second` set of instances are dropped.
+        Messages of a second set of instances are dropped.
         """
+        second = self._loaded is not None
+        loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
+        self._loaded = self._loaded or loaded
         instances: dict[str, Instance] = {}
         for component in prepared.system.components:
             name, description = component.name, prepared.descriptions[component.name]
@@ -174,9 +169,10 @@ class Run:
         simulation = self.simulation
         self._control, self.algorithm = None, self._make(self.network)
         if simulation.coupling_tolerance is not None:
-            largest = round(simulation.step_size * NS_PER_SECOND)
             order = cast("ErrorEstimating", self.algorithm).estimate_order
-            self._control = StepControl(self.network, simulation.coupling_tolerance, largest, order)
+            self._control = StepControl(
+                self.network, simulation.coupling_tolerance, simulation.step_ns, order
+            )
         own = all(rate.shortens for rate in self.prepared.rates.values())
         self._shortens = own and not without_rollback(self.prepared.descriptions)
         if isinstance(self.algorithm, Undoing) and self._shortens:
@@ -190,7 +186,7 @@ class Run:
                 self.network,
                 self._make,
                 self.prepared,
-                partial(self._second, stack),
+                partial(self._started, stack),
                 order=self.algorithm.order,
                 changeable=self.options.changeable,
             )
@@ -203,11 +199,6 @@ class Run:
         """The algorithm of the system, with an estimate of its error if the steps are adaptive."""
         choose = made if self.simulation.coupling_tolerance is None else error_estimating
         return choose(self.simulation.algorithm, network)
-
-    def _second(self, stack: ExitStack, prepared: Prepared) -> Network:
-        """A second network at the start time; `stack` closes it."""
-        loaded = binaries(prepared.descriptions, stack, self._loaded, prepared.hosts)
-        return self._started(prepared, loaded, stack, second=True)
 
     @not_lost()
     def begin(self) -> None:
@@ -239,8 +230,7 @@ class Run:
     @property
     def is_at_stop(self) -> bool:
         """True if the stop time is reached."""
-        stop = round(self.simulation.stop_time * NS_PER_SECOND)
-        return round(self.network.time * NS_PER_SECOND) >= stop
+        return nanoseconds(self.network.time) >= self.simulation.stop_ns
 
     def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors up to the present point, or why they are not known."""

@@ -20,8 +20,7 @@ from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.run.checkpoint import Checkpoints
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.run.notes import early_end, network_notes, slow_code
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, ExportError, Outcome

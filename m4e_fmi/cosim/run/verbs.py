@@ -13,8 +13,12 @@ from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.results.system_scene import system_scene
-from m4e_fmi.cosim.run.checkpoint import Checkpoint
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import (
+    Checkpoint,
+    checkpoint_of,
+    read_checkpoint,
+    results_of,
+)
 from m4e_fmi.cosim.run.execution import Execution
 from m4e_fmi.cosim.run.outcome import Outcome
 from m4e_fmi.cosim.run.run import Observer, Options
@@ -76,7 +80,7 @@ def run(
     processes, as those of a study.
     """
     with ONE_RUN:
-        checkpoint = checkpoint_to_resume(results, resume, check=check, observed=bool(observers))
+        checkpoint = checkpoint_to_resume(results, resume, check=check)
         ready, given = _ready(system, results, variables, build_directory, tell, animated=animated)
         options = replace(
             given,
@@ -122,7 +126,7 @@ def start(
 
 
 def checkpoint_to_resume(
-    results: str | Path | None, resume: bool | str | Path, *, check: bool, observed: bool
+    results: str | Path | None, resume: bool | str | Path, *, check: bool
 ) -> Checkpoint | None:
     """The checkpoint from which a run is to be resumed, if so; InputError if it cannot be."""
     if resume is False:
@@ -133,11 +137,11 @@ def checkpoint_to_resume(
     if check:
         message = "a run with a check at half the step, which compares all points, is not resumed"
         raise InputError.single(message, "leave out --check (in Python check), or --resume")
-    if observed:
-        message = "a run with observers, which have not seen its first part, is not resumed"
-        raise InputError.single(message, "leave out `observers`, or `resume`")
     path = checkpoint_of(stream_of(results)) if resume is True else Path(resume)
-    return Checkpoint.read(path.absolute())
+    results_of(path)
+    checkpoint = read_checkpoint(path.absolute())
+    _ = checkpoint.head  # InputError if it is damaged
+    return checkpoint
 
 
 def _ready(

@@ -101,11 +101,10 @@ class TimeLoop:
         self._network, self._algorithm, self._energy = network, algorithm, energy
         self._results, self._watcher, self._control = results, watcher, control
         self._returns, self._singly, self._hopeless = returns, singly, hopeless
-        self._start = round(simulation.start_time * NS_PER_SECOND)
-        self._stop = round(simulation.stop_time * NS_PER_SECOND)
-        self._size = round(simulation.step_size * NS_PER_SECOND)
-        every = round((simulation.output_interval or simulation.step_size) * NS_PER_SECOND)
-        self._every = every if simulation.output_interval or control is None else 1
+        self._start, self._stop = simulation.start_ns, simulation.stop_ns
+        self._size = simulation.step_ns
+        in_steps = simulation.output_interval is None and control is not None
+        self._every = 1 if in_steps else simulation.output_ns
         self._time_events = TimeEvents(network)
         self._has_time_events = bool(self._time_events)
         self._telling = telling(network.instances.values())

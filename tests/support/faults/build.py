@@ -9,7 +9,7 @@ from pathlib import Path
 import fmpy
 from support.c_fmus.build import HERE as HONEST
 from support.c_fmus.build import MODELS, OPTIONS, describe
-from support.c_fmus.compiled import archived
+from support.c_fmus.compiled import FMI_HEADERS, archived
 from support.c_fmus.versions import description_1, scalars_3
 
 HERE = Path(__file__).parent

@@ -24,7 +24,7 @@ from support.fuzz.archives import packed
 from support.runtime_programs import every_operation, robertson
 
 from m4e_fmi.cosim import load_system, run
-from m4e_fmi.cosim.run.checkpoint_file import read_checkpoint
+from m4e_fmi.cosim.run.checkpoint import read_checkpoint
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.errors import M4eError
 from m4e_fmi.files.document import Document

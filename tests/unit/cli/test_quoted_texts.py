@@ -16,7 +16,7 @@ from support.forged import forge
 from support.packages import component, description, package
 
 from m4e_fmi.cli import main
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import checkpoint_of
 from m4e_fmi.shown import cleaned, one_line
 
 Fmus = Callable[[str], Path]

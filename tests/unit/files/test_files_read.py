@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from m4e_fmi.cosim.run.checkpoint_file import read_checkpoint
+from m4e_fmi.cosim.run.checkpoint import read_checkpoint
 from m4e_fmi.cosim.ssp import read_parameter_set
 from m4e_fmi.cosim.ssp.package import Package
 from m4e_fmi.errors import InputError

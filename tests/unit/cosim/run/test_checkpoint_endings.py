@@ -16,7 +16,7 @@ from support.small_systems import Fmus, oscillator, system
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import Simulation, run, start
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import checkpoint_of
 from m4e_fmi.cosim.time_loop.time_loop import TimeLoop
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.signals import Terminated
@@ -134,7 +134,7 @@ def test_a_checked_run_and_one_with_observers_are_not_resumed(c_fmu: Fmus, tmp_p
     run(saving, results=tmp_path / file, check=True)
     with pytest.raises(InputError, match="a check at half the step, which compares all points"):
         run(saving, results=tmp_path / file, check=True, resume=True)
-    with pytest.raises(InputError, match="a run with observers, which have not seen its first"):
+    with pytest.raises(InputError, match="the run cannot be resumed: observers may read"):
         run(saving, results=tmp_path / file, observers=[lambda _, __: None], resume=True)
     longer = run(saving.changed(stop_time=2.0), results=tmp_path / file, resume=True)
     assert len(longer.results().time) == 21

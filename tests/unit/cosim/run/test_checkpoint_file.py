@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from m4e_fmi.cosim.run.checkpoint_file import (
+from m4e_fmi.cosim.run.checkpoint import (
     MAGIC,
     VERSION,
     read_checkpoint,

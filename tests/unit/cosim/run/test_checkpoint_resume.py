@@ -17,7 +17,7 @@ from support.interrupted import check_resumed, differences
 from support.small_systems import Fmus, oscillator
 
 from m4e_fmi.cosim import Action, Simulation, System, run
-from m4e_fmi.cosim.run.checkpoint_file import checkpoint_of
+from m4e_fmi.cosim.run.checkpoint import checkpoint_of
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.results.results_file import load
 from m4e_fmi.units import parse_quantity
