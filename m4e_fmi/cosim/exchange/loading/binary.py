@@ -154,11 +154,7 @@ class Hosted(Binary):
             raise _not_started(origin, error) from error
         files.workers.append(self.worker)
         self._functions = proxies(
-            kind,
-            self.worker,
-            identifier=identifier,
-            guid=description.guid,
-            folder=str(files.folder),
+            kind, identifier=identifier, guid=description.guid, folder=str(files.folder)
         )
         self._waits = True
 
