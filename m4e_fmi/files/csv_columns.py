@@ -37,7 +37,7 @@ AS_SECONDS = "write dates and times of day as seconds since the first row"
 COMMAS = "separate columns by commas, and write decimal points"
 COMMENTS = ("#", "%", "!", "//")
 """Marks of lines above tables that are no rows."""
-_LONGEST_SHOWN = 40
+LONGEST_SHOWN = 40
 """Characters of an entry that a message shows."""
 MOST_PROBLEMS = 10
 """Problems of one file that are reported one by one."""
@@ -285,7 +285,7 @@ def _unit_problem(name: str, unit: str | None) -> tuple[str, str] | None:
     if not difference:
         return None
     of = f"of {unit}" if unit else "known here"
-    message = f"column {name[:_LONGEST_SHOWN]!r} is not in a unit {of}: {difference}"
+    message = f"column {name[:LONGEST_SHOWN]!r} is not in a unit {of}: {difference}"
     if unit == "1":
         return message, f"state its unit where the file is named, as 'unit: {own}'"
     return message, f"convert it to {unit}" if unit else "write a known one, or none"
@@ -311,7 +311,7 @@ def _header_problems(
     found = []
     for name in names:
         if name not in known:
-            listed = [entry[:_LONGEST_SHOWN] for entry in header]
+            listed = [entry[:LONGEST_SHOWN] for entry in header]
             message, remedy = f"no column {name!r}", suggestion(name, listed, "columns")
             if header[0].startswith(COMMENTS):
                 beside = heading(header[0].lstrip("".join(COMMENTS)))[0]
@@ -346,9 +346,9 @@ def _number(row: Sequence[str], place: int) -> float:
 def _problem(
     path: Path, lines: Sequence[str], line: int, message: str, remedy: str = ""
 ) -> Problem:
-    source = lines[line - 1][:_LONGEST_SHOWN] if 0 < line <= len(lines) else ""
+    source = lines[line - 1][:LONGEST_SHOWN] if 0 < line <= len(lines) else ""
     return Problem(message, remedy, str(path), line, 1, source, len(source))
 
 
 def _shown(entry: str) -> str:
-    return repr(entry if len(entry) <= _LONGEST_SHOWN else f"{entry[:_LONGEST_SHOWN]}…")
+    return repr(entry if len(entry) <= LONGEST_SHOWN else f"{entry[:LONGEST_SHOWN]}…")

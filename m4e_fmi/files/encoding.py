@@ -1,8 +1,9 @@
 """Values as bytes, and back: dataclasses, arrays, containers, numbers.
 
 They are pickled, but nothing in a file names code: what is decoded are dataclasses of the package
-that is asked for, and plain values; anything else is refused. An object that is met twice is one
-object again. Fields with the metadata LIVE are not in the file: they belong to the running process.
+that is asked for, others derived from these, and plain values; anything else is refused. The types
+of their fields are checked. An object that is met twice is one object again. Fields with the
+metadata LIVE are not in the file: they belong to the running process.
 """
 
 from __future__ import annotations
@@ -111,9 +112,10 @@ class _Unpickler(pickle.Unpickler):
             if (one.__module__, one.__name__) == (module, name):
                 return self._object if one is _object else one
         found = getattr(sys.modules.get(module), name, None)
-        ours = module.partition(".")[0] == self._package
-        if ours and isinstance(found, type) and is_dataclass(found):
-            return found
+        if isinstance(found, type) and is_dataclass(found):
+            packages = {base.__module__.partition(".")[0] for base in found.__mro__}
+            if self._package in packages:
+                return found
         raise pickle.UnpicklingError(f"{module}.{name} is no dataclass of {self._package}")
 
     def _object(self, kind: type, values: dict[str, object], live: list[str]) -> object:

@@ -40,16 +40,19 @@ class Lock:
         self.path, self._descriptor = path, descriptor
 
     @classmethod
-    def take(cls, path: Path, *, patience: float = 0.0) -> Lock | None:
+    def take(cls, path: Path, *, patience: float = 0.0, sure: bool = False) -> Lock | None:
         """The lock at `path`, with this process's number and machine in the file.
 
         None if another holds it for longer than `patience` [s]: those who remove what is left of
-        dead processes hold any for a moment. OSError if there can be no file.
+        dead processes hold any for a moment. Where the file system has no locks, nothing can be
+        known of others: the lock is had there, but None if it is to be `sure`. OSError if there can
+        be no file.
         """
         until = time.monotonic() + patience
         for _ in range(_TRIALS):
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-            if _locked(descriptor):
+            locked = _locked(descriptor)
+            if locked or (locked is None and not sure):
                 with suppress(FileNotFoundError):  # its holder may have removed it in the meantime
                     if os.path.samestat(os.fstat(descriptor), path.stat()):
                         with suppress(OSError):  # a full disk
@@ -76,8 +79,8 @@ class Lock:
             os.close(self._descriptor)
 
 
-def _locked(descriptor: int) -> bool:
-    """Lock an open file; False if another has it."""
+def _locked(descriptor: int) -> bool | None:
+    """Lock an open file; False if another has it, None if the file system has no locks."""
     if sys.platform == "win32":
         import msvcrt
 
@@ -94,8 +97,8 @@ def _locked(descriptor: int) -> bool:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
-    except OSError:  # a file system that has no locks: nothing can be known of others there
-        return True
+    except OSError:
+        return None
     return True
 
 
@@ -148,7 +151,7 @@ def _sweep(folder: Path) -> None:
         for file in folder.glob(f".*{LOCK}"):
             if file in _held:
                 continue
-            lock = Lock.take(file)
+            lock = Lock.take(file, sure=True)
             if lock is not None:
                 _remove_rows(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
                 lock.release()

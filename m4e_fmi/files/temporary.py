@@ -114,7 +114,7 @@ def _sweep(parent: Path) -> None:
     with suppress(OSError):
         found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
         for folder in {path.with_suffix("") for path in found} - own:
-            lock = Lock.take(folder.with_suffix(".lock"))
+            lock = Lock.take(folder.with_suffix(".lock"), sure=True)
             if lock:
                 shutil.rmtree(folder, ignore_errors=True)
                 lock.release()

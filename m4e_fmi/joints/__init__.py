@@ -8,21 +8,19 @@ with a subclass of `JointType`, and its entry in the tables. Imports `space`. St
 from m4e_fmi.joints.compound import Cylindrical, Planar, Universal
 from m4e_fmi.joints.fixed import Fixed
 from m4e_fmi.joints.floating import Floating, PlanarFloating
-from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Place, carried
+from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Mount, Place, carried, turned
 from m4e_fmi.joints.joint_type import (
     ATTITUDE,
     QUATERNION,
     TURNING,
     Coordinate,
     JointType,
-    Mount,
     attitude,
     quaternion_of,
 )
 from m4e_fmi.joints.prismatic import Prismatic
 from m4e_fmi.joints.revolute import PlanarRevolute, Revolute
 from m4e_fmi.joints.spherical import Spherical
-from m4e_fmi.joints.turns import turned
 
 REVOLUTE, PRISMATIC, FLOATING, FIXED = PlanarRevolute(), Prismatic(), PlanarFloating(), Fixed()
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.joints.turns import turned
+from m4e_fmi.joints.frame import Frame, Mount, turned
+from m4e_fmi.joints.joint_type import Coordinate, JointType
 from m4e_fmi.space import cross
 
 

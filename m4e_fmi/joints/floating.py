@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.space import PLANE, SPACE, Component, Rotation
+from m4e_fmi.joints.frame import Frame, Mount
+from m4e_fmi.joints.joint_type import Coordinate, JointType
+from m4e_fmi.space import PLANE, SPACE, Component, Rotation, Y
 
 PLANAR_FREEDOMS = tuple(Component(index) for index in PLANE)
 FREEDOMS = tuple(Component(index) for index in SPACE)
@@ -30,7 +30,7 @@ class PlanarFloating(JointType):
             origin=(x, 0, z),
             origin_velocity=(vx, 0, vz),
             omega=(0, omega, 0),
-            rotation=Rotation.about_y(angle),
+            rotation=Rotation.about_axis(Y, angle),
             rotates=True,
             freedoms=PLANAR_FREEDOMS,
         )

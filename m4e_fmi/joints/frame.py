@@ -9,22 +9,27 @@ axis about which the body turns moves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
+    TURN,
     ZERO,
+    Component,
     Freedom,
     Rotation,
+    Twist,
     Vector,
     Wrench,
     added,
+    coordinate_axis,
     cross,
     outward,
     scaled,
     subtracted,
     swung,
+    unit,
 )
 
 
@@ -93,6 +98,39 @@ class Place:
 GROUND_FRAME = Frame(ZERO, ZERO, ZERO, Rotation(), rotates=False)
 
 
+@dataclass(frozen=True)
+class Mount:
+    """A joint of a model in some state, for `JointType.frame`.
+
+    `parent` is the frame of the parent, `q` and `u` are the joint's own coordinates and velocities.
+    `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child, direction, axis,
+    second_axis. `is_relative`: the angle among `q` is the child's less the
+    parent's.
+    """
+
+    parent: Frame
+    q: Sequence[AnyScalar]
+    u: Sequence[AnyScalar]
+    vector: Callable[[str], Vector]
+    is_relative: bool
+
+    def axis(self, name: str) -> Vector:
+        """An axis or direction of the author's, of length 1."""
+        return unit(self.vector(name))
+
+    def offset(self) -> Vector:
+        """From the parent's origin to the child's centre of gravity [m], in the parent's axes.
+
+        Of a child that does not rotate against its parent, at q = 0.
+        """
+        apart = added(self.vector("parent_to_joint"), self.vector("joint_to_child"))
+        return added(self.parent.local_arm, apart)
+
+    def to_joint(self) -> Vector:
+        """From the parent's origin to the joint [m], in the parent's axes."""
+        return added(self.parent.local_arm, self.vector("parent_to_joint"))
+
+
 def carried(
     parent: Frame,
     local_reach: Vector,
@@ -131,4 +169,41 @@ def carried(
         reach=reach,
         inward=(*inward, *scaled(-1, turning)),
         arm=rotation(local_arm) if local_arm is not ZERO else ZERO,
+    )
+
+
+def turned(mount: Mount, axes: Sequence[Vector], slides: Sequence[Vector] = ()) -> Frame:
+    """Frame with its origin at the joint, which slides along `slides` and turns about `axes`.
+
+    Unit vectors: those of `slides` in the parent's axes, each of `axes` in those of what the axes
+    before it have turned. The joint's coordinates are the distances, then the angles.
+    """
+    parent, reach = mount.parent, mount.to_joint()
+    moving: list[tuple[Vector, object]] = []
+    freedoms: list[Freedom] = []
+    for local, distance, speed in zip(slides, mount.q, mount.u, strict=False):
+        direction = parent.rotation(local)
+        reach = added(reach, scaled(distance, local))
+        moving.append((direction, speed))
+        freedoms.append(Twist(direction, parent.omega))
+    omega, rotation, turning = parent.omega, parent.rotation, ZERO
+    angles = zip(axes, mount.q[len(slides) :], mount.u[len(slides) :], strict=True)
+    for number, (local, angle, rate) in enumerate(angles, start=1):
+        axis = rotation(local)
+        along = coordinate_axis(axis)
+        if along and along[1] > 0 and number == len(axes):
+            freedoms.append(Component(TURN + along[0]))
+        else:
+            freedoms.append(Twist(ZERO, omega, axis))
+        turning = added(turning, scaled(rate, cross(omega, axis)))
+        omega = added(omega, scaled(rate, axis))
+        rotation = rotation.turned(local, angle)
+    return carried(
+        parent,
+        reach,
+        turn=(omega, rotation),
+        local_arm=mount.vector("joint_to_child"),
+        slides=moving,
+        turning=turning,
+        freedoms=tuple(freedoms),
     )

@@ -1,16 +1,16 @@
-"""The interface of a type of joint."""
+"""The interface of a type of joint, and attitudes as quaternions and as angles."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Literal
 
-from m4e_fmi.joints.frame import Frame
+from m4e_fmi.joints.frame import Frame, Mount
 from m4e_fmi.program import AnyScalar, atan2, cos, sin, sqrt
-from m4e_fmi.space import Rotation, Vector, added, cross, dot, scaled, unit
+from m4e_fmi.space import Rotation, Vector, added, cross, dot, scaled
 
 Symbol = Literal["circle", "sleeve", "square", ""]
 """How a joint is drawn; a sleeve lies along the joint's direction."""
@@ -38,39 +38,6 @@ class Coordinate:
     def is_angle(self) -> bool:
         """True of an angle, False of a distance."""
         return self.unit == "rad"
-
-
-@dataclass(frozen=True)
-class Mount:
-    """A joint of a model in some state, for `JointType.frame`.
-
-    `parent` is the frame of the parent, `q` and `u` are the joint's own coordinates and velocities.
-    `vector` evaluates a vector of the author's: parent_to_joint, joint_to_child, direction, axis,
-    second_axis. `is_relative`: the angle among `q` is the child's less the
-    parent's.
-    """
-
-    parent: Frame
-    q: Sequence[AnyScalar]
-    u: Sequence[AnyScalar]
-    vector: Callable[[str], Vector]
-    is_relative: bool
-
-    def axis(self, name: str) -> Vector:
-        """An axis or direction of the author's, of length 1."""
-        return unit(self.vector(name))
-
-    def offset(self) -> Vector:
-        """From the parent's origin to the child's centre of gravity [m], in the parent's axes.
-
-        Of a child that does not rotate against its parent, at q = 0.
-        """
-        apart = added(self.vector("parent_to_joint"), self.vector("joint_to_child"))
-        return added(self.parent.local_arm, apart)
-
-    def to_joint(self) -> Vector:
-        """From the parent's origin to the joint [m], in the parent's axes."""
-        return added(self.parent.local_arm, self.vector("parent_to_joint"))
 
 
 QUATERNION = ("e0", "e1", "e2", "e3")
@@ -227,3 +194,41 @@ def attitude(rotation: Rotation) -> Vector:
     across, psi = sqrt(xx * xx + yx * yx), atan2(yx, xx)
     c, s = cos(psi), sin(psi)
     return atan2(s * xz - c * yz, c * yy - s * xy), atan2(-zx, across), psi
+
+
+def angles_of_attitudes(names: Iterable[str], known: Collection[str]) -> list[str]:
+    """Those of `names` that are an angle, as body.hull.theta, of a quaternion that is `known`."""
+    split = ((name, *name.rpartition(".")[::2]) for name in names)
+    return [
+        name
+        for name, owner, part in split
+        if part in ATTITUDE and all(f"{owner}.{e}" in known for e in QUATERNION)
+    ]
+
+
+def with_quaternions(values: Mapping[str, float], starts: Mapping[str, float]) -> dict[str, float]:
+    """`values` with quaternions in place of angles [rad]; of an attitude, what is not given stays.
+
+    `starts` has the present values of the quaternions. ValueError names an attitude that is given
+    in both ways.
+    """
+    given = angles_of_attitudes(values, starts)
+    result = {name: value for name, value in values.items() if name not in given}
+    for owner in dict.fromkeys(name.rpartition(".")[0] for name in given):
+        quaternion = [f"{owner}.{part}" for part in QUATERNION]
+        both = [name for name in quaternion if name in values]
+        if both:
+            raise ValueError(f"{both[0]} is given, too; give either angles or all of e0 … e3")
+        present = attitude(Rotation.of_quaternion([starts[name] for name in quaternion]))
+        angles = (
+            values.get(f"{owner}.{part}", now) for part, now in zip(ATTITUDE, present, strict=True)
+        )
+        result |= zip(quaternion, quaternion_of(*angles), strict=True)
+    return result
+
+
+def no_attitudes(values: Mapping[str, float]) -> list[str]:
+    """Owners of quaternions among `values` that are zero, and so no attitude."""
+    owners = (name.removesuffix(".e0") for name in values if name.endswith(".e0"))
+    parts = ((owner, [values.get(f"{owner}.{e}", 1.0) for e in QUATERNION]) for owner in owners)
+    return [owner for owner, quaternion in parts if not any(quaternion)]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame, carried
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
+from m4e_fmi.joints.frame import Frame, Mount, carried
+from m4e_fmi.joints.joint_type import Coordinate, JointType
 from m4e_fmi.space import Twist, added, scaled, unit
 
 

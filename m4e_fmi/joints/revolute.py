@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame, carried
-from m4e_fmi.joints.joint_type import Coordinate, JointType, Mount
-from m4e_fmi.joints.turns import turned
+from m4e_fmi.joints.frame import Frame, Mount, carried, turned
+from m4e_fmi.joints.joint_type import Coordinate, JointType
 from m4e_fmi.space import ABOUT_Y, TURN, Component, Rotation, Y, scaled
 
 OWN_ANGLE = Component(TURN + Y, relative=False)
@@ -38,7 +37,7 @@ class PlanarRevolute(Revolute):
         return carried(
             mount.parent,
             mount.to_joint(),
-            turn=(scaled(mount.u[0], ABOUT_Y), Rotation.about_y(mount.q[0])),
+            turn=(scaled(mount.u[0], ABOUT_Y), Rotation.about_axis(Y, mount.q[0])),
             local_arm=mount.vector("joint_to_child"),
             freedoms=(OWN_ANGLE,),
         )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from m4e_fmi.joints.frame import Frame, carried
-from m4e_fmi.joints.joint_type import JointType, Mount
+from m4e_fmi.joints.frame import Frame, Mount, carried
+from m4e_fmi.joints.joint_type import JointType
 from m4e_fmi.space import TURN, Component, Rotation
 
 FREEDOMS = tuple(Component(TURN + axis, relative=False) for axis in range(TURN))

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from m4e_fmi.joints import GROUND_FRAME, Frame, Place
+from m4e_fmi.joints import Frame, Place
 from m4e_fmi.model import Model, Table
 from m4e_fmi.model.elements import (
     GROUND,
@@ -98,7 +98,6 @@ class Assembly:
     tree: Topology
     scalars: Scalars
     values: Motion
-    u: Sequence[AnyScalar]
     frames: list[Frame]
     points: dict[str, Place]
     gravity: Vector
@@ -107,10 +106,6 @@ class Assembly:
     wrenches: list[list[AnyScalar]]
     generalized_forces: list[list[AnyScalar]]
     loads: dict[str, Acting]
-
-    def frame(self, body: str) -> Frame:
-        """Of a body by its name, or of the ground."""
-        return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
     @cached_property
     def seconds(self) -> list[Matrix]:
@@ -164,7 +159,6 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
         tree=tree,
         scalars=scalars,
         values=motion,
-        u=scalars.u,
         frames=moving,
         points=points,
         gravity=in_space(gravity_of(model), values),
@@ -265,7 +259,7 @@ def input_power(assembly: Assembly) -> AnyScalar:
     total: AnyScalar = 0
     outside = assembly.scalars
     for body, wrench in outside.body_wrench.items():
-        frame = assembly.frame(body)
+        frame = assembly.values.state.frame(body)
         total = plus(total, dot(wrench, (*frame.velocity, *frame.omega)))
     for name, force in outside.point_force.items():
         total = plus(total, dot(force, assembly.points[name].velocity))

@@ -210,16 +210,10 @@ def _projected(assembly: Assembly, wrenches: list[list[AnyScalar]]) -> list[AnyS
             result[coordinate] = plus(part, effort)
         if link.parent >= 0:
             handed = turn
-            if not link.is_relative:
-                handed = _back(frame, efforts[-1])
+            if not link.is_relative:  # an angle of its own: the parent feels its effort alone
+                handed = scaled(efforts[-1], scaled(-1, frame.freedoms[-1].turning))
             add_force(wrenches[link.parent], force, frame.reach, handed)
     return result
-
-
-def _back(frame: Frame, effort: AnyScalar) -> Vector:
-    """The moment that the effort of a joint with an angle of its own exerts on the parent."""
-    x, y, z = frame.freedoms[-1].turning
-    return times(effort, times(-1, x)), times(effort, times(-1, y)), times(effort, times(-1, z))
 
 
 def velocity_transformation(tree: Topology, bodies: Sequence[Frame], k: int) -> Columns:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Container, Mapping
-from functools import partial
+from collections.abc import Callable, Container, Iterator
 from typing import Protocol
 
-from m4e_fmi.joints import ATTITUDE, QUATERNION, Coordinate, quaternion_of
+from m4e_fmi.joints import ATTITUDE, QUATERNION, quaternion_of
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import bounded_parameters
 from m4e_fmi.model.elements import (
     GROUND,
-    Parameter,
     gravity_of,
     neutral_mass,
     parameter_values,
@@ -45,14 +43,6 @@ class Described(Protocol):
         ...
 
 
-class Inputs(Protocol):
-    """Source of scalars for inputs: a recorder, or one with scalars of its own."""
-
-    def input(self, variable: Variable) -> AnyScalar:
-        """The scalar that stands for an input."""
-        ...
-
-
 def state_names(link: Link) -> tuple[list[str], list[str]]:
     """Variable names of the coordinates and of the velocities of a link."""
     joint_type = link.joint_type
@@ -74,37 +64,30 @@ def declared(
 ) -> Scalars:
     """The parameters, inputs and states of a model, declared."""
     bounded = bounded_parameters(model)
-    parameters: dict[str, AnyScalar] = {
-        name: recorder.parameter(_parameter(name, parameter, bounded=name in bounded))
-        for name, parameter in model.parameters.items()
-    }
+    parameters: dict[str, AnyScalar] = {}
+    for name, parameter in model.parameters.items():
+        unit = parse_unit(parameter.unit)
+        coherent = unit.factor == 1.0
+        variable = Variable(
+            name,
+            unit.text if coherent else unit.coherent_text,
+            parameter.description or f"Parameter {name}",
+            start=parameter.value * unit.factor,
+            display_unit=None if coherent else unit.text,
+            tunable=parameter.tunable,
+            minimum=0.0 if name in bounded else -math.inf,
+        )
+        parameters[name] = recorder.parameter(variable)
     for name, body in model.bodies.items():
         if body.is_neutral:
-            parameters[neutral_mass(name)] = _declared_neutral_mass(recorder, name)
+            text = f"Mass of body {name}, to be set to that of the water it displaces"
+            mass = recorder.parameter(Variable(neutral_mass(name), "kg", text, minimum=0.0))
+            # not a number while it is 0, so that nothing runs without a value
+            parameters[neutral_mass(name)] = mass * (mass / mass)
     added_mass = _declared_added_mass(recorder, model, tree)
-    acting = declared_inputs(recorder, model, tree, inputs)
+    acting = inputs_of(model, tree, recorder.input, chosen=inputs)
     q, u = _declared_states(recorder, model, tree)
     return Scalars(q, u, recorder.time, parameters, added_mass=added_mass, **acting)
-
-
-def _parameter(name: str, parameter: Parameter, *, bounded: bool) -> Variable:
-    unit = parse_unit(parameter.unit)
-    return Variable(
-        name,
-        unit.text if unit.factor == 1.0 else unit.coherent_text,
-        parameter.description or f"Parameter {name}",
-        start=parameter.value * unit.factor,
-        display_unit=None if unit.factor == 1.0 else unit.text,
-        tunable=parameter.tunable,
-        minimum=0.0 if bounded else -math.inf,
-    )
-
-
-def _declared_neutral_mass(recorder: Recorder, body: str) -> AnyScalar:
-    """The mass of a body [kg]; not a number while it is 0, so that nothing runs without a value."""
-    text = f"Mass of body {body}, to be set to that of the water it displaces"
-    mass = recorder.parameter(Variable(neutral_mass(body), "kg", text, minimum=0.0))
-    return mass * (mass / mass)
 
 
 def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> list[list[AnyScalar]]:
@@ -129,15 +112,22 @@ def _declared_added_mass(recorder: Recorder, model: Model, tree: Topology) -> li
     return rows
 
 
-def declared_inputs(
-    recorder: Inputs, model: Model, tree: Topology, chosen: Container[str] | None = None
+def inputs_of(
+    model: Model,
+    tree: Topology,
+    scalar: Callable[[Variable], AnyScalar],
+    *,
+    chosen: Container[str] | None = None,
 ) -> dict[str, AnyScalar]:
-    """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None."""
+    """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None.
+
+    `scalar` makes the scalar that stands for one.
+    """
 
     def force(element: Described, name: str, unit: str, text: str) -> AnyScalar:
         if chosen is not None and name not in chosen:
             return 0
-        return recorder.input(Variable(name, unit, in_words(element, text)))
+        return scalar(Variable(name, unit, in_words(element, text)))
 
     def parts(element: Described, owner: str, where: str) -> list[AnyScalar]:
         found: list[AnyScalar] = [0] * (2 * TURN)
@@ -160,79 +150,56 @@ def declared_inputs(
         for name, point in model.points.items()
         if point.body != GROUND
     }
-    efforts = {
-        link.joint_name: tuple(
-            force(
-                link.joint,
-                f"joint.{link.joint_name}.{effort}",
-                coordinate.effort_unit,
-                f"Generalised force along the joint's coordinate{_which(link, coordinate)}",
-            )
-            for effort, coordinate in link.joint_type.efforts.items()
-        )
-        for link in tree.links
-        if link.joint_type.efforts
-    }
+    efforts = {}
+    for link in (link for link in tree.links if link.joint_type.efforts):
+        several, found = len(link.joint_type.coordinates) > 1, []
+        for effort, coordinate in link.joint_type.efforts.items():
+            which = f" {coordinate.position}" if several else ""
+            text = f"Generalised force along the joint's coordinate{which}"
+            name = f"joint.{link.joint_name}.{effort}"
+            found.append(force(link.joint, name, coordinate.effort_unit, text))
+        efforts[link.joint_name] = tuple(found)
     groups = {"body_wrench": wrench, "point_force": points, "effort": efforts}
     return {
-        group: {name: value for name, value in members.items() if not _is_silent(value)}
+        group: {name: parts for name, parts in members.items() if not all(map(is_zero, parts))}
         for group, members in groups.items()
     }
-
-
-def _which(link: Link, coordinate: Coordinate) -> str:
-    """Which of several coordinates is meant."""
-    return f" {coordinate.position}" if len(link.joint_type.coordinates) > 1 else ""
-
-
-def _is_silent(value: AnyScalar) -> bool:
-    """True of a force, or of its parts, that is always zero."""
-    return all(map(is_zero, value if isinstance(value, tuple) else (value,)))
 
 
 def _declared_states(
     recorder: Recorder, model: Model, tree: Topology
 ) -> tuple[list[AnyScalar], list[AnyScalar]]:
     """q and u. A coordinate and its velocity are neighbours; a quaternion and ω come after them."""
-    q: list[AnyScalar] = [None] * len(tree.coordinate_names)
-    u: list[AnyScalar] = [None] * len(tree.velocity_names)
     values, nominal = parameter_values(model.parameters), _nominal(model)
+    found: dict[str, AnyScalar] = {}
     for link in tree.links:
         owner = model.bodies[link.body] if link.joint_type.is_free else link.joint
         start = _start_values(link, values)
-        positions, velocities = state_names(link)
-        places = list(zip(positions, link.coordinates, strict=True))
-        speeds = list(zip(velocities, link.speeds, strict=True))
-
-        state = partial(_state, recorder, owner, start, nominal)
-        pairs = zip(link.joint_type.coordinates, places, speeds, strict=False)
-        for coordinate, (position, k), (velocity, j) in pairs:
-            text = f"Coordinate {tree.coordinate_names[k]} of body {link.body}"
-            q[k] = state(position, coordinate.unit, text)
-            text = f"Velocity {tree.velocity_names[j]} of body {link.body}"
-            u[j] = state(velocity, f"{coordinate.unit}/s", text, position)
-        for number, (name, k) in enumerate(places[len(link.joint_type.coordinates) :]):
-            q[k] = state(name, "1", f"Attitude of body {link.body}: quaternion, part {number}")
-        for axis, (name, j) in zip(AXES, speeds[len(link.joint_type.coordinates) :], strict=False):
-            text = f"Angular velocity of body {link.body}, world {axis.upper()}"
-            u[j] = state(name, "rad/s", text)
-    return q, u
+        for name, unit, text, of in _states(link, tree):
+            value, size = start[name.rpartition(".")[2]], nominal.get(unit, 1.0)
+            words = in_words(owner, text)
+            variable = Variable(name, unit, words, value, derivative_of=of, nominal=size)
+            found[name] = recorder.state(variable)
+    names = [state_names(link) for link in tree.links]
+    return (
+        [found[name] for positions, _ in names for name in positions],
+        [found[name] for _, velocities in names for name in velocities],
+    )
 
 
-def _state(
-    recorder: Recorder,
-    owner: Described,
-    start: Mapping[str, float],
-    nominal: Mapping[str, float],
-    name: str,
-    unit: str,
-    text: str,
-    of: str | None = None,
-) -> AnyScalar:
-    """The state `name`, declared; `of` is the state whose rate it is."""
-    value, size = start[name.rpartition(".")[2]], nominal.get(unit, 1.0)
-    text = in_words(owner, text)
-    return recorder.state(Variable(name, unit, text, value, derivative_of=of, nominal=size))
+def _states(link: Link, tree: Topology) -> Iterator[tuple[str, str, str, str | None]]:
+    """Name, unit and text of each state of a link, and of a velocity the name of its coordinate."""
+    positions, velocities = state_names(link)
+    count = len(link.joint_type.coordinates)
+    for n, coordinate in enumerate(link.joint_type.coordinates):
+        text = f"Coordinate {tree.coordinate_names[link.coordinates[n]]} of body {link.body}"
+        yield positions[n], coordinate.unit, text, None
+        text = f"Velocity {tree.velocity_names[link.speeds[n]]} of body {link.body}"
+        yield velocities[n], f"{coordinate.unit}/s", text, positions[n]
+    for number, name in enumerate(positions[count:]):
+        yield name, "1", f"Attitude of body {link.body}: quaternion, part {number}", None
+    for axis, name in zip(AXES, velocities[count:], strict=False):
+        yield name, "rad/s", f"Angular velocity of body {link.body}, world {axis.upper()}", None
 
 
 def _start_values(link: Link, values: Values) -> dict[str, float]:

@@ -7,13 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.model import GROUND, Model
+from m4e_fmi.model import Model
 from m4e_fmi.model.checks import findings_with
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import mass_matrix
-from m4e_fmi.multibody.declaration import state_names
+from m4e_fmi.multibody.declaration import inputs_of, state_names
 from m4e_fmi.multibody.topology import Link, Topology, topology
-from m4e_fmi.space import AXES, Vector
 
 LARGEST = 1e150
 """Largest size of a number that can still be squared: floats end at 1e308."""
@@ -64,36 +63,12 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
         for name, k in zip(velocities, link.speeds, strict=True):
             u[k] = values.get(name, 0.0)
     wet = range(1, len(tree.components) * len(links_with_added_mass(model, tree)) + 1)
-
-    def number(owner: str, name: str) -> float:
-        return values.get(f"{owner}.{name}", 0.0)
-
-    def parts(owner: str, kind: str) -> Vector:
-        x, y, z = (number(owner, f"{kind}_{axis}") for axis in AXES)
-        return x, y, z
-
     return Scalars(
         q,
         u,
         time,
         {name: values.get(name, 0.0) for name in (*model.parameters, *model.lacking)},
-        body_wrench={
-            link.body: (*parts(f"body.{link.body}", "force"), *parts(f"body.{link.body}", "moment"))
-            for link in tree.links
-        },
-        point_force={
-            name: parts(f"point.{name}", "force")
-            for name, point in model.points.items()
-            if point.body != GROUND
-        },
-        effort={
-            link.joint_name: [
-                values.get(f"joint.{link.joint_name}.{effort}", 0.0)
-                for effort in link.joint_type.efforts
-            ]
-            for link in tree.links
-            if link.joint_type.efforts
-        },
+        **inputs_of(model, tree, lambda v: values.get(v.name, 0.0)),
         added_mass=[[values.get(f"added_mass[{i},{j}]", 0.0) for j in wet] for i in wet],
     )
 

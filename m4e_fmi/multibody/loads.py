@@ -125,13 +125,18 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
         wind = subtracted(velocity, _vector(load, "flow", motion))
         force = scaled(-_value(load, "coefficient", motion) * norm(wind), wind)
         if isinstance(load, BodyDrag):
-            omega = frame.omega
-            resistance = -_value(load, "moment_coefficient", motion) * _speed(omega)
-            torque = scaled(resistance, omega)
+            resistance = -_value(load, "moment_coefficient", motion)
+            parts = [part for part in frame.omega if not is_zero(part)]
+            # |ω|; of a turn about one coordinate axis without a root
+            speed = abs(parts[0]) if len(parts) == 1 else norm(frame.omega)
+            torque = scaled(resistance * speed, frame.omega)
     else:
         force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):
-            torque = _moment(load, motion)
+            if isinstance(load.moment, tuple | list):
+                torque = _vector(load, "moment", motion)
+            else:  # about +Y
+                torque = 0, _value(load, "moment", motion), 0
         if load.axes == "body":
             force, torque = frame.rotation(force), frame.rotation(torque)
     power = dot(force, velocity)
@@ -334,12 +339,6 @@ def _vector(load: Load, name: str, motion: Motion) -> Vector:
     return in_space(vector(load, name), motion)
 
 
-def _speed(omega: Vector) -> AnyScalar:
-    """|ω|; of a turn about one coordinate axis without a root."""
-    parts = [part for part in omega if not is_zero(part)]
-    return abs(parts[0]) if len(parts) == 1 else norm(omega)
-
-
 def _rotation_vector(first: Rotation, second: Rotation) -> Vector:
     """The turn from the axes of one body to those of another [rad], in world axes, up to 180°."""
     M = [[dot(to, of) for of in first.rows] for to in second.rows]
@@ -347,13 +346,6 @@ def _rotation_vector(first: Rotation, second: Rotation) -> Vector:
     sine = norm(twice_sine)
     angle = atan2(sine, plus(plus(M[0][0], M[1][1]), minus(M[2][2], 1)))
     return scaled(angle / sine, twice_sine)
-
-
-def _moment(load: BodyForce, motion: Motion) -> Vector:
-    """The moment of a load: of one number about +Y."""
-    if isinstance(load.moment, tuple | list):
-        return _vector(load, "moment", motion)
-    return 0, _value(load, "moment", motion), 0
 
 
 def _named(names: Sequence[str], vector: Vector, motion: Motion) -> dict[str, AnyScalar]:

@@ -62,9 +62,14 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
             axis = assembly.frames[k].freedoms[-1].turning
             turn = at_joint = scaled(assembly.generalized_forces[k][-1], axis)
         else:
-            arm = assembly.frames[k].rotation(_back(assembly, k))
+            frame = assembly.frames[k]
+            ahead = evaluated(link, assembly.values, "joint_to_child")
+            arm = frame.rotation(subtracted(frame.local_arm, ahead))  # from the origin to the joint
             at_joint = subtracted(turn, cross(arm, force))
-        found.append(Reaction(link.joint_name, *_shown(assembly, k, force, at_joint)))
+        shown, back = (force, at_joint), assembly.frames[k].rotation.back
+        if link.joint.reaction_axes == "body":
+            shown = back(force), back(at_joint)
+        found.append(Reaction(link.joint_name, *shown))
         if link.parent >= 0:
             parent = wrenches[link.parent]
             parent[:TURN] = added(force_of(parent), force)
@@ -72,14 +77,6 @@ def reactions(assembly: Assembly, solved: Accelerations) -> list[Reaction]:
                 handed = added(turn, cross(assembly.frames[k].reach, force))
                 parent[TURN:] = added(moment_of(parent), handed)
     return found[::-1]
-
-
-def _shown(assembly: Assembly, k: int, force: Vector, moment: Vector) -> tuple[Vector, Vector]:
-    """A force and a moment in the axes in which the reaction of link k is given."""
-    if assembly.tree.links[k].joint.reaction_axes == "world":
-        return force, moment
-    back = assembly.frames[k].rotation.back
-    return back(force), back(moment)
 
 
 def _inertial(assembly: Assembly, solved: Accelerations, k: int) -> list[AnyScalar]:
@@ -106,9 +103,3 @@ def _add_water(assembly: Assembly, solved: Accelerations, wrenches: list[list[An
         motion = (*solved.of_point(frame, j, frame.arm), *solved.alphas[j])
         push = [dot(row, motion) for row in block]
         add_force(wrenches[i], force_of(push), assembly.frames[i].arm, moment_of(push))
-
-
-def _back(assembly: Assembly, k: int) -> Vector:
-    """From the origin of link k to the joint's point, in body axes."""
-    ahead = evaluated(assembly.tree.links[k], assembly.values, "joint_to_child")
-    return subtracted(assembly.frames[k].local_arm, ahead)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container
+from functools import partial
 from itertools import chain
 from pathlib import Path
-from typing import Protocol
 
 from m4e_fmi.joints import ATTITUDE, TURNING, attitude
 from m4e_fmi.model import (
-    Body,
     Bushing,
     JointEffort,
     JointFriction,
     JointStop,
     Model,
-    Point,
     TensionSpring,
     TorsionSpring,
     as_model,
@@ -34,7 +32,7 @@ from m4e_fmi.multibody.assembly import (
     potential_energy,
 )
 from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix
-from m4e_fmi.multibody.declaration import declared, in_words, state_names
+from m4e_fmi.multibody.declaration import Described, declared, in_words, state_names
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
@@ -47,6 +45,12 @@ ANGLES = (
     "Yaw, about the world's Z axis",
 )
 ALPHAS = ("alpha_x", "alpha", "alpha_z")
+MOTIONS = {
+    "": ("Position", "m", None),
+    "v": ("Velocity", "m/s", ""),
+    "a": ("Acceleration", "m/s2", "v"),
+}
+"""Letter of a vector → its word, its unit, and the letter of the vector that it is the rate of."""
 LARGEST_CLOSED_FORM = 12
 """Number of coordinates up to which the closed form can need fewer operations."""
 UNITS = ("kg", "kg.m", "kg.m2")
@@ -75,13 +79,8 @@ SPATIAL = {
 }
 """Texts of measures in space."""
 RATES = {"distance_rate": "distance", "twist_rate": "twist"}
-
-
-class Outputs(Protocol):
-    """Receiver of outputs: a recorder, or one that reads them."""
-
-    def output(self, variable: Variable, value: AnyScalar) -> None:
-        """Take the value of an output."""
+Output = Callable[[Variable, AnyScalar], None]
+"""Takes the value of an output."""
 
 
 def model_program(model: Model | str | Path, *, inputs: Container[str] | None = None) -> Program:
@@ -137,7 +136,7 @@ def recorded(
             recorder.rate(name, rate)
         for name, j in zip(velocities, link.speeds, strict=True):
             recorder.rate(name, solved.rates[j])
-    add_outputs(recorder, assembly, solved)
+    add_outputs(recorder.output, assembly, solved)
     solutions = (solution,) if isinstance(solution, Recursion) else ()
     return recorder.program(solutions=solutions)
 
@@ -162,103 +161,121 @@ def mass_matrix_program(model: Model) -> Program:
     return recorder.program()
 
 
-def add_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def add_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     """All outputs of a model in motion, over any scalar."""
-    _add_body_outputs(recorder, assembly, solved)
-    _add_point_outputs(recorder, assembly, solved)
-    _add_load_outputs(recorder, assembly)
-    _add_reactions(recorder, assembly, solved)
+    _add_body_outputs(output, assembly, solved)
+    _add_point_outputs(output, assembly, solved)
+    _add_load_outputs(output, assembly)
+    _add_reactions(output, assembly, solved)
     kinetic, potential = kinetic_energy(assembly), potential_energy(assembly)
     for name, value, text in (
         ("kinetic", kinetic, "Kinetic energy, added mass included"),
         ("potential", potential, "Potential energy of gravity (0 at Z = 0) and springs"),
         ("total", kinetic + potential, "Kinetic and potential energy"),
     ):
-        recorder.output(Variable(f"energy.{name}", "J", text), value)
+        output(Variable(f"energy.{name}", "J", text), value)
 
 
-def _add_body_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
-    axes, planar = _axes(assembly.tree), assembly.tree.is_planar
+def _add_body_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
+    planar = assembly.tree.is_planar
     about = [axis for axis in range(TURN) if TURN + axis in assembly.tree.components]
     for k, (link, frame) in enumerate(zip(assembly.tree.links, assembly.frames, strict=True)):
         name, body = f"body.{link.body}", assembly.model.bodies[link.body]
+        give = partial(_give, output, body)
         states = [*chain(*state_names(link))]
+        vectors = partial(_give_vector, give, name, "CG", assembly.tree)
         if not link.joint_type.is_free:  # whose states these are
-            _motion(recorder, name, "CG", body, frame.position, frame.velocity, axes)
+            vectors("", frame.position)
+            vectors("v", frame.velocity)
         angles = (0, frame.angle, 0) if planar else attitude(frame.rotation)
         for axis in about:
-            text = in_words(body, "Angle about +Y" if planar else ANGLES[axis])
-            if f"{name}.{ATTITUDE[axis]}" not in states:
-                angle = Variable(f"{name}.{ATTITUDE[axis]}", "rad", text)
-                recorder.output(angle, angles[axis])
+            if (angle := f"{name}.{ATTITUDE[axis]}") not in states:
+                give(angle, "rad", "Angle about +Y" if planar else ANGLES[axis], angles[axis])
         for axis in about:
-            text = in_words(body, f"Angular velocity about +{AXES[axis].upper()}")
-            of = f"{name}.theta" if planar else None
-            if f"{name}.{TURNING[axis]}" not in states:
-                omega = Variable(f"{name}.{TURNING[axis]}", "rad/s", text, derivative_of=of)
-                recorder.output(omega, frame.omega[axis])
-        _accelerations(recorder, name, "CG", body, solved.of_point(frame, k, frame.arm), axes)
+            if (omega := f"{name}.{TURNING[axis]}") not in states:
+                text = f"Angular velocity about +{AXES[axis].upper()}"
+                give(omega, "rad/s", text, frame.omega[axis], f"{name}.theta" if planar else None)
+        vectors("a", solved.of_point(frame, k, frame.arm))
         for axis in about:
-            text = in_words(body, f"Angular acceleration about +{AXES[axis].upper()}")
-            omega = f"{name}.{TURNING[axis]}"
-            alpha = f"{name}.{ALPHAS[axis]}"
-            variable = Variable(alpha, "rad/s2", text, derivative_of=omega)
-            recorder.output(variable, solved.alphas[k][axis])
+            text = f"Angular acceleration about +{AXES[axis].upper()}"
+            alpha, omega = f"{name}.{ALPHAS[axis]}", f"{name}.{TURNING[axis]}"
+            give(alpha, "rad/s2", text, solved.alphas[k][axis], omega)
 
 
-def _add_point_outputs(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def _give(
+    output: Output,
+    owner: Described,
+    name: str,
+    unit: str,
+    text: str,
+    value: AnyScalar,
+    of: str | None = None,
+) -> None:
+    """Give an output of an element; `of` is the variable that it is the rate of."""
+    output(Variable(name, unit, in_words(owner, text), derivative_of=of), value)
+
+
+def _give_vector(
+    give: Callable[..., None], name: str, what: str, tree: Topology, letter: str, vector: Vector
+) -> None:
+    """Give a position (`letter` ""), velocity ("v") or acceleration ("a") of a body or point."""
+    word, unit, below = MOTIONS[letter]
+    for c in _axes(tree):
+        of = None if below is None else f"{name}.{below}{AXES[c]}"
+        text = f"{word} of the {what}, world {AXES[c].upper()}"
+        give(f"{name}.{letter}{AXES[c]}", unit, text, vector[c], of)
+
+
+def _add_point_outputs(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for name, place in assembly.points.items():
         point = assembly.model.points[name]
         if point.body != GROUND:
-            axes = _axes(assembly.tree)
-            _motion(recorder, f"point.{name}", "point", point, place.position, place.velocity, axes)
+            give = partial(_give, output, point)
+            vectors = partial(_give_vector, give, f"point.{name}", "point", assembly.tree)
             k = assembly.tree.index(point.body)
-            acceleration = solved.of_point(assembly.frames[k], k, place.arm)
-            _accelerations(recorder, f"point.{name}", "point", point, acceleration, axes)
+            vectors("", place.position)
+            vectors("v", place.velocity)
+            vectors("a", solved.of_point(assembly.frames[k], k, place.arm))
 
 
-def _add_reactions(recorder: Outputs, assembly: Assembly, solved: Accelerations) -> None:
+def _add_reactions(output: Output, assembly: Assembly, solved: Accelerations) -> None:
     for reaction in reactions(assembly, solved):
-        name, joint = f"joint.{reaction.joint}", assembly.model.joints[reaction.joint]
-        in_axes = "world" if joint.reaction_axes == "world" else "the child's"
-        about = "about +" if joint.reaction_axes == "world" else "about the child's +"
+        joint = assembly.model.joints[reaction.joint]
+        give, name = partial(_give, output, joint), f"joint.{reaction.joint}.reaction_"
+        whose, of = ("world ", "") if joint.reaction_axes == "world" else ("the child's ",) * 2
         for axis in _axes(assembly.tree):
-            letter = AXES[axis].upper()
-            text = in_words(joint, f"Force of the joint on its child, {in_axes} {letter}")
-            variable = Variable(f"{name}.reaction_{AXES[axis]}", "N", text)
-            recorder.output(variable, reaction.force[axis])
+            text = f"Force of the joint on its child, {whose}{AXES[axis].upper()}"
+            give(f"{name}{AXES[axis]}", "N", text, reaction.force[axis])
         for axis, part in enumerate(("moment_x", "moment", "moment_z")):
             if TURN + axis in assembly.tree.components:
-                text = f"Moment of the joint on its child at the joint, {about}{AXES[axis].upper()}"
-                variable = Variable(f"{name}.reaction_{part}", "N.m", in_words(joint, text))
-                recorder.output(variable, reaction.moment[axis])
+                about = f"about {of}+{AXES[axis].upper()}"
+                text = f"Moment of the joint on its child at the joint, {about}"
+                give(f"{name}{part}", "N.m", text, reaction.moment[axis])
 
 
-def _add_load_outputs(recorder: Outputs, assembly: Assembly) -> None:
+def _add_load_outputs(output: Output, assembly: Assembly) -> None:
     """Measures and power of every load, and the power of the inputs, if there are any."""
     powers = load_powers(assembly)
     for name, acting in assembly.loads.items():
         load = assembly.model.loads[name]
+        give = partial(_give, output, load)
         for measure, value in acting.measures.items():
-            unit, text = _told(assembly, load, measure)
+            unit, text = _measure(assembly, load, measure)
             whole = RATES.get(measure)
             of = f"load.{name}.{whole}" if whole in acting.measures else None
-            variable = Variable(
-                f"load.{name}.{measure}", unit, in_words(load, text), derivative_of=of
-            )
-            recorder.output(variable, value)
+            give(f"load.{name}.{measure}", unit, text, value, of)
         if name in powers:
             text = "Power by which the load changes the total energy"
             if isinstance(load, TensionSpring | TorsionSpring):
                 text += ", in which it has no potential"
-            recorder.output(Variable(f"load.{name}.power", "W", in_words(load, text)), powers[name])
+            give(f"load.{name}.power", "W", text, powers[name])
     power = input_power(assembly)
     if not isinstance(power, int):
         text = "Power of all forces, moments and efforts from outside"
-        recorder.output(Variable("inputs.power", "W", text), power)
+        output(Variable("inputs.power", "W", text), power)
 
 
-def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
+def _measure(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
     """Unit and text of a measure of a load."""
     unit, text = MEASURES[measure]
     if isinstance(load, JointEffort | JointFriction | JointStop):
@@ -279,35 +296,3 @@ def _told(assembly: Assembly, load: Load, measure: str) -> tuple[str, str]:
 def _axes(tree: Topology) -> list[int]:
     """The axes along which bodies move."""
     return [c for c in tree.components if c < TURN]
-
-
-def _motion(
-    recorder: Outputs,
-    name: str,
-    what: str,
-    owner: Body | Point,
-    position: Vector,
-    velocity: Vector,
-    axes: Sequence[int],
-) -> None:
-    for c in axes:
-        text = in_words(owner, f"Position of the {what}, world {AXES[c].upper()}")
-        recorder.output(Variable(f"{name}.{AXES[c]}", "m", text), position[c])
-    for c in axes:
-        text, of = f"Velocity of the {what}, world {AXES[c].upper()}", f"{name}.{AXES[c]}"
-        variable = Variable(f"{name}.v{AXES[c]}", "m/s", in_words(owner, text), derivative_of=of)
-        recorder.output(variable, velocity[c])
-
-
-def _accelerations(
-    recorder: Outputs,
-    name: str,
-    what: str,
-    owner: Body | Point,
-    acceleration: Vector,
-    axes: Sequence[int],
-) -> None:
-    for c in axes:
-        text, of = f"Acceleration of the {what}, world {AXES[c].upper()}", f"{name}.v{AXES[c]}"
-        variable = Variable(f"{name}.a{AXES[c]}", "m/s2", in_words(owner, text), derivative_of=of)
-        recorder.output(variable, acceleration[c])

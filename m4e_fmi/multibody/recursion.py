@@ -118,7 +118,8 @@ def factors(assembly: Assembly) -> Factors:
         for freedom in frame.freedoms[::-1]:
             for out in outs[-1:]:
                 inertia.reduce(out)
-            outs.append(inertia.eliminate(freedom, left))
+            parts = freedom.elimination(inertia.H, left, symmetric=inertia.symmetric)
+            outs.append(Elimination(freedom, *parts))
             left = tuple(outs[-1].column)
         eliminations[k], handed_on[k] = outs[::-1], left
         if link.parent >= 0:
@@ -265,7 +266,8 @@ class Recursion:
             for row in own_inertia(self.assembly, k).H:
                 balance += row
             balance += [*self.loads.wrenches[k], *frame.reach, *frame.inward]
-            balance += _filled(self.loads.generalized_forces[k])
+            efforts = self.loads.generalized_forces[k]
+            balance += [*efforts, *([0] * (MOST - len(efforts)))]
             for _, _, twist in self._twists(k):
                 balance += [*twist.direction, *twist.turning]
             balance += [0] * (NUMBERS * (k + 1) - len(balance))
@@ -353,11 +355,6 @@ class Recursion:
             loads.generalized_forces.append([next(own) for _ in link.speeds])
         everything = self._per_link(solve(self.assembly, self.factors, loads))
         return [everything[k] for k in self._places]
-
-
-def _filled(forces: list[AnyScalar]) -> list[AnyScalar]:
-    """Generalized forces of a joint, with zeros for the coordinates that it does not have."""
-    return forces + [0] * (MOST - len(forces))
 
 
 def _vector(parts: Iterator[AnyScalar]) -> Vector:

@@ -43,11 +43,6 @@ def kinds(program: Program, roots: Iterable[int]) -> dict[int, dict[str, str]]:
     return {k: _named(names, found[k][0]) for k in roots}
 
 
-def initial_kind(kind: str) -> str:
-    """A kind in the words allowed for initial unknowns, whose factors are knowns themselves."""
-    return kind if kind == KINDS[CONSTANT] else KINDS[DEPENDENT]
-
-
 def _levels(kind: str, a: tuple[_Levels, int], b: tuple[_Levels, int]) -> _Levels:
     match kind:
         case "neg":

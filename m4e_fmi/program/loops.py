@@ -59,8 +59,8 @@ def solved_loop(
     size = range(len(rows))
     matrix = [[(one if i == j else zero) - rows[i].get(j, zero) for j in size] for i in size]
     numbers = evaluated(tape, [e.index for row in matrix for e in row], start)
-    pivots = _Pivots([[numbers[e.index] for e in row] for row in matrix])
-    return _eliminated(matrix, list(constants), pivots)
+    order = _pivots([[numbers[e.index] for e in row] for row in matrix])
+    return _eliminated(matrix, list(constants), order)
 
 
 def singular_loop(
@@ -82,66 +82,45 @@ def is_singular(table: list[list[float]], *, least: float) -> bool:
 
     It is if less than `least` of the terms of a pivot is left.
     """
-    pivots = _Pivots(table, least)
     try:
-        for _ in table:
-            pivots.next()
+        _pivots(table, least)
     except LoopError:
         return True
     return False
 
 
-class _Pivots:
-    """The elimination in numbers, which chooses the pivots."""
-
-    def __init__(self, table: list[list[float]], least: float = LEAST_PIVOT) -> None:
-        self._least = least
-        self._table = [[v if math.isfinite(v) else 0.0 for v in row] for row in table]
-        self._terms = [[abs(v) for v in row] for row in self._table]
-        for k, row in enumerate(self._table):  # 1 − J: both are terms
-            self._terms[k][k] = 1.0 + abs(1.0 - row[k])
-        self._rows, self._columns = list(range(len(table))), list(range(len(table)))
-        self._scales = _scales(self._terms)
-
-    def next(self) -> tuple[int, int]:
-        """Row and column of the next pivot, eliminated; LoopError if all left are rounding."""
-        rows, columns = self._scales
-        sizes = {
-            (i, j): abs(self._table[i][j]) * rows[i] * columns[j]
-            for i in self._rows
-            for j in self._columns
-            if self._is_pivot(i, j, rows[i] * columns[j])
-        }
+def _pivots(table: list[list[float]], least: float = LEAST_PIVOT) -> list[tuple[int, int]]:
+    """Row and column of each pivot of an elimination; LoopError if all that is left is rounding."""
+    table = [[v if math.isfinite(v) else 0.0 for v in row] for row in table]
+    terms = [[abs(v) for v in row] for row in table]
+    for k, row in enumerate(table):  # 1 − J: both are terms
+        terms[k][k] = 1.0 + abs(1.0 - row[k])
+    tall, wide = _scales(terms)
+    rows, columns, order = list(range(len(table))), list(range(len(table))), []
+    while rows:
+        sizes: dict[tuple[int, int], float] = {}
+        for i in rows:
+            for j in columns:
+                value = abs(table[i][j])
+                scaled = value * (tall[i] * wide[j])
+                # no rounding, neither of its own terms nor of others
+                if value > 0.0 and value >= least * terms[i][j] and (i == j or scaled >= least):
+                    favour = MUCH_LARGER if i == j else 1.0
+                    sizes[i, j] = value * tall[i] * wide[j] * favour
         if not sizes:
             reason = "it is singular at the start: its equations have no single solution"
             raise LoopError(reason, is_singular=True)
-
-        def preference(place: tuple[int, int]) -> tuple[float, int, int]:
-            i, j = place  # the first of those that are equal
-            return sizes[place] * (MUCH_LARGER if i == j else 1.0), -i, -j
-
-        best = max(sizes, key=preference)
-        self._eliminate(*best)
-        return best
-
-    def _is_pivot(self, i: int, j: int, scale: float) -> bool:
-        """True of what is no rounding, neither of its own terms nor of others."""
-        value, terms = abs(self._table[i][j]), self._terms[i][j]
-        return (
-            value > 0.0
-            and value >= self._least * terms
-            and (i == j or value * scale >= self._least)
-        )
-
-    def _eliminate(self, row: int, column: int) -> None:
-        self._rows.remove(row)
-        self._columns.remove(column)
-        for i in self._rows:
-            factor = self._table[i][column] / self._table[row][column]
-            for j in self._columns:
-                product = factor * self._table[row][j]
-                self._table[i][j] -= product
-                self._terms[i][j] += abs(product)
+        row, column = max(sizes, key=lambda place: (sizes[place], -place[0], -place[1]))
+        order.append((row, column))
+        rows.remove(row)
+        columns.remove(column)
+        for i in rows:
+            factor = table[i][column] / table[row][column]
+            for j in columns:
+                product = factor * table[row][j]
+                table[i][j] -= product
+                terms[i][j] += abs(product)
+    return order
 
 
 def _scales(terms: list[list[float]]) -> tuple[list[float], list[float]]:
@@ -157,22 +136,17 @@ def _scales(terms: list[list[float]]) -> tuple[list[float], list[float]]:
 
 
 def _eliminated(
-    matrix: list[list[Scalar]], right: list[Scalar], pivots: _Pivots
+    matrix: list[list[Scalar]], right: list[Scalar], order: Sequence[tuple[int, int]]
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """Solution of matrix · z = right by elimination, in the order of the pivots, and the shares."""
+    """Solution of matrix · z = right by elimination in the order of the pivots, and the shares."""
     size, terms = range(len(matrix)), [[abs(v) for v in row] for row in matrix]
     for k, row in enumerate(matrix):
         terms[k][k] = 1.0 + abs(1.0 - row[k])
-    rows, columns = list(size), list(size)
-    order: list[tuple[int, int]] = []
-    for _ in size:
-        row, column = pivots.next()
-        order.append((row, column))
-        rows.remove(row)
-        columns.remove(column)
-        for i in rows:
+    for number, (row, column) in enumerate(order):
+        left = order[number + 1 :]
+        for i in sorted(i for i, _ in left):
             factor = matrix[i][column] / matrix[row][column]
-            for j in columns:
+            for j in sorted(j for _, j in left):
                 product = factor * matrix[row][j]
                 matrix[i][j] = matrix[i][j] - product
                 terms[i][j] = terms[i][j] + abs(product)

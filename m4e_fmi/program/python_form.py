@@ -18,6 +18,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from m4e_fmi.program.program import TIME, Program
+from m4e_fmi.program.tape import needed
 
 Function = Callable[..., list[float]]
 
@@ -91,7 +92,7 @@ class _Writer:
 
     def function(self, name: str, arguments: str, roots: list[int]) -> str:
         available = {} if name == "constants" else self._slot
-        nodes = self._needed(roots, available)
+        nodes = needed(self.tape, roots, known=available)
         uses = Counter([*roots, *(a for k in nodes for a in self.tape.arguments(k))])
         text: dict[int, str] = dict(available)
         depth: dict[int, int] = {}
@@ -106,14 +107,6 @@ class _Writer:
                 depth[k] = 0
         lines.append(f"    return [{', '.join(text[k] for k in roots)}]\n")
         return "\n".join(lines)
-
-    def _needed(self, roots: list[int], available: dict[int, str]) -> list[int]:
-        """Nodes to write for `roots`, in order, stopping at what is `available`."""
-        needed = {k for k in roots if k not in available}
-        for k in range(max(needed, default=-1), -1, -1):
-            if k in needed:
-                needed.update(a for a in self.tape.arguments(k) if a not in available)
-        return sorted(needed)
 
     def _expression(self, k: int, text: dict[int, str]) -> str:
         kind, *arguments = self.tape.operations[k]

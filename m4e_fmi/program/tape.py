@@ -7,7 +7,7 @@ already there returns the old node. Recording therefore is common-subexpression 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, NoReturn
 
 Operation = tuple[Any, ...]
@@ -204,14 +204,7 @@ class Tape:
 
     def reachable(self, roots: Iterable[int]) -> list[int]:
         """All nodes that `roots` need, themselves included, in order of execution."""
-        needed = set(roots)
-        waiting = list(needed)
-        while waiting:
-            for a in self.arguments(waiting.pop()):
-                if a not in needed:
-                    needed.add(a)
-                    waiting.append(a)
-        return sorted(needed)
+        return needed(self, roots, known=())
 
     def symbols_of(self, root: int) -> frozenset[str]:
         """Names of the symbols that node `root` depends on (structurally)."""
@@ -326,6 +319,18 @@ class Scalar:
         return f"Scalar({self.index}: {self.tape.operations[self.index]})"
 
 
+def needed(tape: Tape, roots: Iterable[int], *, known: Container[int]) -> list[int]:
+    """The nodes that `roots` need, themselves included, in order, beyond those that are `known`."""
+    found = {k for k in roots if k not in known}
+    waiting = list(found)
+    while waiting:
+        for a in tape.arguments(waiting.pop()):
+            if a not in found and a not in known:
+                found.add(a)
+                waiting.append(a)
+    return sorted(found)
+
+
 def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> dict[int, float]:
     """The values of `nodes` for those of the symbols they need; nan where there is none."""
     found: dict[int, float] = {}
@@ -369,7 +374,7 @@ class TapeCopy:
     def __call__(self, node: int) -> Scalar:
         """The copy of a node; KeyError for a symbol that nothing stands for."""
         if node not in self._copied:
-            for k in self._missing(node):
+            for k in needed(self.tape, [node], known=self._copied):
                 kind, *arguments = self.tape.operations[k]
                 if kind == "constant":
                     self._copied[k] = self.target.constant(arguments[0])
@@ -379,14 +384,3 @@ class TapeCopy:
                     first, *others = (self._copied[a] for a in arguments)
                     self._copied[k] = first.record(kind, *others)
         return self._copied[node]
-
-    def _missing(self, node: int) -> list[int]:
-        """`node` and all that it needs and that is not copied yet, in order."""
-        found = {node}
-        waiting = [node]
-        while waiting:
-            for k in self.tape.arguments(waiting.pop()):
-                if k not in found and k not in self._copied:
-                    found.add(k)
-                    waiting.append(k)
-        return sorted(found)

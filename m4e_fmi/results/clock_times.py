@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.files.csv_columns import shortened
+from m4e_fmi.files.csv_columns import LONGEST_SHOWN, shortened
 from m4e_fmi.shown import one_line
 
 Line = tuple[int, str]
@@ -39,7 +39,6 @@ _OTHER = re.compile(
 _COMMA_BEFORE_BLANK = r",\d+(?=\s+[-+.\d])"
 """Commas of seconds, in columns that are separated by blanks."""
 _NUMBERS = re.compile(r"[-+.,;\deE\s\"]*")
-_LONGEST_SHOWN = 40
 REMEDY = "write dates as 2026-03-01 12:00:00.250, or seconds since the first row"
 
 
@@ -68,7 +67,7 @@ def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock |
     """
     end, last = rows[-1] if rows else (0, "")
     if _OTHER.search(last):
-        message = f"no date or time of day of ISO 8601: {_shown(last)}"
+        message = f"no date or time of day of ISO 8601: {beginning(last)}"
         raise InputError([Problem(message, REMEDY, str(path), end, 1)])
     comma = r",\d+" if re.search(r"[;\t]", last) else _COMMA_BEFORE_BLANK
     patterns = [
@@ -85,7 +84,7 @@ def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock |
     )
     lines, matches = rows[start:], found[start:]
     problems = [
-        Problem(f"no date or time of day: {_shown(line)}", REMEDY, str(path), number, 1)
+        Problem(f"no date or time of day: {beginning(line)}", REMEDY, str(path), number, 1)
         for (number, line), match in zip(lines, matches, strict=True)
         if not match
     ]
@@ -114,7 +113,7 @@ def _clock(
             day = date(*map(int, re.split(r"[-/.]", match["date"]))).toordinal() if dated else 0
             moments.append((day, _second_of_day(match)))
         except ValueError as error:
-            problems.append(Problem(f"{_shown(line)}: {error}", REMEDY, str(path), number, 1))
+            problems.append(Problem(f"{beginning(line)}: {error}", REMEDY, str(path), number, 1))
     if not dated:
         back = [k for k in range(1, len(moments)) if moments[k][1] < moments[k - 1][1] - DAY / 2]
         message = "the time of day is past midnight, and no date tells the day"
@@ -124,7 +123,7 @@ def _clock(
     days, seconds = (np.array(column, float) for column in zip(*moments, strict=True))
     return Clock(
         seconds=DAY * (days - days[0]) + (seconds - seconds[0]),
-        first=one_line(first.group().strip())[:_LONGEST_SHOWN],
+        first=one_line(first.group().strip())[:LONGEST_SHOWN],
         origin=DAY * float(days[0]) + float(seconds[0]) if dated else None,
         zoned=zoned == {True},
         at=first.start(),
@@ -147,5 +146,6 @@ def _second_of_day(match: re.Match[str]) -> float:
     return 3600.0 * hour + 60.0 * minute + second - offset
 
 
-def _shown(line: str) -> str:
-    return repr(one_line(line)[:_LONGEST_SHOWN])
+def beginning(text: str) -> str:
+    """The first characters of a text, in quotation marks."""
+    return repr(one_line(text)[:LONGEST_SHOWN])

@@ -20,6 +20,7 @@ import numpy as np
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import (
     COMMENTS,
+    LONGEST_SHOWN,
     OF_CLOCK,
     UTF_8,
     WINDOWS,
@@ -30,13 +31,12 @@ from m4e_fmi.files.csv_columns import (
     unit_text,
 )
 from m4e_fmi.files.limits import LARGEST_RECORD
-from m4e_fmi.results.clock_times import REMEDY, Clock, without_clock
+from m4e_fmi.results.clock_times import REMEDY, Clock, beginning, without_clock
 from m4e_fmi.shown import one_line
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
 _MOST_ABOVE = 1000
 """Lines above the first row of numbers."""
-_LONGEST_SHOWN = 40
 _TOA5_LINES = 4
 """Lines above the rows of a file that begins with TOA5, Campbell Scientific's form of tables."""
 
@@ -188,7 +188,7 @@ def _form(path: Path, rows: Sequence[tuple[int, str]]) -> _Form:
     if not rows:
         raise InputError.single("has no rows", "give a table of results", str(path))
     line, shown = rows[-1]
-    message = f"the last row is not one of numbers in columns: {one_line(shown)[:_LONGEST_SHOWN]!r}"
+    message = f"the last row is not one of numbers in columns: {beginning(shown)}"
     remedy = (
         REMEDY
         if OF_CLOCK.search(shown)
@@ -232,7 +232,7 @@ def _headings(
             "write them above it, the time first, separated as the numbers are; decimal commas "
             "need columns separated by ; or tabs"
         )
-        shown = one_line(line)[:_LONGEST_SHOWN]
+        shown = one_line(line)[:LONGEST_SHOWN]
         raise InputError([Problem(message, remedy, str(path), number, 1, shown, len(shown))])
     number, names, units = _names(path, form, found, clock)
     return names, units, sum(k < number for k, _ in above)
@@ -298,8 +298,7 @@ def _values(
         row = [form.number(entry) for entry in entries]
         for value, entry in zip(row, entries, strict=True):
             if value is None:
-                shown = repr(one_line(entry)[:_LONGEST_SHOWN])
-                message = f"expected a number, got {shown}"
+                message = f"expected a number, got {beginning(entry)}"
                 remedy = "empty entries and nan are gaps"
                 problems.append(Problem(message, remedy, str(path), number, 1))
         values[k] = [math.nan if value is None else value for value in row]

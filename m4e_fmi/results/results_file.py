@@ -160,7 +160,7 @@ def _load(path: Path) -> Results:
         raise InputError.single(message, _instead(path), str(path))
     try:
         with _stored(path) as stored:
-            return _loaded(path, stored)
+            return _results_of(path, stored)
     except MemoryError:
         raise InputError.single("takes more memory than there is", _SMALLER, str(path)) from None
     except _DAMAGED as error:
@@ -200,13 +200,13 @@ def dimensions_of(path: Path) -> dict[str, tuple[str, ...]]:
 
     Empty for any other file, and for one that cannot be read.
     """
-    from netCDF4 import Dataset
-
     if not is_file(path):
         return {}
     with path.open("rb") as head:
         if head.read(len(_HDF5)) != _HDF5:
             return {}
+    from netCDF4 import Dataset
+
     try:
         with PROCESS, Dataset(path) as file:
             groups = {"": file, **{f"{name}.": group for name, group in file.groups.items()}}
@@ -325,7 +325,7 @@ def _strange(file: Dataset) -> str:
     return "" if file["time"].ndim == 1 else "its `time` has no dimension, or several"
 
 
-def _loaded(path: Path, stored: _Stored) -> Results:
+def _results_of(path: Path, stored: _Stored) -> Results:
     """All rows; ValueError unless the times are finite and increase, InputError beyond limits."""
     count, columns = stored.count, stored.columns
     if count * len(columns) > MOST_RESULTS:
@@ -377,22 +377,25 @@ def rows_of(
             if stored.count < count:
                 raise ValueError(f"{count} rows, and it has {stored.count}")
             for block in stored.blocks(count):
-                columns, parts = iter(block), []
-                for section in sections:
-                    part = np.zeros((len(block[0]), len(section.columns)), section.kind)
-                    for k, (column, values) in enumerate(
-                        zip(section.columns, columns, strict=False)
-                    ):
-                        if column.recorded.is_text:
-                            values = [place(text.encode()) for text in values]
-                        part[:, k] = values
-                    parts.append(part)
-                yield parts
+                columns = iter(block)
+                yield [_cells(one, columns, len(block[0]), place) for one in sections]
     except FileNotFoundError:
         raise InputError.single("no such file of results", _BELONG, str(path)) from None
     except _DAMAGED as error:
         message = f"its rows cannot be read again: {error}"
         raise InputError.single(message, _BELONG, str(path)) from error
+
+
+def _cells(
+    section: Section, columns: Iterator[np.ndarray], count: int, place: Callable[[bytes], int]
+) -> np.ndarray:
+    """The next of the `columns` (count,) in one array (count, n_columns) of a section."""
+    found = np.zeros((count, len(section.columns)), section.kind)
+    for k, column in enumerate(section.columns):
+        values = next(columns)
+        is_text = column.recorded.is_text
+        found[:, k] = [place(text.encode()) for text in values] if is_text else values
+    return found
 
 
 def digest_of(row: Sequence[np.ndarray]) -> str:

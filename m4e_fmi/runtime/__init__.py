@@ -1,7 +1,7 @@
 """Running a program: the C library, and integrators in plain Python where there is none.
 
 `src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `engine`
-runs a program, `kernel` writes its blocks in C, `integrator` cuts an integration into calls.
+runs a program, `kernel` writes its blocks in C.
 `declarations`, `dormand_prince` and `runge_kutta` use the standard library only, because they also
 travel inside FMUs. This package may import `program` and `errors`.
 """

@@ -16,7 +16,7 @@ from ctypes import (
 )
 from pathlib import Path
 
-ABI = 5
+ABI = 6
 LANES = 8
 METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
 BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3, "timely": 4}
@@ -124,18 +124,11 @@ _SIGNATURES: dict[str, tuple] = {
     ),
     "m4e_keep": (None, c_void_p, _DOUBLES),
     "m4e_take_up": (None, c_void_p, _DOUBLES),
-    "m4e_simulate": (
-        c_int, c_void_p, POINTER(Options), POINTER(Events), _DOUBLES, c_size_t, _DOUBLES, _DOUBLES,
-        _DOUBLES, POINTER(Report),
-    ),
     "m4e_ensemble": (
         c_int, c_void_p, POINTER(Options), c_size_t, _DOUBLES, _DOUBLES, _DOUBLES, c_size_t,
         _DOUBLES, _DOUBLES, _DOUBLES, POINTER(Report),
     ),
     "m4e_instruction_set": (c_char_p,),
-    "m4e_sin": (c_double, c_double),
-    "m4e_cos": (c_double, c_double),
-    "m4e_sincos_many": (None, c_size_t, _DOUBLES, _DOUBLES, _DOUBLES),
 }  # fmt: skip
 
 

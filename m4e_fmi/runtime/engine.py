@@ -1,4 +1,4 @@
-"""Programs run by the C library: evaluations, whole simulations and ensembles.
+"""Programs run by the C library: evaluations, integrations in calls or as a whole, ensembles.
 
 `Engine` is one instance of a program: it keeps its parameters and inputs. Vectors are in the order
 of the program's variables, SI units; arrays are C-contiguous float64.
@@ -266,22 +266,16 @@ class Engine:
         """Integrate over `times` (n_times,) [s] from `states` (n_states,), SI.
 
         By default `states` are the start values.
-        One foreign call, which releases the interpreter lock. A run that fails returns what it
-        reached and says why in `message`.
+        The integration releases the interpreter lock. A run that fails returns what it reached and
+        says why in `message`.
         """
         at = _times(times)
-        n, m = self.counts.states, len(self.selected)
+        integrator = Integrator(self, control, most_events=most_events)
         start = [v.start for v in self.program.states] if states is None else states
-        x = vector(start, (n,), "states")
-        options = options_of(control or Control())
-        record = EventRecord(self.watches, n, most_events)
-        rows, results = np.full((at.size, n), np.nan), np.full((at.size, m), np.nan)
-        report = Report()
-        self.library.m4e_simulate(
-            self.handle, options, record.events, x.ctypes.data, at.size, at.ctypes.data,
-            rows.ctypes.data, results.ctypes.data, report,
-        )  # fmt: skip
-        return self._run(report, at, rows, results, record)
+        integrator.start(float(at[0]), start)
+        rows = integrator.advance(at, bound=float(at[-1]))
+        results = self.outputs_over(at[: len(rows)], rows)
+        return self._run(integrator.report, at, rows, results, integrator.record)
 
     def _run(
         self, report: Report, at: Floats, rows: Floats, results: Floats, record: EventRecord
@@ -362,6 +356,46 @@ def ensemble(
         raise RunError(f"{program.name}: no memory for an ensemble of {count} runs")
     record = EventRecord((), counts.states, 0)
     return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]
+
+
+class Integrator:
+    """Advances one engine; keeps step size and dense output between calls.
+
+    Cutting one integration into calls of `advance` with the same `bound` changes no bit. After a
+    change of inputs, parameters or states call `start` again, with `report.step` as the first step.
+    `record` has the events of the engine's watches, `report.events` of them, up to `most_events`.
+    """
+
+    def __init__(
+        self, engine: Engine, control: Control | None = None, *, most_events: int = 1000
+    ) -> None:
+        self.engine = engine
+        lib = engine.library
+        self.record = EventRecord(engine.watches, engine.counts.states, most_events)
+        options = options_of(control or Control())
+        self._handle = lib.m4e_integrator_new(engine.handle, options, self.record.events)
+        if not self._handle:
+            raise InputError.single(f"{engine.program.name}: options that are not sound")
+        self._finalizer = weakref.finalize(self, lib.m4e_integrator_free, self._handle)
+        self.report = Report()
+
+    def start(self, t: float, states: ArrayLike, *, step: float = 0.0) -> None:
+        """Begin at t [s] and `states` (n_states,), SI; try `step` [s] first, 0: by the rates."""
+        x = vector(states, (self.engine.counts.states,), "states")
+        self.engine.library.m4e_start(self._handle, t, x.ctypes.data, step)
+
+    def advance(self, times: ArrayLike, *, bound: float) -> Floats:
+        """States (n_times, n_states), SI, at `times` (n_times,) [s], ascending and ≤ `bound` [s].
+
+        No step goes beyond `bound`. `report` has status, steps and evaluations since the start;
+        after a failure the rows not reached are missing.
+        """
+        at = np.ascontiguousarray(times, dtype=np.float64)
+        rows = np.empty((at.size, self.engine.counts.states))
+        self.engine.library.m4e_advance(
+            self._handle, bound, at.size, at.ctypes.data, rows.ctypes.data, self.report
+        )
+        return rows[: self.report.rows]
 
 
 class EventRecord:

@@ -14,8 +14,7 @@ import numpy as np
 from m4e_fmi.errors import InputError
 from m4e_fmi.program import rate_entries
 from m4e_fmi.runtime import DormandPrince, IntegrationError
-from m4e_fmi.runtime.engine import EVENT, Control, Engine, failure_text
-from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.runtime.engine import EVENT, Control, Engine, Integrator, failure_text
 from m4e_fmi.simulate.task import Solved, Task, checked, failure, functions, leaving, solved_rows
 
 PARTS = 100  # into which a run is cut to tell its progress

@@ -8,7 +8,7 @@ import numpy as np
 
 from m4e_fmi.errors import InputError, Problem, UnknownNameError, unknown_names
 from m4e_fmi.joints import ATTITUDE
-from m4e_fmi.joints.start_attitudes import angles_of_attitudes, no_attitudes, with_quaternions
+from m4e_fmi.joints.joint_type import angles_of_attitudes, no_attitudes, with_quaternions
 from m4e_fmi.model import Model
 from m4e_fmi.model.checks import without_value
 from m4e_fmi.multibody.declaration import is_unset

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space.freedoms import Freedom
 from m4e_fmi.space.vectors import (
+    ABOUT_Y,
     TURN,
+    UP,
     Matrix,
     Vector,
     cross,
@@ -66,7 +68,8 @@ class Inertia:
         """
         H: Matrix = [[0] * (2 * TURN) for _ in range(2 * TURN)]
         first = scaled(mass, arm)
-        pushes = [cross(_axis(c), first) for c in range(TURN)]  # for each angular acceleration
+        axes = ((1, 0, 0), ABOUT_Y, UP)
+        pushes = [cross(axis, first) for axis in axes]  # for each angular acceleration
         for a in components:
             for b in components:
                 if a < TURN and b < TURN:
@@ -85,10 +88,6 @@ class Inertia:
             column[TURN:] = _sum(column[TURN:], _about(arm, column))
             for a in self.components:
                 self.H[a][b] = plus(self.H[a][b], column[a])
-
-    def eliminate(self, freedom: Freedom, left: Sequence[int]) -> Elimination:
-        """The elimination of a freedom from the components `left`; H stays as it is."""
-        return Elimination(freedom, *freedom.elimination(self.H, left, symmetric=self.symmetric))
 
     def reduce(self, out: Elimination) -> None:
         """Put an eliminated acceleration into H."""
@@ -161,10 +160,6 @@ class Inertia:
         self.H[a][b] = value
         if self.symmetric:
             self.H[b][a] = value
-
-
-def _axis(c: int) -> Vector:
-    return int(c == 0), int(c == 1), int(c == 2)
 
 
 def _about(arm: Vector, motion: Sequence[AnyScalar]) -> list[AnyScalar]:

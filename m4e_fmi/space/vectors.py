@@ -88,11 +88,6 @@ class Rotation:
         return cls(rows[axis], axis, angle)
 
     @classmethod
-    def about_y(cls, angle: AnyScalar) -> Rotation:
-        """The rotation by `angle` [rad] about +Y."""
-        return cls.about_axis(Y, angle)
-
-    @classmethod
     def of_quaternion(cls, e: Sequence[AnyScalar]) -> Rotation:
         """The rotation of a quaternion (4,), scalar part first, of any length but 0.
 

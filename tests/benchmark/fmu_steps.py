@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,7 @@ JOINTS, H, STEPS, RUNS, QUICK_RUNS = 10, 1e-3, 2000, 7, 50
 FEW = 100  # steps of the slow one, and to the comparison of states
 METHODS = {"rk4": 4, "rk45": 7, "dop853": 13}
 """Right-hand sides of one step."""
-FMI_HEADERS = Path(fmpy.__file__).parent / "c-code"
+FMI_HEADERS = files("fmpy") / "c-code"
 HOST = Path(__file__).parent / "native" / "fmu_steps.c"
 AGREEMENT = 1e-11  # rounding, 1e-16, over a hundred steps of fast links
 

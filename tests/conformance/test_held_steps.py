@@ -11,8 +11,7 @@ from support.runtime_programs import waves
 
 from m4e_fmi.program import Recorder, Variable, rate_entries
 from m4e_fmi.program.functions import minimum, sqrt
-from m4e_fmi.runtime.engine import Control, Engine
-from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.runtime.engine import Control, Engine, Integrator
 
 METHODS = pytest.mark.parametrize("method", ["dop853", "rk45", "rodas"])
 KINDS = pytest.mark.parametrize("kind", FILES)

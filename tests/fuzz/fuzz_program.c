@@ -34,7 +34,11 @@ static void run(const m4e_program *program, const m4e_counts *n) {
         m4e_jacobian(one, 0.0, x, x + 2 * states);
         for (int method = M4E_RK45; method <= M4E_RODAS; ++method) {
             const m4e_options options = {method, 1e-3, 1e-3, INFINITY, 5, 0};
-            m4e_simulate(one, &options, NULL, x, 3, times, rows, y, &report);
+            m4e_integrator *alone = m4e_integrator_new(one, &options, NULL);
+            if (alone) m4e_start(alone, times[0], x, 0.0);
+            if (alone) m4e_advance(alone, times[2], 3, times, rows, &report);
+            m4e_integrator_free(alone);
+            m4e_outputs(one, times[0], x, y);
             if (method != M4E_RODAS)
                 m4e_ensemble(many, &options, 2, p, p + 2 * (size_t)n->parameters, x, 3, times, rows,
                              y, reports);

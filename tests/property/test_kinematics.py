@@ -72,7 +72,7 @@ def test_velocity_transformations(block: int) -> None:
         for k in range(len(tree.links)):
             for expected, found in (
                 (B, velocity_transformation(tree, assembly.frames, k)),
-                (B_dot, column_rates(tree, assembly.frames, assembly.u, k)),
+                (B_dot, column_rates(tree, assembly.frames, assembly.scalars.u, k)),
             ):
                 got = np.zeros((3, len(q)))
                 for j, column in found.items():

@@ -24,7 +24,7 @@ class PinInSlot(JointType):
         return carried(
             parent,
             added(mount.to_joint(), scaled(s, local_direction)),
-            turn=((0, omega, 0), Rotation.about_y(angle)),
+            turn=((0, omega, 0), Rotation.about_axis(Y, angle)),
             local_arm=mount.vector("joint_to_child"),
             slides=((direction, speed),),
             freedoms=(

@@ -24,7 +24,7 @@ class Screw(JointType):
         return carried(
             parent,
             added(mount.to_joint(), scaled(angle, local_pitch)),
-            turn=((0, parent.omega[Y] + rate, 0), Rotation.about_y(own_angle)),
+            turn=((0, parent.omega[Y] + rate, 0), Rotation.about_axis(Y, own_angle)),
             local_arm=mount.vector("joint_to_child"),
             slides=((pitch, rate),),
             freedoms=(Twist(pitch, parent.omega, turning=ABOUT_Y),),

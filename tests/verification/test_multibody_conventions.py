@@ -22,7 +22,7 @@ from m4e_fmi.model import (
     TorsionSpring,
 )
 from m4e_fmi.multibody import Equations, model_program
-from m4e_fmi.space import ABOUT_Y, Rotation, cross, outward
+from m4e_fmi.space import ABOUT_Y, Rotation, Y, cross, outward
 
 ROUNDING = 1e-14  # relative: a few dozen operations in double precision
 G = 9.81
@@ -68,14 +68,14 @@ def pair(**fields: Any) -> Evaluated:
 )
 class TestRotation:
     def test_positive_angles_turn_z_towards_x(self) -> None:
-        turned = Rotation.about_y(0.1)
+        turned = Rotation.about_axis(Y, 0.1)
         assert turned((0, 0, 1.0)) == (sin(0.1), 0, cos(0.1))
         assert turned((1.0, 0, 0)) == (cos(0.1), 0, -sin(0.1))
         assert turned((0, 1.0, 0)) == (0, 1.0, 0)
 
     def test_an_arm_that_turns_changes_by_the_cross_product(self) -> None:
         theta, x, y, z = sp.symbols("theta x y z")
-        arm = Rotation.about_y(theta)((x, y, z))
+        arm = Rotation.about_axis(Y, theta)((x, y, z))
         for found, expected in zip(cross(ABOUT_Y, arm), arm, strict=True):
             assert sp.simplify(sp.diff(expected, theta) - found) == 0
 

@@ -24,8 +24,7 @@ from support.programs import Evaluated
 
 from m4e_fmi.model import Model, load_model, model_from_lists
 from m4e_fmi.multibody import model_program
-from m4e_fmi.runtime.engine import Control, Engine
-from m4e_fmi.runtime.integrator import Integrator
+from m4e_fmi.runtime.engine import Control, Engine, Integrator
 from m4e_fmi.simulate import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "paper_cases"

@@ -23,7 +23,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.shown import short
@@ -46,6 +45,36 @@ LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
 """The part of an error that half the step leaves, above which it is not worth the time."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """The parts of a run from `start` to `end` that were `repeated`; times in nanoseconds.
+
+    `lost` is the time from which on less was repeated than was wanted, and why.
+    """
+
+    start: int
+    end: int
+    repeated: tuple[tuple[int, int], ...] = ()
+    lost: tuple[int, str] | None = None
+
+    @property
+    def share(self) -> float:
+        """Share of the run that was repeated."""
+        span, last, covered = self.end - self.start, self.start, 0
+        for begin, end in sorted(self.repeated):
+            covered += max(0, end - max(begin, last))
+            last = max(last, end)
+        return covered / span if span else 0.0
+
+    def __str__(self) -> str:
+        text = f"{min(99, round(100 * self.share))} % of the run repeated"
+        text = "all of the run repeated" if self.share == 1.0 else text
+        if self.lost:
+            since, why = self.lost
+            return f"{text}; from t = {since / NS_PER_SECOND:.6g} s on less than was wanted: {why}"
+        return text if self.share == 1.0 else f"{text}, the rest monitored for kinks"
 
 
 @dataclass(frozen=True)

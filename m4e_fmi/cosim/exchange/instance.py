@@ -112,6 +112,8 @@ class Instance:
     @not_lost()
     def _open(self) -> None:
         self._binary.in_use += 1
+        if worker := self._binary.worker:
+            worker.next_instance()
         try:
             events = self.description.has_events
             self._fmu.instantiate(self._told_name, self._messages, events=events)

@@ -179,7 +179,7 @@ def _fault(new: Instances, description: Description, inputs: Sequence[str], repe
             different = _different(outputs, *trajectories)
             if different and not repeats:
                 first, *_ = _trajectories(new, outputs, inputs, moves=moves)
-                different -= _apart(outputs, trajectories[0], first, SAME, ROUNDING)
+                different -= _differing(outputs, trajectories[0], first, SAME, ROUNDING)
         except _FaultError as fault:
             return str(fault)
         except RunError:
@@ -215,7 +215,7 @@ def _fault_of_bytes(new: Instances, description: Description) -> str:
             beginning = trajectory(Subject(instance, outputs, ()), HELD, new.step)
     except RunError as error:
         return f"another instance cannot go on from them ({error.message})"
-    different = _apart(outputs, going_on, beginning, GROSS, TOLERANCE)
+    different = _differing(outputs, going_on, beginning, GROSS, TOLERANCE)
     names = _named([name for name in outputs if name in different])
     return names and f"in another instance {names}"
 
@@ -259,12 +259,12 @@ def _different(
     After both returns solvers begin anew, and do the same; beside the trajectory that went on,
     where they did not, they may be off by their tolerance.
     """
-    return _apart(outputs, second, third, SAME, ROUNDING) | _apart(
+    return _differing(outputs, second, third, SAME, ROUNDING) | _differing(
         outputs, first, second, GROSS, TOLERANCE
     )
 
 
-def _apart(
+def _differing(
     outputs: Sequence[str],
     one: Sequence[list[Value]],
     other: Sequence[list[Value]],

@@ -2,7 +2,7 @@
 
 Start reading at `read` and `write`. `package` opens the archive and its XML files; `elements` is
 the tree of systems and components in it, `signals` what flows through its connectors, `parameters`
-the start values; `buses` and `units` are shared by both ways.
+the start values; `units` are shared by both ways.
 Source: Modelica Association, System Structure and Parameterization 1.0.1, 2022.
 """
 

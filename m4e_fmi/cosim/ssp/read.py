@@ -7,6 +7,7 @@ is not understood is an error, or one of the system's `notes`.
 from __future__ import annotations
 
 import json
+import math
 import pathlib
 import re
 from collections.abc import Iterable, Mapping
@@ -15,7 +16,8 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from m4e_fmi.cosim.ssp.buses import restored
+from m4e_fmi.cosim.connections.connect import connect
+from m4e_fmi.cosim.connections.links import SAME_UNIT, Wiring
 from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, read_tree
 from m4e_fmi.cosim.ssp.package import (
     OSP_SPACE,
@@ -100,7 +102,41 @@ def read_ssp(path: str | pathlib.Path) -> System:
     )
     found = zip(system.components, (descriptions[node.path] for node in parts), strict=True)
     described = {component.name: component.described(d) for component, d in found}
-    return restored(package, system, _annotation(root), described)
+    return _with_buses(package, system, _annotation(root), described)
+
+
+def _with_buses(
+    package: Package,
+    system: System,
+    told: Mapping[str, Any],
+    descriptions: Mapping[str, Description],
+) -> System:
+    """The system with the buses that its annotation tells of, if its connections mean the same."""
+    buses, connections = told.get("buses"), told.get("connections")
+    if not buses or not isinstance(buses, dict) or not isinstance(connections, list):
+        return system
+    try:
+        units = {str(bus): dict(signals) for bus, signals in buses.items()}
+        whole = replace(system, buses=units, connections=tuple(map(str, connections)))
+        if _alike(connect(whole, descriptions), connect(system, descriptions)):
+            return whole
+    except (InputError, TypeError, ValueError):
+        pass  # what stands alone is checked when the system is prepared
+    package.note(
+        "its buses differ from the package's connections: components are connected directly"
+    )
+    return replace(system, notes=tuple(package.notes))
+
+
+def _alike(one: Wiring, other: Wiring) -> bool:
+    """True if two wirings carry the same values."""
+    mine, others = ({k.ends: k for k in wiring.all_links} for wiring in (one, other))
+    return mine.keys() == others.keys() and all(
+        math.isclose(link.factor, others[ends].factor, rel_tol=SAME_UNIT)
+        and math.isclose(link.offset, others[ends].offset, rel_tol=SAME_UNIT, abs_tol=SAME_UNIT)
+        and link.delayed == others[ends].delayed
+        for ends, link in mine.items()
+    )
 
 
 def _flat_names(package: Package, parts: Iterable[Node]) -> dict[Path, str]:

@@ -2,14 +2,15 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: which connections are one of ours (``a.m <-> b.end``), how to step, the components'
-own steps included, and the scenario; the system's step alone also in the words of the Open
-Simulation Platform.
+annotations: which connections are one of ours (``a.m <-> b.end``), buses, through which values are
+connected from end to end, how to step, the components' own steps included, and the scenario; the
+system's step alone also in the words of the Open Simulation Platform.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import zipfile
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -18,9 +19,8 @@ from typing import Any
 
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
-from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.links import SAME_UNIT, Link, Port, conversion
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.ssp.buses import annotated, flattened
 from m4e_fmi.cosim.ssp.package import (
     FMU_TYPES,
     OSP,
@@ -50,14 +50,16 @@ _JSON = "{urn:m4e_fmi}json"
 def write_ssp(prepared: Prepared, path: str | Path) -> Path:
     """Write the system with all its FMUs to `path`; RunError if that cannot be written."""
     path = Path(path)
-    told = annotated(prepared.system)
+    told: dict[str, Any] = {}
+    if prepared.system.buses:
+        buses = {name: dict(signals) for name, signals in prepared.system.buses.items()}
+        told |= {"buses": buses, "connections": list(prepared.system.connections)}
     scenario = {
         name: action.model_dump(mode="json", by_alias=True, exclude_none=True, exclude_unset=True)
         for name, action in prepared.system.scenario.items()
     }
     if scenario:
         told["scenario"] = scenario
-    prepared = flattened(prepared)
     resources = _resources(prepared)
     parameters = _parameter_sets(prepared)
     descriptions = prepared.descriptions
@@ -211,12 +213,36 @@ def _connections(prepared: Prepared, parent: Element) -> None:
     for index, text in enumerate(system.connections):
         members = [link for link in links if link.connection == index]
         written = parse_connection(text)
+        components = {end.partition(".")[0] for end in (written.left, written.right)}
+        direct = components.issuperset(port.component for link in members for port in link.ends)
         for link in members:
+            way = written if direct else _from_end_to_end(link, prepared)
             ends = (text for port in link.ends for text in (port.component, port.variable))
             element = _connection(connections, *ends)
-            _transform(element, written)
-            if not _stands_alone(written, members):
-                _annotate(element, {"connection": text, "of": len(members)})
+            _transform(element, way)
+            whole = members if direct else [link]
+            if not _stands_alone(way, whole):
+                content = {"connection": text if direct else str(way), "of": len(whole)}
+                _annotate(element, content)
+
+
+def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
+    """The text of a link, whose factor and offset act after the conversion of units."""
+    give, take = (_variable(prepared, port) for port in link.ends)
+    one, other = give.dimension, take.dimension
+    ignored = one is not None and other is not None and not one.same_dimension(other)
+    scale, shift = (1.0, 0.0) if ignored else conversion(give, take)
+    factor = link.factor / scale
+    if math.isclose(factor, 1.0, rel_tol=SAME_UNIT):
+        factor = 1.0
+    return Connection(
+        str(link.source),
+        str(link.target),
+        factor=factor,
+        offset=link.offset - factor * shift,
+        units_ignored=ignored,
+        delayed=link.delayed,
+    )
 
 
 def _stands_alone(written: Connection, members: list[Link]) -> bool:

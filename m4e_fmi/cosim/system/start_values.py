@@ -15,7 +15,7 @@ from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.joints import QUATERNION
-from m4e_fmi.joints.start_attitudes import angles_of_attitudes, no_attitudes, with_quaternions
+from m4e_fmi.joints.joint_type import angles_of_attitudes, no_attitudes, with_quaternions
 from m4e_fmi.units import Quantity, parse_quantity, parse_unit
 
 Value = float | int | bool | str

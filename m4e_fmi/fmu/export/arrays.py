@@ -119,15 +119,15 @@ def grouped(description: ModelDescription, fmi: str) -> tuple[Grouped, ...]:
     return tuple(result.values())
 
 
-def dependencies(variable: FmuVariable, *, initial: bool) -> dict[str, str] | None:
-    """Dependencies of a scalar → their kind, "" if it says nothing; at the start, or later.
+def dependencies(variable: FmuVariable, *, initial: bool) -> list[tuple[str, str]] | None:
+    """Dependencies of a scalar and their kinds, "" if it does not say; at the start, or later.
 
     None of a scalar that may depend on all.
     """
     names, kinds = variable.dependencies, variable.kinds
     if initial:
         names, kinds = variable.initial_dependencies, variable.initial_kinds
-    return None if names is None else dict(zip(names, kinds or [""] * len(names), strict=True))
+    return None if names is None else list(zip(names, kinds or [""] * len(names), strict=True))
 
 
 def layout_files(description: ModelDescription, variables: Sequence[Grouped]) -> dict[str, bytes]:
@@ -146,7 +146,7 @@ def layout_files(description: ModelDescription, variables: Sequence[Grouped]) ->
         initial = variable.first.causality == "calculatedParameter"
         for member in variable.members:
             here = place[member.name]
-            for name, kind in (dependencies(member, initial=initial) or {}).items():
+            for name, kind in dependencies(member, initial=initial) or ():
                 on = place[name]
                 line = f"{here.reference} {here.element} {on.reference} {on.element}"
                 needs.append(f"{line} {KIND_NUMBERS[kind]}")

@@ -17,7 +17,7 @@ from m4e_fmi.fmu.export.selection import renamed, with_outputs
 from m4e_fmi.fmu.importer.reading import OWN_TOOL, Description
 from m4e_fmi.fmu.importer.reading import Variable as ReadVariable
 from m4e_fmi.program import TIME, Program, Variable
-from m4e_fmi.program.dependence import initial_kind, kinds
+from m4e_fmi.program.dependence import KINDS, kinds
 from m4e_fmi.runtime.declarations import METHODS
 from m4e_fmi.shown import listing, short
 from m4e_fmi.units import parse_unit
@@ -210,7 +210,12 @@ def _variables(program: Program) -> Iterator[FmuVariable]:
     needs = kinds(program, [*program.results, *program.constants])
 
     def first(node: int) -> dict[str, str]:
-        return {name: initial_kind(kind) for name, kind in needs[node].items() if name in known}
+        """Kinds at the start, where factors are knowns themselves: only constant ones are not."""
+        return {
+            name: kind if kind == KINDS[0] else KINDS[-1]
+            for name, kind in needs[node].items()
+            if name in known
+        }
 
     for v in program.parameters:
         yield _variable(v, "parameter", _variability(v.tunable), "exact", start=v.start)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -185,48 +185,40 @@ def _legal(text: str) -> str:
     return re.sub("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
 
 
-def _add_units(root: Element, reals: Iterable[FmuVariable]) -> None:
+def _given(**attributes: str | None) -> dict[str, str]:
+    """The attributes that have a value."""
+    return {name: value for name, value in attributes.items() if value is not None}
+
+
+def _add_units(root: Element, reals: Sequence[FmuVariable]) -> None:
     """Add the units of variables, with what their values may be shown in."""
-    displays: dict[str, set[str]] = {}
-    for variable in reals:
-        displays.setdefault(variable.unit, set())
-        if variable.display_unit:
-            displays[variable.unit].add(variable.display_unit)
-    if not displays:
-        return
-    definitions = SubElement(root, "UnitDefinitions")
-    for name in sorted(displays):
+    definitions = SubElement(root, "UnitDefinitions") if reals else root
+    for name in sorted({v.unit for v in reals}):
         unit = parse_unit(name)
         element = SubElement(definitions, "Unit", name=name)
-        powers = {
-            base: str(power)
-            for base, power in zip(BASE_UNITS, unit.exponents, strict=True)
-            if power
-        }
+        powers = zip(BASE_UNITS, unit.exponents, strict=True)
+        base = {base: str(power) for base, power in powers if power}
         if unit.factor != 1.0:
-            powers["factor"] = repr(unit.factor)
-        SubElement(element, "BaseUnit", powers)
+            base["factor"] = repr(unit.factor)
+        SubElement(element, "BaseUnit", base)
+        chosen = {v.display_unit for v in reals if v.unit == name and v.display_unit}
         offered = QUANTITIES[name].displays if name in QUANTITIES else ()
-        for display in sorted({*displays[name], *offered}):
+        for display in sorted({*chosen, *offered}):
             factor = display_factor(name, display)
             SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
 
 
-def _add_types(root: Element, reals: Iterable[FmuVariable], form: Form) -> None:
+def _add_types(root: Element, reals: Sequence[FmuVariable], form: Form) -> None:
     """Add the quantities of variables as types."""
-    units = {v.unit for v in reals} & QUANTITIES.keys()
-    if not units:
-        return
-    definitions = SubElement(root, "TypeDefinitions")
-    for quantity in sorted((QUANTITIES[unit] for unit in units), key=lambda q: q.name):
-        tag = "SimpleType" if form.is_2 else "Float64Type"
-        element = SubElement(definitions, tag, name=quantity.type_name)
+    found = [QUANTITIES[unit] for unit in {v.unit for v in reals} if unit in QUANTITIES]
+    definitions = SubElement(root, "TypeDefinitions") if found else root
+    for quantity in sorted(found, key=lambda q: q.name):
+        name = quantity.type_name
+        facts = _given(quantity=quantity.name, unit=quantity.unit, displayUnit=quantity.shown)
         if form.is_2:
-            element = SubElement(element, "Real")
-        element.set("quantity", quantity.name)
-        element.set("unit", quantity.unit)
-        if quantity.shown:
-            element.set("displayUnit", quantity.shown)
+            SubElement(SubElement(definitions, "SimpleType", name=name), "Real", facts)
+        else:
+            SubElement(definitions, "Float64Type", {"name": name, **facts})
 
 
 def _numbers(variables: Sequence[Grouped], form: Form) -> dict[str, int]:
@@ -247,30 +239,32 @@ def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> N
     count_of_type = Counter[str]()
     parent = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(variables):
-        first = variable.first
+        first, of = variable.first, variable.first.derivative_of
         real = "Real" if form.is_2 else "Float64"
         kind = real if first.type == "Real" else first.type
-        attributes = {
-            "name": variable.name,
-            "valueReference": str(count_of_type[kind] if form.is_2 else reference),
-            "description": _legal(variable.description),
-            "causality": first.causality,
-            "variability": first.variability,
-        }
+        named = _given(
+            name=variable.name,
+            valueReference=str(count_of_type[kind] if form.is_2 else reference),
+            description=_legal(variable.description),
+            causality=first.causality,
+            variability=first.variability,
+            initial=first.initial,
+        )
         count_of_type[kind] += 1
-        if first.initial:
-            attributes["initial"] = first.initial
-        element = SubElement(parent, "ScalarVariable" if form.is_2 else kind, attributes)
+        starts = None if first.start is None else [str(m.start) for m in variable.members]
+        facts = {
+            **(_quantity(first) if first.type == "Real" and variable.unit is not None else {}),
+            **_given(
+                start=None if starts is None else " ".join(starts),
+                derivative=str(number[of]) if of else None,
+            ),
+        }
         if form.is_2:
-            element = SubElement(element, kind)
-        elif first.variability == "continuous" and first.causality != "independent":
-            element.set("intermediateUpdate", "true")
-        if first.type == "Real" and variable.unit is not None:
-            _add_quantity(element, first)
-        if first.start is not None:
-            element.set("start", " ".join(str(m.start) for m in variable.members))
-        if first.derivative_of:
-            element.set("derivative", str(number[first.derivative_of]))
+            SubElement(SubElement(parent, "ScalarVariable", named), kind, facts)
+            continue
+        if first.variability == "continuous" and first.causality != "independent":
+            named["intermediateUpdate"] = "true"
+        element = SubElement(parent, kind, named | facts)
         if variable.shape:
             notes = SubElement(element, "Annotations")
             note = SubElement(notes, "Annotation", type=ELEMENTS)
@@ -279,25 +273,21 @@ def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> N
             SubElement(element, "Dimension", start=str(size))
 
 
-def _add_quantity(element: Element, variable: FmuVariable) -> None:
-    """Add type, units, limits and nominal value of a Real.
+def _quantity(variable: FmuVariable) -> dict[str, str]:
+    """Type, units, limits and nominal value of a Real.
 
     The unit stands here, too, for importers that do not look at types.
     """
     quantity = QUANTITIES.get(variable.unit)
-    if quantity:
-        element.set("declaredType", quantity.type_name)
-    element.set("unit", variable.unit)
-    display = variable.display_unit or (quantity.shown if quantity else None)
-    if display:
-        element.set("displayUnit", display)
-    for key, value, default in (
-        ("min", variable.minimum, -math.inf),
-        ("max", variable.maximum, math.inf),
-        ("nominal", variable.nominal, 1.0),
-    ):
-        if value != default:
-            element.set(key, repr(value))
+    low, high, nominal = variable.minimum, variable.maximum, variable.nominal
+    return _given(
+        declaredType=quantity.type_name if quantity else None,
+        unit=variable.unit,
+        displayUnit=variable.display_unit or (quantity.shown if quantity else None),
+        min=None if low == -math.inf else repr(low),
+        max=None if high == math.inf else repr(high),
+        nominal=None if nominal == 1.0 else repr(nominal),
+    )
 
 
 def _add_structure(
@@ -315,6 +305,7 @@ def _add_structure(
         for m in v.members
         if m.causality in ("input", "independent") or m.name in states
     }
+    text = {k: str(k) for k in number.values()}
     exact = {number[v.first.name] for v in variables if v.first.initial == "exact"}
 
     def unknowns(title: str, listed: Sequence[Grouped], *, initial: bool = False) -> None:
@@ -327,10 +318,10 @@ def _add_structure(
             if found is None:
                 continue
             long = form.is_2 and len(found) > LONG
-            plain = long and all(kind == KINDS[-1] for kind in found.values())
+            plain = long and {*found.values()} == {KINDS[-1]}
             if plain and everything <= found.keys():
                 continue
-            element.set("dependencies", " ".join(map(str, found)))
+            element.set("dependencies", " ".join([text[k] for k in found]))
             kinds = v.first.initial_kinds if initial else v.first.kinds
             if kinds is not None and not plain:
                 element.set("dependenciesKind", " ".join(found.values()))
@@ -363,10 +354,11 @@ def _union(
         needs = dependencies(member, initial=initial)
         if needs is None:
             return None
-        for name, kind in needs.items():
-            if (k := numbers.get(name)) is not None and _RANK[kind] >= _RANK[found.get(k, "")]:
-                found[k] = kind
-    return dict(sorted(found.items()))
+        own = {numbers[name]: kind for name, kind in needs if name in numbers}
+        for k in found.keys() & own.keys():
+            own[k] = max(own[k], found[k], key=_RANK.__getitem__)
+        found = {**found, **own} if found else own
+    return {k: found[k] for k in sorted(found)}
 
 
 def build_description_xml(model_identifier: str, sources: Sequence[str]) -> bytes:
@@ -383,7 +375,7 @@ def build_description_xml(model_identifier: str, sources: Sequence[str]) -> byte
 
 
 def terminals_xml(variables: Sequence[Grouped]) -> bytes | None:
-    """The XML text (UTF-8) of `TERMINALS`, for importers that connect whole groups; None if none.
+    """The XML text (UTF-8) of terminals, for importers that connect whole groups; None if none.
 
     There is a terminal for each connector: inputs and outputs whose names begin alike, such as
     `body.buoy.position`, `body.buoy.force`. Members of two terminals belong together if their names

@@ -1,10 +1,10 @@
 """The files of a native FMU: FMI 2.0 or 3.0, without Python and without a compiler.
 
 `native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi.c`, the
-standards' names for what is declared there. Both together are one shared library, the
-same for every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in
-its binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of
-the integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
+standards' names for what is declared there. Both together are one shared library, the same for
+every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in its
+binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
+integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
 `variables.txt` and `dependencies.txt`, which `arrays.layout_files` explains.
 """
 

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
-from fmpy import fmi2, fmi3
 from fmpy.model_description import ValidationError
 from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
 
@@ -26,14 +25,8 @@ from m4e_fmi.fmu.importer.flaws import Flaw, flaws, undefined_units
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, TERMINALS
 from m4e_fmi.fmu.importer.reading import fmpy_message
 from m4e_fmi.fmu.validation.findings import Finding, about, some
-from m4e_fmi.fmu.validation.subject import FmuUnderTest, TooLargeError
+from m4e_fmi.fmu.validation.subject import CLASSES, FmuUnderTest, TooLargeError
 from m4e_fmi.fmu.validation.variables import check_names, check_units, check_variables
-
-LIBRARIES = {
-    "2.0": ("fmi2", fmi2.FMU2Slave, fmi2.FMU2Model),
-    "3.0": ("fmi3", fmi3.FMU3Slave, fmi3.FMU3Model),
-}
-"""Prefix of functions, and FMPy's classes that have all of them as methods."""
 
 TERMINALS_BASIS = "FMI 3.0.2, section 2.4.9"
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
@@ -60,7 +53,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
     if raw is None:
         return tuple(found), "the model description cannot be understood"
     version = raw.fmiVersion
-    if version not in LIBRARIES:
+    if version not in CLASSES:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
     names = [v.name for v in raw.modelVariables]  # with aliases, and arrays as one
     try:
@@ -183,9 +176,10 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
 
 
 def _elf(subject: FmuUnderTest, elf: SharedLibrary) -> Iterator[Finding]:
-    prefix, stepping, exchanging = LIBRARIES[subject.raw.fmiVersion]
-    classes = [stepping] * subject.steps + [exchanging] * subject.exchanges
-    needed = sorted({name for c in classes for name in dir(c) if name.startswith(prefix)})
+    version = subject.raw.fmiVersion
+    classes, prefix = CLASSES[version], f"fmi{version[0]}"
+    names = {name for exchange in subject.ways for name in dir(classes[exchange])}
+    needed = sorted(name for name in names if name.startswith(prefix))
     missing = [name for name in needed if name not in elf.exports]
     if missing:
         message = f"the library does not export {some(missing)}"

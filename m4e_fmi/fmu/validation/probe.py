@@ -1,7 +1,6 @@
-"""The FMU under test in this process: instances that answer every call with its status.
+"""The FMU under test in this process: its instances, and what a group of checks knows of it.
 
-Nothing stands between the checks and the library's functions, so that calls can be made that no
-importer would make. Value references are the keys of `elements`. Where only some elements of an
+Value references are the keys of `elements`. Where only some elements of an
 array are set, the others get what they were last set to, or their start values: FMI 3.0 sets whole
 arrays only.
 """
@@ -11,14 +10,13 @@ from __future__ import annotations
 import ctypes
 import os
 import time
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
-from fmpy import fmi2, fmi3
 from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.call_journal import CallJournal
@@ -37,7 +35,7 @@ from m4e_fmi.fmu.importer.messages import (
     Status,
 )
 from m4e_fmi.fmu.validation.findings import Finding
-from m4e_fmi.fmu.validation.subject import FmuUnderTest, scale, start, within
+from m4e_fmi.fmu.validation.subject import CLASSES, FmuUnderTest, scale, start, within
 
 INSTANTIATE = "instantiation"
 TOLERANCE = 1e-8
@@ -51,11 +49,6 @@ PATIENCE = 8.0
 """Seconds after which a group leaves out repetitions, for FMUs that are slow to start or step."""
 GUARD = b"\x5a\xa5guard\x7f" * 4
 """Stands behind every array the FMU writes into."""
-_CLASSES = {
-    "2.0": (fmi2.FMU2Slave, fmi2.FMU2Model),
-    "3.0": (fmi3.FMU3Slave, fmi3.FMU3Model),
-}
-"""FMPy's for co-simulation and for model exchange."""
 
 _Fill = Callable[[np.ndarray], Status]
 """Writes all elements of an array (n,), and tells the status."""
@@ -116,7 +109,7 @@ class Context:
             here, raw = Path.cwd(), self.subject.raw
             self.journal.write("loading the library")
             try:
-                self._loaded[exchange] = _CLASSES[raw.fmiVersion][exchange](
+                self._loaded[exchange] = CLASSES[raw.fmiVersion][exchange](
                     guid=raw.guid,
                     unzipDirectory=str(self.subject.folder),
                     modelIdentifier=self.subject.kind(exchange=exchange).modelIdentifier,
@@ -188,7 +181,7 @@ class Context:
 class Probe:
     """One instance, in co-simulation without event mode unless `events`.
 
-    Calls return their status; those that the standard allows raise RefusedError above Warning.
+    All calls are allowed, and raise RefusedError where they are not answered OK or Warning.
     `fmu.component` is None if there is no instance.
     """
 
@@ -219,26 +212,16 @@ class Probe:
 
     # ---- calls ----
 
-    def _refused(self, status: Status, _: str = "") -> NoReturn:
+    def _refused(self, status: Status, _: str = "", deed: str = "") -> NoReturn:
         status = status if OK <= status <= PENDING else NO_STATUS
         if status in (FATAL, NO_STATUS):
-            self.fmu.component = None  # which must not be called any more
-        raise RefusedError(self.fmu.last_call, status, self.words())
-
-    def _checked(self, status: Status) -> Status:
-        """The status; RefusedError after fmi2Fatal."""
-        if status == FATAL or not OK <= status <= PENDING:
-            self._refused(status)
-        return status
-
-    def call(self, function: str, *arguments: object, note: str = "") -> Status:
-        """Status of `function` of this instance; RefusedError after fmi2Fatal."""
-        return self._checked(self.fmu.call(function, *arguments, note=note))
+            self.fmu.component, deed = None, ""  # which must not be called any more
+        raise RefusedError(deed or self.fmu.last_call, status, self.words())
 
     def require(self, status: Status, deed: str = "") -> None:
         """RefusedError about an allowed `deed`, the last call, if its status is above Warning."""
-        if self._checked(status) > WARNING:
-            raise RefusedError(deed or self.fmu.last_call, status, self.words())
+        if not OK <= status <= WARNING:
+            self._refused(status, deed=deed)
 
     def words(self) -> tuple[str, ...]:
         """The FMU's messages since the last time, troubles only if there are any."""
@@ -250,25 +233,25 @@ class Probe:
 
     def begin(
         self,
-        start: Mapping[int, float] | None = None,
+        changed: Sequence[ModelVariable] = (),
+        values: np.ndarray | None = None,
         *,
         initial_inputs: np.ndarray | None = None,
     ) -> Probe:
         """This instance at its first step or, in model exchange, in continuous-time mode.
 
-        `start` are values of Reals by value reference; `initial_inputs` (n_inputs,), in SI, are
-        set in initialization mode.
+        It has other start `values` (n_changed,) for Reals that are `changed`, and in initialization
+        mode it gets `initial_inputs` (n_inputs,), in their units.
         """
         self.setup()
-        if start:
-            self.require(self.set(list(start), np.array(list(start.values()))), "setting values")
+        if values is not None:
+            self.put(changed, values)
         self.fmu.enter_initialization()
         if initial_inputs is not None:
-            references = [v.valueReference for v in self.subject.inputs]
-            self.require(self.set(references, initial_inputs), "setting inputs")
+            self.put(self.subject.inputs, initial_inputs, "setting inputs")
         self.fmu.exit_initialization()
         if self.exchange:
-            self.settle()
+            self._settle()
             self.fmu.do("EnterContinuousTimeMode")
         return self
 
@@ -277,27 +260,19 @@ class Probe:
         self.time = self.subject.start_time
         self.fmu.setup(start=self.time, stop=None, tolerance=TOLERANCE)
 
-    def settle(self) -> None:
+    def _settle(self) -> None:
         """Event iteration until nothing changes any more."""
         for _ in range(MOST_ITERATIONS):
             status, again = self.fmu.needs_new_discrete_states()
             self.require(status)
             if not again:
                 return
-        function = self.fmu.last_call.partition("(")[0]
-        deed = f"{function}, {MOST_ITERATIONS} times,"
-        raise RefusedError(deed, WARNING, self.words())
-
-    def step(self, size: float) -> Status:
-        """One communication step of `size` [s]."""
-        status = self._checked(self.fmu.do_step(self.time, size))
-        if status <= WARNING:
-            self.time += size
-        return status
+        self._refused(WARNING, deed=f"{self._last_function}, {MOST_ITERATIONS} times,")
 
     def advance(self, size: float) -> None:
         """One communication step of `size` [s]; RefusedError if it is not made."""
-        self.require(self.step(size))
+        self.require(self.fmu.do_step(self.time, size))
+        self.time += size
 
     def reset(self) -> None:
         """Bring the instance back to where it was when it was made."""
@@ -311,61 +286,54 @@ class Probe:
 
     # ---- values ----
 
-    def set(self, references: Sequence[int], values: np.ndarray) -> Status:
-        """Set Reals by value reference to `values` (n_references,), in their units."""
-        if not len(references):
-            return OK
-        arrays, starts = self.fmu.arrays(references), self.subject.array_starts
+    def put(
+        self, variables: Sequence[ModelVariable], values: np.ndarray, deed: str = "setting values"
+    ) -> None:
+        """Set Reals to `values` (n_variables,), in their units; RefusedError if not allowed."""
+        if not variables:
+            return
+        arrays, starts = self._arrays(variables), self.subject.array_starts
         last = [self._last_set.get(r, starts.get(r, np.zeros(1))) for r in arrays.references]
         data = np.concatenate([row[:n] for row, n in zip(last, arrays.sizes, strict=True)])
         data[list(arrays.places)] = values
-        status = self._checked(self.fmu.set_reals(arrays, data))
-        if status <= WARNING:
-            parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
-            self._last_set |= dict(zip(arrays.references, parts, strict=True))
-        return status
-
-    def get(self, references: Sequence[int]) -> tuple[Status, np.ndarray]:
-        """Status, and values (n_references,) of Reals by value reference, in their units."""
-        if not len(references):
-            return OK, np.zeros(0)
-        arrays = self.fmu.arrays(references)
-        status, found = self._written(arrays.count, lambda to: self.fmu.get_reals(arrays, to))
-        return status, found[list(arrays.places)]
+        self.require(self.fmu.set_reals(arrays, data), deed)
+        parts = np.split(data, np.cumsum(arrays.sizes)[:-1])
+        self._last_set |= dict(zip(arrays.references, parts, strict=True))
 
     def read(self, variables: Sequence[ModelVariable]) -> np.ndarray:
         """Values (n_variables,) of Reals, in their units; RefusedError if they cannot be had."""
-        status, values = self.get([v.valueReference for v in variables])
-        self.require(status, "getting values")
-        return values
+        if not variables:
+            return np.zeros(0)
+        y = self._arrays(variables)
+        return self._elements(y, lambda to: self.fmu.get_reals(y, to), "getting values")
 
-    def put(self, variables: Sequence[ModelVariable], values: np.ndarray) -> None:
-        """Set Reals to `values` (n_variables,), in their units; RefusedError if not allowed."""
-        status = self.set([v.valueReference for v in variables], values)
-        self.require(status, "setting values")
+    def _arrays(self, variables: Sequence[ModelVariable]) -> Arrays:
+        return self.fmu.arrays([v.valueReference for v in variables])
 
-    def _written(self, count: int, fill: _Fill) -> tuple[Status, np.ndarray]:
-        """Status of `fill`, which writes into an array with a guard behind it; the array."""
+    def _elements(self, arrays: Arrays, fill: _Fill, deed: str = "") -> np.ndarray:
+        """The wanted elements of arrays that `fill` fills; RefusedError if it does not."""
+        return self._filled(arrays.count, fill, deed)[list(arrays.places)]
+
+    def _filled(self, count: int, fill: _Fill, deed: str = "") -> np.ndarray:
+        """An array (count,) that `fill` fills, which has a guard behind it."""
         room = np.concatenate([np.full(count, np.nan), np.frombuffer(GUARD)])
-        status = self._checked(fill(room[:count]))
+        status = fill(room[:count])
         if room[count:].tobytes() != GUARD:
-            self._overruns.append(self.fmu.last_call.partition("(")[0])
-        return status, room[:count]
+            self._overruns.append(self._last_function)
+        self.require(status, deed or self._last_function)
+        return room[:count]
 
-    def _required(self, count: int, fill: _Fill) -> np.ndarray:
-        status, found = self._written(count, fill)
-        self.require(status, self.fmu.last_call.partition("(")[0])
-        return found
+    @property
+    def _last_function(self) -> str:
+        return self.fmu.last_call.partition("(")[0]
 
     # ---- model exchange ----
 
     def vector(self, function: str = "GetContinuousStates") -> np.ndarray:
         """Continuous states (n_states,), in their units, or what else a function says of them."""
-        count = len(self.subject.states)
-        kind = ctypes.POINTER(ctypes.c_double)
-        return self._required(
-            count, lambda to: self.fmu.call(function, to.ctypes.data_as(kind), count)
-        )
+        count, kind = len(self.subject.states), ctypes.POINTER(ctypes.c_double)
+        call = self.fmu.call
+        return self._filled(count, lambda to: call(function, to.ctypes.data_as(kind), count))
 
     def rates(self) -> np.ndarray:
         """Time derivatives (n_states,) of the continuous states, in their units per second."""
@@ -379,35 +347,30 @@ class Probe:
 
     # ---- derivatives ----
 
-    def directional(
-        self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
+    def sensitivity(
+        self,
+        unknowns: Sequence[ModelVariable],
+        knowns: Sequence[ModelVariable],
+        seed: np.ndarray,
+        *,
+        adjoint: bool = False,
     ) -> np.ndarray:
-        """Change (n_unknowns,) of `unknowns`, in their units.
+        """Change (n_unknowns,) of `unknowns`, in their units, for the change `seed` of `knowns`.
 
-        For the change `seed` (n_knowns,) of `knowns`, in their units.
+        `seed` (n_knowns,) is in their units. In FMI 3.0 also `adjoint`: the derivatives (n_knowns,)
+        of the sum of `unknowns` with the weights `seed` (n_unknowns,) [1] by each of `knowns`.
         """
         z, v = self._arrays(unknowns), self._arrays(knowns)
-        data = _spread(seed, v)
-        found = self._required(z.count, lambda to: self.fmu.sensitivity(z, v, data, to))
-        return found[list(z.places)]
-
-    def adjoint(
-        self, unknowns: Sequence[ModelVariable], knowns: Sequence[ModelVariable], seed: np.ndarray
-    ) -> np.ndarray:
-        """Derivatives (n_knowns,), in SI, of the weighted sum of `unknowns` by each of `knowns`.
-
-        `seed` (n_unknowns,) [1] are the weights. For FMI 3.0 only.
-        """
-        z, v = self._arrays(unknowns), self._arrays(knowns)
-        data, function = _spread(seed, z), "GetAdjointDerivative"
-        found = self._required(v.count, lambda to: self.fmu.sensitivity(z, v, data, to, function))
-        return found[list(v.places)]
+        wanted, given = (v, z) if adjoint else (z, v)
+        function = "GetAdjointDerivative" if adjoint else "GetDirectionalDerivative"
+        data = np.zeros(given.count)
+        np.add.at(data, list(given.places), seed)
+        return self._elements(wanted, lambda to: self.fmu.sensitivity(function, z, v, data, to))
 
     def output_derivatives(self, outputs: Sequence[ModelVariable]) -> np.ndarray:
         """First time derivatives (n_outputs,) of outputs, in SI."""
         y = self._arrays(outputs)
-        found = self._required(y.count, lambda to: self.fmu.output_derivatives(y, to))
-        return found[list(y.places)]
+        return self._elements(y, lambda to: self.fmu.output_derivatives(y, to))
 
     def set_input_derivatives(self, inputs: Sequence[ModelVariable], rates: np.ndarray) -> None:
         """Set first time derivatives of inputs to `rates` (n_inputs,), in SI; for FMI 2.0 only."""
@@ -415,9 +378,6 @@ class Probe:
         data = np.ascontiguousarray(rates, dtype=np.float64)
         references = [v.valueReference for v in inputs]
         self.require(self.fmu.set_input_derivatives(references, 1, data))
-
-    def _arrays(self, variables: Sequence[ModelVariable]) -> Arrays:
-        return self.fmu.arrays([v.valueReference for v in variables])
 
     # ---- state ----
 
@@ -434,10 +394,3 @@ class Probe:
     def free_state(self, state: ctypes.c_void_p) -> None:
         """Free a saved state."""
         self.fmu.do("FreeFMUstate", ctypes.byref(state))
-
-
-def _spread(seed: np.ndarray, arrays: Arrays) -> np.ndarray:
-    """The seed of all elements (n_elements,), from that of the wanted ones."""
-    data = np.zeros(arrays.count)
-    np.add.at(data, list(arrays.places), seed)
-    return data

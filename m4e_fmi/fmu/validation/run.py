@@ -22,8 +22,7 @@ from typing import Any
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.fmu.importer.call_journal import CallJournal
-from m4e_fmi.fmu.importer.opening import check_archive
-from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.fmu.importer.opening import Unpacked, check_archive
 from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
 from m4e_fmi.fmu.validation.description import description_findings

@@ -10,12 +10,18 @@ from typing import cast
 
 import fmpy
 import numpy as np
+from fmpy import fmi2, fmi3
 from fmpy.model_description import CoSimulation, ModelExchange, ModelVariable
 
 from m4e_fmi.fmu.importer.elements import FmpyDescription, flattened, owner
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION
 from m4e_fmi.fmu.importer.reading import declared_number
 
+CLASSES = {
+    "2.0": (fmi2.FMU2Slave, fmi2.FMU2Model),
+    "3.0": (fmi3.FMU3Slave, fmi3.FMU3Model),
+}
+"""FMPy's for co-simulation and for model exchange, with all functions as methods."""
 DEFAULT_STEP = 0.01  # s, where the FMU names none
 
 WRITTEN = 5e-6

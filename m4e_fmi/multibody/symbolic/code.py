@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import keyword
 import math
+from collections.abc import Collection
 from functools import partial
+from itertools import chain
 from textwrap import fill
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -92,13 +94,13 @@ def equations_code(equations: Equations, language: Language) -> str:
     if language not in get_args(Language):
         remedy = suggestion(language, get_args(Language), "languages")
         raise InputError.single(f"there is no code in {language!r}", remedy)
-    vectors = _vectors(equations)
-    p = vectors[-1]
+    scalars = equations.assembly.scalars
+    p = [*scalars.parameters.values(), *chain(*scalars.added_mass)]
+    vectors = [*scalars.q], [*scalars.u], p
+    names = _names({*(s.name for group in vectors for s in group), *equations.model.tables})
     about = "\n".join(_about(equations, p))
-    body = "\n".join(
-        f"    {line}" for line in _body(equations, vectors, python=language == "python")
-    )
-    names = _names(equations)
+    lines = _body(equations, vectors, names, python=language == "python")
+    body = "\n".join(f"    {line}" for line in lines)
     tables = "".join(
         _table(names[name], table, language)
         for name, table in equations.model.tables.items()
@@ -111,19 +113,6 @@ def equations_code(equations: Equations, language: Language) -> str:
     values = [known.get(symbol.name, 0.0) for symbol in p]
     about = about.replace("\\", "/").replace('"', "'")
     return PYTHON.format(about=about, tables=tables, values=_tuple(values), body=body)
-
-
-def _vectors(equations: Equations) -> tuple[list[AnyScalar], list[AnyScalar], list[AnyScalar]]:
-    """The symbols of q, u and p."""
-    import sympy
-
-    model = equations.model
-    size = len(equations.topology.components)
-    wet = range(1, 1 + size * sum(body.added_mass for body in model.bodies.values()))
-    names = [*model.parameters, *map(neutral_symbol, equations.neutral_bodies)]
-    names += [f"A_{i}_{j}" for i in wet for j in wet]
-    p = [sympy.Symbol(name, real=True) for name in names]
-    return equations.q.flat(), equations.u.flat(), p
 
 
 def _about(equations: Equations, p: list[AnyScalar]) -> list[str]:
@@ -147,11 +136,17 @@ def _about(equations: Equations, p: list[AnyScalar]) -> list[str]:
     ]
 
 
-def _body(equations: Equations, vectors: tuple[list[AnyScalar], ...], *, python: bool) -> list[str]:
-    """The lines that compute M and f."""
+def _body(
+    equations: Equations,
+    vectors: tuple[list[AnyScalar], ...],
+    names: dict[str, str],
+    *,
+    python: bool,
+) -> list[str]:
+    """The lines that compute M and f from `vectors` q, u and p."""
     import sympy
 
-    M, n, names = equations.mass_matrix, len(vectors[1]), _names(equations)
+    M, n = equations.mass_matrix, len(vectors[1])
     places = [(i, j) for i in range(n) for j in range(i, n) if M[i, j] != 0]
     entries: list[AnyScalar] = [*(M[at] for at in places), *equations.forcing]
     values: list[AnyScalar] = [sympy.sympify(value, strict=True) for value in entries]
@@ -177,10 +172,8 @@ def _body(equations: Equations, vectors: tuple[list[AnyScalar], ...], *, python:
     return [*lines, *(f"f[{i}] = {show(value)}{end}" for i, value in enumerate(forces))]
 
 
-def _names(equations: Equations) -> dict[str, str]:
+def _names(names: Collection[str]) -> dict[str, str]:
     """Names of symbols and tables in code: with _ behind a name that has a meaning already."""
-    vectors = _vectors(equations)
-    names = {*(s.name for group in vectors for s in group), *equations.model.tables}
     result = {}
     for name in names:
         new = name

@@ -31,7 +31,7 @@ from m4e_fmi.multibody.closed_form import (
     outwards,
     velocity_transformation,
 )
-from m4e_fmi.multibody.declaration import declared_inputs
+from m4e_fmi.multibody.declaration import inputs_of
 from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recording import add_outputs
 from m4e_fmi.multibody.symbolic.code import Language, equations_code
@@ -109,12 +109,21 @@ class Equations(Displayed):
         return assemble(self.model, self.topology, scalars)
 
     def _acting(self) -> dict[str, AnyScalar]:
-        reader = _Inputs(self.inputs)
-        found = declared_inputs(reader, self.model, self.topology)
-        unknown = [name for name in self.inputs if name not in reader.known]
+        """Inputs: symbols for those that are wanted, zero for the others."""
+        import sympy
+
+        known: list[str] = []
+
+        def scalar(variable: Variable) -> AnyScalar:
+            known.append(variable.name)
+            wanted = variable.name in self.inputs
+            return sympy.Symbol(variable.name, real=True) if wanted else 0
+
+        found = inputs_of(self.model, self.topology, scalar)
+        unknown = [name for name in self.inputs if name not in known]
         if unknown:
             message = f"{self.model.name} has no input {', '.join(unknown)}"
-            raise InputError.single(message, suggestion(unknown[0], reader.known))
+            raise InputError.single(message, suggestion(unknown[0], known))
         return found
 
     @cached_property
@@ -162,9 +171,13 @@ class Equations(Displayed):
     @cached_property
     def outputs(self) -> dict[str, sympy.Expr]:
         """Every output of the model's program by name, as a function of q, u and `u_dot`."""
-        reader = _Outputs()
-        add_outputs(reader, self.assembly, self._moving)
-        return reader.values
+        values: dict[str, sympy.Expr] = {}
+
+        def take(variable: Variable, value: AnyScalar) -> None:
+            values[variable.name] = _expression(value)
+
+        add_outputs(take, self.assembly, self._moving)
+        return values
 
     @cached_property
     def kinetic_energy(self) -> sympy.Expr:
@@ -215,30 +228,6 @@ class Equations(Displayed):
         title = f"Equations of {self.model.name!r}: mass_matrix · u̇ = forcing, q̇ = u"
         names = self.topology.coordinate_names
         return listing(title, q=names, u=self.topology.velocity_names, inputs=self.inputs)
-
-
-class _Inputs:
-    """Gives symbols for the `wanted` inputs of a model and zero for the others."""
-
-    def __init__(self, wanted: Sequence[str]) -> None:
-        self.wanted = wanted
-        self.known: list[str] = []
-
-    def input(self, variable: Variable) -> AnyScalar:
-        import sympy
-
-        self.known.append(variable.name)
-        return sympy.Symbol(variable.name, real=True) if variable.name in self.wanted else 0
-
-
-class _Outputs:
-    """Takes the outputs of a model as expressions."""
-
-    def __init__(self) -> None:
-        self.values: dict[str, sympy.Expr] = {}
-
-    def output(self, variable: Variable, value: AnyScalar) -> None:
-        self.values[variable.name] = _expression(value)
 
 
 def _expression(value: AnyScalar) -> sympy.Expr:

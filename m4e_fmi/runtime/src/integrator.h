@@ -86,7 +86,7 @@ void m4e_write_rows(m4e_integrator *s, uint32_t l, double reached);
 /* events.c */
 void m4e_watch(m4e_integrator *s, double t, const double *x, double *g);
 double m4e_find_events(m4e_integrator *s);
-/* simulate.c: NULL where options are not sound */
+/* integrator.c: NULL where options are not sound */
 const method *m4e_method_of(const m4e_model *m, const m4e_options *o);
 int m4e_ascending(const double *times, size_t count, double from, double bound);
 

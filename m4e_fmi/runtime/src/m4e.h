@@ -29,7 +29,7 @@
 #pragma GCC visibility push(hidden)
 #endif
 
-#define M4E_ABI 5   /* changes with any declaration below */
+#define M4E_ABI 6   /* changes with any declaration below */
 #define M4E_LANES 8 /* models that an ensemble evaluates at once */
 
 typedef struct m4e_program m4e_program;
@@ -178,10 +178,6 @@ M4E_API int m4e_go_on(m4e_integrator *integrator, double t, double *x, double en
 M4E_API void m4e_keep(const m4e_integrator *integrator, double *kept);
 M4E_API void m4e_take_up(m4e_integrator *integrator, const double *kept);
 
-/* A whole simulation from (times[0], x): states (count x n) and selected outputs. */
-M4E_API int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,
-                         const double *x, size_t count, const double *times, double *states,
-                         double *outputs, m4e_report *report);
 /* `models` simulations of a model of M4E_LANES lanes, explicit methods only; every array has one
    row per model. Each model keeps its own steps: its result is that of a single run to the bit. */
 M4E_API int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t models,
@@ -191,11 +187,6 @@ M4E_API int m4e_ensemble(m4e_model *model, const m4e_options *options, size_t mo
 
 /* Of the processor, as far as vectors of lanes are concerned: "avx512", "avx2" or "". */
 M4E_API const char *m4e_instruction_set(void);
-
-M4E_API double m4e_sin(double x);
-M4E_API double m4e_cos(double x);
-M4E_API void m4e_sincos(double x, double *sine, double *cosine);
-M4E_API void m4e_sincos_many(size_t count, const double *x, double *sine, double *cosine);
 
 #if defined(__GNUC__) && !defined(M4E_SHARED)
 #pragma GCC visibility pop

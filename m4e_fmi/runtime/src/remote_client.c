@@ -31,16 +31,13 @@ typedef void logger_3(void *environment, int status, const char *category, const
 
 static _Thread_local m4e_remote *next;
 
-#define NAME(name, how, signature, T) #name,
-static const char *const NAMES[] = {M4E_REMOTE_FUNCTIONS(NAME)};
-
 /* ---- what a master does beside calls ---- */
 
 M4E_API size_t m4e_remote_size(void) { return sizeof(m4e_channel); }
 
-M4E_API const char *m4e_remote_name(uint32_t function) { /* NULL: there is no such function */
-    return function < M4E_LOAD ? NAMES[function] : NULL;
-}
+/* Of all functions, with spaces. */
+#define NAME(name, how, signature, T) #name " "
+M4E_API const char *m4e_remote_names(void) { return M4E_REMOTE_FUNCTIONS(NAME); }
 
 M4E_API m4e_remote *m4e_remote_new(m4e_channel *channel) { /* NULL: no memory */
     m4e_remote *r = calloc(1, sizeof *r);

@@ -17,9 +17,8 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files import archives, xml_text
 from m4e_fmi.files.xml_text import check_xml
 from m4e_fmi.fmu import validate_fmu
-from m4e_fmi.fmu.importer.opening import check_archive
+from m4e_fmi.fmu.importer.opening import Unpacked, check_archive
 from m4e_fmi.fmu.importer.reading import read_description
-from m4e_fmi.fmu.importer.unpack import Unpacked
 
 CENTRAL = b"PK\x01\x02"
 """Signature of an entry in the directory of an archive."""

@@ -7,11 +7,13 @@ import json
 import math
 import os
 import pickle
+import sys
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, make_dataclass
 from fractions import Fraction
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -117,6 +119,24 @@ def test_what_has_no_form_is_a_mistake_of_the_program() -> None:
     for value in (object(), np.array(["a", "b"], dtype=object), os.system, Path):
         with pytest.raises(TypeError, match="no form"):
             Encoder().encode(value)
+
+
+def test_a_class_of_another_package_is_taken_if_it_is_derived_from_one_of_ours(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    other = ModuleType("elsewhere")
+    monkeypatch.setitem(sys.modules, "elsewhere", other)
+    for base, is_taken in ((Base, True), (object, False)):
+        made = make_dataclass("Other", [("number", int)], bases=(base,), frozen=True)
+        made.__module__, other.__dict__["Other"] = "elsewhere", made
+        encoder = Encoder()
+        place = encoder.encode(made(number=3))
+        decoder = Decoder(memoryview(encoder.blobs[0]))
+        if is_taken:
+            assert decoder.decode(Base, place, {}) == made(number=3)
+        else:
+            with pytest.raises(DamagedError, match=r"elsewhere\.Other is no dataclass of"):
+                decoder.decode(Base, place, {})
 
 
 class Forged:

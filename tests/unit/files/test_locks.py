@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import signal
 import subprocess
@@ -63,6 +64,21 @@ def test_what_a_living_process_has_is_left_and_a_dead_ones_removed(tmp_path: Pat
         assert len(names(tmp_path)) == 3  # a lock for each, and the folder
         assert folder.is_dir()
     assert names(tmp_path) == set()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="locks of POSIX")
+def test_without_locks_nothing_of_others_is_removed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr("fcntl.flock", none)
+    with holder(tmp_path / "r.nc"):
+        before = names(tmp_path)
+        with claimed(tmp_path / "other.nc"), TemporaryFolder(tmp_path):
+            assert before < names(tmp_path)
+        assert names(tmp_path) == before
 
 
 def test_one_thread_at_a_time(tmp_path: Path) -> None:

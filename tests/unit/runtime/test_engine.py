@@ -28,10 +28,10 @@ from m4e_fmi.runtime.engine import (
     SMALL_STEP,
     Control,
     Engine,
+    Integrator,
     Watch,
     ensemble,
 )
-from m4e_fmi.runtime.integrator import Integrator
 from m4e_fmi.runtime.kernel import SEVERAL
 
 PROGRAMS = [chain(1), chain(7), every_operation(), every_fusion(), waves()]

@@ -61,6 +61,12 @@ def test_a_worker_that_lies_about_its_answers(tmp_path: Path) -> None:
     assert (run.returncode, run.stdout) == (0, "60 lost\n"), run.stderr
 
 
+def test_every_kind_of_argument_goes_to_a_worker_and_back(tmp_path: Path) -> None:
+    program = sanitized(tmp_path / "trip", [FUZZERS / "round_trip.c", *C_FILES])
+    run = subprocess.run([str(program)], capture_output=True, text=True, timeout=60)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
 def test_what_is_compiled_is_kept_by_content(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

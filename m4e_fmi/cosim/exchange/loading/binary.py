@@ -29,8 +29,8 @@ from fmpy import fmi1, fmi2, fmi3
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.missing_library import remedy_for
+from m4e_fmi.fmu.importer.opening import Unpacked
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.unpack import Unpacked
 from m4e_fmi.fmu.importer.worker import Host, Worker
 from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
 from m4e_fmi.threads import PROCESS
@@ -154,11 +154,7 @@ class Hosted(Binary):
             raise _not_started(origin, error) from error
         files.workers.append(self.worker)
         self._functions = proxies(
-            kind,
-            self.worker,
-            identifier=identifier,
-            guid=description.guid,
-            folder=str(files.folder),
+            kind, identifier=identifier, guid=description.guid, folder=str(files.folder)
         )
         self._waits = True
 

@@ -129,8 +129,7 @@ class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
         """Keep the times [s] and the relative tolerance of the experiment."""
-        fresh = not (self._initialising or self._initialised)
-        self._allowed("fmi2SetupExperiment", fresh)
+        self._allowed("fmi2SetupExperiment", not (self._initialising or self._initialised))
         self.time = start_time
         self._stop = inf if stop_time is None else stop_time
         self.tolerance = tolerance

@@ -1,16 +1,11 @@
-"""Calls that move values otherwise than the FMU has them: it has factor·v + offset for v."""
+"""Scales of inputs that are set otherwise than their sources are: to factor·v + offset for v."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.calls.standard import Call
-from m4e_fmi.fmu.importer.messages import Status
-
-Bind = Callable[[np.ndarray], Call]
-"""Makes a call that moves an array (n,), in the FMU's own units."""
 PLAIN = 1.0, -0.0
 """Factor and offset that leave every value as it is, to the last bit."""
 
@@ -65,35 +60,3 @@ class InputScales:
     def _use(self, names: Sequence[str], factors: np.ndarray, offsets: np.ndarray | None) -> None:
         if not self._followed.isdisjoint(names):
             self._uses.append((list(names), factors, offsets))
-
-
-def scaled_getter(own: Bind, view: np.ndarray, factor: np.ndarray, offset: np.ndarray) -> Call:
-    """A call that reads into `view`.
-
-    `own`, `view`, `factor` and `offset` (n,): view = (v - offset)/factor, v in the FMU's units.
-    """
-    values = np.zeros(len(view))
-    call = own(values)
-
-    def get() -> Status:
-        status = call()
-        view[:] = (values - offset) / factor
-        return status
-
-    return get
-
-
-def scaled_setter(own: Bind, view: np.ndarray, factor: np.ndarray, offset: np.ndarray) -> Call:
-    """A call that sets from `view`.
-
-    `own`, `view`, `factor` and `offset` (n,): v = factor·view + offset, in the FMU's units, is set.
-    """
-    values = np.zeros(len(view))
-    call = own(values)
-
-    def set_() -> Status:
-        np.multiply(view, factor, out=values)
-        np.add(values, offset, out=values)
-        return call()
-
-    return set_

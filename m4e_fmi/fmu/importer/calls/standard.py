@@ -39,7 +39,6 @@ to end before it, events without end."""
 NEAR = 1.5e-9
 """Seconds; communication points are whole nanoseconds."""
 
-Call = Callable[[], Status]
 Value = float | int | bool | str
 FmpyInstance = Any
 """FMPy's object for an instance of any version, whose functions it makes as it loads them."""
@@ -107,7 +106,7 @@ class Standard(ABC):
         self.component: int | None = None
         self.events = RawComponent(next_event=math.inf, ended=math.inf, goes_on=True)
         self.last_call = ""
-        self._reals: dict[str, tuple[Call, np.ndarray]] = {}
+        self._reals: dict[str, tuple[Callable[[], Status], np.ndarray]] = {}
         self._typed: dict[str, tuple[Access, np.ndarray]] = {}
         self._texts = Texts()
 
@@ -235,12 +234,7 @@ class Standard(ABC):
         return self.call("SetReal", *_references(arrays), *self._values(values))
 
     def sensitivity(
-        self,
-        unknowns: Arrays,
-        knowns: Arrays,
-        seed: np.ndarray,
-        found: np.ndarray,
-        function: str = "GetDirectionalDerivative",
+        self, function: str, unknowns: Arrays, knowns: Arrays, seed: np.ndarray, found: np.ndarray
     ) -> Status:
         """Write the change of the unknowns for a change of the knowns.
 
@@ -344,7 +338,8 @@ class Standard(ABC):
         z, v = (self.arrays([x.value_reference]) for x in (output, known))
         seed, found = np.zeros(v.count), np.zeros(z.count)
         seed[v.places[0]] = 1.0
-        self.check(self.sensitivity(z, v, seed, found), "fmi2GetDirectionalDerivative")
+        status = self.sensitivity("GetDirectionalDerivative", z, v, seed, found)
+        self.check(status, "fmi2GetDirectionalDerivative")
         return float(found[z.places[0]])
 
     # ---- functions of the library ----

@@ -8,7 +8,6 @@ a worker is called like a loaded library; they are in the runtime's remote.h.
 
 from __future__ import annotations
 
-from m4e_fmi.fmu.importer.worker.host import Host
-from m4e_fmi.fmu.importer.worker.process import LATE, LOST, Worker, end_busy
+from m4e_fmi.fmu.importer.worker.process import LATE, LOST, Host, Worker, end_busy
 
 __all__ = ["LATE", "LOST", "Host", "Worker", "end_busy"]

@@ -1,9 +1,14 @@
-"""FMUs in processes of their own, as the master has them: started, watched, ended."""
+"""FMUs in processes of their own, as the master has them: started, watched, ended.
+
+`Host` says under which conditions; the functions by which they are called are the runtime's, in
+remote.h.
+"""
 
 from __future__ import annotations
 
 import atexit
 import ctypes
+import functools
 import json
 import mmap
 import os
@@ -14,16 +19,20 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from ctypes import c_char_p, c_int, c_int32, c_size_t, c_uint32, c_void_p
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import IO
 
 from m4e_fmi.fmu.importer.worker import keeper as keeper_program
-from m4e_fmi.fmu.importer.worker.channel import Channel, function_names, remote_library
-from m4e_fmi.fmu.importer.worker.host import Host
 from m4e_fmi.runtime.library import library_path
 
+CALL = 600.0
+"""Seconds that a call of an FMU may take."""
+END = 30.0
+"""Seconds that terminating or freeing an FMU may take."""
 LOST, LATE = 18, 19
 """Answers of calls beside the statuses of FMI: the worker is gone; values that have been set before
 come to the FMU only now, and it refuses them."""
@@ -44,6 +53,71 @@ PASSED = (
 """Variables of the environment that workers get."""
 ENDS = ("Terminate", "Free", "unloading")
 """How the names of calls begin, without prefix, that have the limit for the end."""
+
+
+@dataclass(frozen=True)
+class Host:
+    """Limits of a worker, and what it knows of the user's environment.
+
+    `call` is the time [s] that instantiating, initialising, a step and all other calls may take
+    each, `end` that for terminating and freeing; `memory` the address space [bytes], None for no
+    limit; `keep` are the names of further variables of the environment that the FMU gets.
+    """
+
+    call: float = CALL
+    end: float = END
+    memory: int | None = None
+    keep: tuple[str, ...] = ()
+
+
+class Channel(ctypes.Structure):
+    """The fields that `m4e_channel` of remote.h begins with."""
+
+    _fields_ = [
+        ("lost", c_int32),
+        ("calls", c_uint32),
+        ("busy", c_int32),
+        ("present", c_uint32),
+        ("late_function", c_uint32),
+        ("late_status", c_int32),
+    ]
+    calls: int
+    busy: int
+    present: int
+    late_function: int
+    late_status: int
+
+
+@functools.cache
+def remote_library() -> ctypes.CDLL | None:
+    """The runtime, loaded for its functions of remote.h; None where there is no runtime."""
+    path = library_path()
+    if path is None:
+        return None
+    found = ctypes.CDLL(str(path))
+    for name, result, *arguments in (
+        ("new", c_void_p, c_void_p),
+        ("free", None, c_void_p),
+        ("use", None, c_void_p),
+        ("await", c_int, c_void_p),
+        ("flush", c_int, c_void_p),
+        ("end", c_int, c_void_p),
+        ("give_up", None, c_void_p),
+        ("text", c_char_p, c_void_p),
+        ("names", c_char_p),
+        ("size", c_size_t),
+    ):
+        function = getattr(found, f"m4e_remote_{name}")
+        function.restype, function.argtypes = result, arguments
+    return found
+
+
+@functools.cache
+def function_names() -> tuple[str, ...]:
+    """Names of the functions of FMI that can be called in workers, by their numbers."""
+    found = remote_library()
+    assert found is not None
+    return tuple(found.m4e_remote_names().decode("ascii").split())
 
 
 class Worker:
@@ -232,7 +306,9 @@ class _Keeper:
         with self._changing:
             number = next(self._numbers)
             self.workers[number] = worker
-        self._ask({"start": number, **request})
+            line = json.dumps({"start": number, **request})
+            self._requests.write(f"{line}\n".encode("ascii"))
+            self._requests.flush()
         self._some.set()
 
     def close(self) -> None:
@@ -243,12 +319,6 @@ class _Keeper:
             self._process.wait(LAST)
         except subprocess.TimeoutExpired:
             self._process.kill()
-
-    def _ask(self, request: keeper_program.Request) -> None:
-        line = json.dumps(request).encode("ascii") + b"\n"
-        with self._changing:
-            self._requests.write(line)
-            self._requests.flush()
 
     def _listen(self, answers: IO[bytes]) -> None:
         for line in answers:

@@ -9,11 +9,7 @@ import types
 import typing
 
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
-from m4e_fmi.fmu.importer.worker.channel import PREFIX, function_names, remote_library
-from m4e_fmi.fmu.importer.worker.process import Worker
-
-_INSTANTIATES = ("fmiInstantiateSlave", "fmi2Instantiate", "fmi3InstantiateCoSimulation")
-
+from m4e_fmi.fmu.importer.worker.process import function_names, remote_library
 
 Signature = tuple[str, list[str], list[object], object]
 """A function's name in C, names and types of its arguments, type of its result."""
@@ -32,13 +28,13 @@ def _signatures(kind: type) -> dict[str, Signature]:
         found[name] = (
             name.replace("fmi1", "fmi"),
             [p.name for p in parameters],
-            [_first(p.annotation) for p in parameters],
+            [_type(p.annotation) for p in parameters],
             {bytes: ctypes.c_char_p, int: ctypes.c_int}.get(result, result),
         )
     return found
 
 
-def _first(annotation: object) -> object:
+def _type(annotation: object) -> object:
     return typing.get_args(annotation)[0] if isinstance(annotation, types.UnionType) else annotation
 
 
@@ -58,8 +54,11 @@ def callable_names(identifier: str, version: str) -> list[str]:
     ]
 
 
-def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: str) -> FmpyInstance:
-    """FMPy's object of class `kind` for an FMU whose functions are called in `worker`."""
+def proxies(kind: type, *, identifier: str, guid: str, folder: str) -> FmpyInstance:
+    """FMPy's object of class `kind` for an FMU in a worker.
+
+    Its instance is made in the worker of which `next_instance` was called last in this thread.
+    """
     library = remote_library()
     assert library is not None
     found = object.__new__(kind)
@@ -72,26 +71,8 @@ def proxies(kind: type, worker: Worker, *, identifier: str, guid: str, folder: s
     for name, (c_name, names, arguments, result) in _signatures(kind).items():
         if c_name not in function_names():
             continue
-        function: FmpyInstance = library[PREFIX + c_name]  # a new object each time
+        function: FmpyInstance = library[f"m4e_remote_{c_name}"]  # a new object each time
         function.argnames, function.argtypes, function.restype = names, arguments, result
-        if c_name in _INSTANTIATES:
-            function = _Instantiating(function, worker)
         setattr(found.dll, prefix + c_name, function)
         found._functions[name] = function
     return found
-
-
-class _Instantiating:
-    """A function that makes an instance, in a worker; with the attributes that FMPy looks for."""
-
-    def __init__(self, function: FmpyInstance, worker: Worker) -> None:
-        self._function, self._worker = function, worker
-        self.argnames, self.argtypes, self.restype = (
-            function.argnames,
-            function.argtypes,
-            function.restype,
-        )
-
-    def __call__(self, *arguments: object) -> int | None:
-        self._worker.next_instance()
-        return self._function(*arguments)

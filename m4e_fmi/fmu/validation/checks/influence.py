@@ -290,7 +290,7 @@ def _wrong_adjoint(place: WorkingPoint, values: np.ndarray) -> list[str]:
     if place.evaluate(values) is None:
         return []
     seed = place.context.rng.uniform(0.5, 1.5, len(place.unknowns))
-    told = place.probe.adjoint(place.unknowns, place.knowns, seed)
+    told = place.probe.sensitivity(place.unknowns, place.knowns, seed, adjoint=True)
     found = []
     for known, slope, expected in zip(place.knowns, told, estimates, strict=True):
         if expected is None or (place.name == STEPPING and not expected.value.any()):
@@ -308,7 +308,7 @@ def _wrong_entries(place: WorkingPoint, values: np.ndarray) -> list[str]:
         expected = _differences(place, values, k)
         if expected is None or place.evaluate(values) is None:
             continue
-        told = place.probe.directional(place.unknowns, [known], np.ones(1))
+        told = place.probe.sensitivity(place.unknowns, [known], np.ones(1))
         largest = max(np.max(np.abs(told)), np.max(np.abs(expected.value)))
         error = SAFETY * expected.error
         wrong = (np.abs(told - expected.value) > error) & (error < CLEAR * largest)
@@ -343,8 +343,8 @@ def _not_linear(place: WorkingPoint, values: np.ndarray) -> list[str]:
     if len(place.knowns) < 2 or place.evaluate(values) is None:
         return []
     pair, seed = [place.knowns[0], place.knowns[-1]], np.array([2.0, -3.0])
-    told = place.probe.directional(place.unknowns, pair, seed)
-    parts = np.array([place.probe.directional(place.unknowns, [v], np.ones(1)) for v in pair])
+    told = place.probe.sensitivity(place.unknowns, pair, seed)
+    parts = np.array([place.probe.sensitivity(place.unknowns, [v], np.ones(1)) for v in pair])
     rounding = SAFETY * np.finfo(float).eps * (np.abs(seed) @ np.abs(parts))
     # sums within the FMU may cancel: a hundred roundings of the largest entry
     rounding = rounding + 100 * np.finfo(float).eps * np.max(np.abs(parts))

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.messages import OK
+from m4e_fmi.fmu.importer.messages import FATAL, OK
 from m4e_fmi.fmu.importer.questions import trajectory
 from m4e_fmi.fmu.validation.findings import Finding, some
 from m4e_fmi.fmu.validation.probe import GUARD, Context, Probe, RefusedError
@@ -155,10 +155,12 @@ def _not_repeated(
 
 def _freed(instance: _Instance) -> Iterator[Finding]:
     for what, given in (("a saved state", instance.state), ("no state (NULL)", ctypes.c_void_p())):
-        status = instance.probe.call("FreeFMUstate", ctypes.byref(given), note=what)
+        status = instance.probe.fmu.call("FreeFMUstate", ctypes.byref(given), note=what)
         if status != OK:
             message = f"fmi2FreeFMUstate of {what} answered {status}"
             yield Finding("state.free", "warning", message, BASIS, instance.probe.words())
+        if not OK <= status < FATAL:
+            instance.probe.fmu.component = None
 
 
 def _serialised(
@@ -269,7 +271,8 @@ def _perturbed(context: Context, probe: Probe) -> Probe:
     """Begin with other parameters and inputs than the start values."""
     change = 0.01 * context.amplitude
     given = [v for v in context.subject.given if v.causality != "input"]
-    return probe.begin({v.valueReference: within(v, start(v) + change * scale(v)) for v in given})
+    values = [within(v, start(v) + change * scale(v)) for v in given]
+    return probe.begin(given, np.array(values))
 
 
 def _shared(context: Context, *, exchange: bool) -> Iterator[Finding]:

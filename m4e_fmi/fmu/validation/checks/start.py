@@ -189,9 +189,10 @@ def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], o
     }
     if outputs and inputs:
         one = np.ones(1)
-        tests["providesDirectionalDerivative"] = lambda p: p.directional(outputs, inputs, one)
+        tests["providesDirectionalDerivative"] = lambda p: p.sensitivity(outputs, inputs, one)
         if context.subject.fmi_3:
-            tests["providesAdjointDerivatives"] = lambda p: p.adjoint(outputs, inputs, one)
+            name = "providesAdjointDerivatives"
+            tests[name] = lambda p: p.sensitivity(outputs, inputs, one, adjoint=True)
     if not exchange and outputs:
         tests["maxOutputDerivativeOrder"] = lambda p: p.output_derivatives(outputs)
     if not exchange and inputs and not context.subject.fmi_3:

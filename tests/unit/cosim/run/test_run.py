@@ -27,7 +27,7 @@ from m4e_fmi.cosim import (
     start,
 )
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.fmu.importer.unpack import Unpacked
+from m4e_fmi.fmu.importer.opening import Unpacked
 from m4e_fmi.model import load_model
 from m4e_fmi.report.text.summaries import run_summary
 

@@ -1,4 +1,4 @@
-/* Integrators as objects, and whole simulations. */
+/* Integrators as objects. */
 #include <float.h>
 #include <stdlib.h>
 
@@ -138,29 +138,4 @@ int m4e_step(m4e_integrator *s, double bound, double *state, m4e_report *report)
 
 void m4e_reached(const m4e_integrator *s, double *x) {
     if (s->n) memcpy(x, s->x, s->n * sizeof *x);
-}
-
-static m4e_report failure(int32_t status) {
-    return (m4e_report){.status = status, .component = -1};
-}
-
-int m4e_simulate(m4e_model *model, const m4e_options *options, const m4e_events *events,
-                 const double *x, size_t count, const double *times, double *states,
-                 double *outputs, m4e_report *report) {
-    if (count == 0 || model->lanes != 1 || !m4e_method_of(model, options)) {
-        *report = failure(M4E_BAD_ARGUMENT);
-        return report->status;
-    }
-    m4e_integrator *s = m4e_integrator_new(model, options, events);
-    if (!s) {
-        *report = failure(M4E_NO_MEMORY);
-        return report->status;
-    }
-    m4e_start(s, times[0], x, 0.0);
-    m4e_advance(s, times[count - 1], count, times, states, report);
-    const size_t n = s->n, selected = model->blocks[M4E_OUTPUTS]->results;
-    for (size_t i = 0; selected > 0 && i < report->rows; ++i)
-        m4e_outputs(model, times[i], states + i * n, outputs + i * selected);
-    m4e_integrator_free(s);
-    return report->status;
 }
