@@ -29,7 +29,8 @@ _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
 class Block:
     """Room for `rows` of some variables of a component, Real or not, filled by `operations`.
 
-    `outside` has a warning for each output that was outside its range, by column.
+    `limited` are the columns that have a range; `outside` has a warning for each of them that was
+    outside of it.
     """
 
     def __init__(
@@ -38,18 +39,18 @@ class Block:
         self._real = all(v.type == "Real" for v in variables)
         self.outside: dict[int, str] = {}
         self._variables = variables
-        self._limited = [
+        self.limited = [
             k
             for k, v in enumerate(variables)
             if self._real
             and v.causality in ("output", "local")
             and (math.isfinite(v.minimum) or math.isfinite(v.maximum))
         ]
-        self._low = np.array([variables[k].minimum for k in self._limited])
-        self._high = np.array([variables[k].maximum for k in self._limited])
+        self._low = np.array([variables[k].minimum for k in self.limited])
+        self._high = np.array([variables[k].maximum for k in self.limited])
         bounds = np.abs(np.array([self._low, self._high]))
         self._scale = np.where(np.isfinite(bounds), bounds, 0.0).max(axis=0, initial=0.0)
-        self._scale = np.maximum(self._scale, [variables[k].nominal for k in self._limited])
+        self._scale = np.maximum(self._scale, [variables[k].nominal for k in self.limited])
         rate, instance = network.rates.get(component), network.instances[component]
         columns = tuple(_column(v) for v in variables)
         attributes = {"step_size": f"{rate.step:g} s"} if rate else {}
@@ -80,9 +81,7 @@ class Block:
 
     def look(self, times: np.ndarray, rows: slice) -> None:
         """Note the first value outside its range of each variable, in rows at `times` (n,) [s]."""
-        if not self._limited:
-            return
-        values = self.filled(rows)[:, self._limited]
+        values = self.filled(rows)[:, self.limited]
         near = ROUNDING * np.maximum(self._scale, np.abs(values))
         outside = (values < self._low - near) | (values > self._high + near)
         for place in np.flatnonzero(outside.any(axis=0)).tolist():
@@ -91,7 +90,7 @@ class Block:
                 self.outside[place] = self._warning(place, times[row], values[row, place])
 
     def _warning(self, place: int, time: float, value: float) -> str:
-        variable = self._variables[self._limited[place]]
+        variable = self._variables[self.limited[place]]
         unit = "" if variable.unit in ("", "1") else f" {variable.unit}"
         about = f": {variable.description}" if variable.description else ""
         return (

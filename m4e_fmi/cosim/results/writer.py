@@ -94,6 +94,7 @@ class ResultsWriter:
             for name in network.instances
             for block in blocks(network, name, recorded[name], self._block)
         ]
+        self._limited = [block for block in self._blocks if block.limited]
         self._groups: list[Block | ScenarioBlock] = [*self._blocks]
         if network.scenario:
             self._groups.append(ScenarioBlock(network, self._block))
@@ -194,7 +195,7 @@ class ResultsWriter:
         """Further rows are filled, read at `times` [s] (n,), one at least."""
         last = self.row + len(times)
         self._times[self.row : last, 0] = times
-        for block in self._blocks:
+        for block in self._limited:
             block.look(times, slice(self.row, last))
         self._last = float(times[-1])
         self.row = last

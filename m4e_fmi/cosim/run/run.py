@@ -98,6 +98,7 @@ class Run:
     def __init__(self, prepared: Prepared, options: Options | None = None) -> None:
         self.prepared, self.options = prepared, options or Options()
         self.simulation = prepared.system.simulation
+        self._stop = self.simulation.stop_ns
         # what FMUs log at the start was told before a checkpoint
         warn = None if self.options.checkpoint else self.options.warn
         self.journal = Journal(warn, lambda: self.simulation.start_time)
@@ -225,12 +226,12 @@ class Run:
     @property
     def done(self) -> bool:
         """True if the stop time is reached, or an FMU has asked for the end."""
-        return self.is_at_stop or self.time_loop.over
+        return self.time_loop.position.now >= self._stop or self.time_loop.over
 
     @property
     def is_at_stop(self) -> bool:
         """True if the stop time is reached."""
-        return nanoseconds(self.network.time) >= self.simulation.stop_ns
+        return nanoseconds(self.network.time) >= self._stop
 
     def certificate(self) -> CouplingErrorReport | str:
         """The coupling errors up to the present point, or why they are not known."""

@@ -257,7 +257,8 @@ class TimeLoop:
     def _switched(self, changed: Sequence[Port], size: int) -> bool:
         """Note outputs that have `changed` at the present point; whether within the last step."""
         within = self._network.within_step(changed)
-        self.position.switches.note(within, self.time, size / NS_PER_SECOND)
+        at = self.position
+        at.switches.note(within, at.now / NS_PER_SECOND, size / NS_PER_SECOND)
         return bool(within)
 
     def _record(self) -> None:
