@@ -242,7 +242,7 @@ def _part(
 def _source(
     document: Document, at: Location, key: str, problems: list[Problem]
 ) -> FmuFile | ModelFile | Kind | None:
-    """What the component at `at` is made of, by its `key`; None if it is wrong."""
+    """The source of the component at `at`, under its `key`; None if it is wrong."""
     written = document.data[at[0]][at[1]][key]
     if key == "kind":
         return _read_kind(document, at, written, problems)

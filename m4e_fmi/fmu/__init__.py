@@ -63,7 +63,7 @@ _PLACES = {name: place for place, names in _NAMES.items() for name in names}
 
 
 def __getattr__(name: str) -> object:
-    """What builds FMUs is not imported where they are only read, or validated."""
+    """A name of the package; modules that build FMUs are not imported where they are only read."""
     if name not in _PLACES:
         raise AttributeError(f"module 'm4e_fmi.fmu' has no attribute {name!r}")
     value = globals()[name] = getattr(import_module(f"m4e_fmi.fmu.{_PLACES[name]}"), name)

@@ -146,9 +146,10 @@ class Context:
         inputs: np.ndarray | None = None,
         exchange: bool = False,
     ) -> np.ndarray:
-        """Values (n_steps + 1, n_variables) of Reals at the start and after steps of `sizes` [s].
+        """Values (n_steps + 1, n_variables) of Reals, in their units, at the start and after steps.
 
-        In their units. The FMU begins with constant `inputs` (n_inputs,), or with its own.
+        These have `sizes` (n_steps,) [s]. The FMU begins with constant `inputs` (n_inputs,), in the
+        inputs' units, or with its own.
         """
         with self.probe(exchange=exchange) as probe:
             probe.begin(initial_inputs=inputs)

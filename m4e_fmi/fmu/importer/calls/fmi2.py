@@ -104,9 +104,9 @@ class Fmi2(Standard):
     def set_input_derivatives(
         self, references: Sequence[int], order: int, rates: np.ndarray
     ) -> Status:
-        """Set time derivatives of an `order` of inputs, `rates` (n_inputs,).
+        """Set time derivatives of an `order` of inputs.
 
-        In the inputs' units per s or s².
+        They are `rates` (n_inputs,), in the inputs' units per s or s².
         """
         count = len(references)
         orders = (ctypes.c_int * count)(*[order] * count)
