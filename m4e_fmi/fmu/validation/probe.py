@@ -148,8 +148,8 @@ class Context:
     ) -> np.ndarray:
         """Values (n_steps + 1, n_variables) of Reals, in their units, at the start and after steps.
 
-        These have `sizes` (n_steps,) [s]. The FMU begins with constant `inputs` (n_inputs,), in the
-        inputs' units, or with its own.
+        These have `sizes` (n_steps,) [s]. The FMU begins with its own inputs, or with constant
+        `inputs` (n_inputs,), in their units.
         """
         with self.probe(exchange=exchange) as probe:
             probe.begin(initial_inputs=inputs)
