@@ -7,15 +7,14 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
-JOBS ?= 3
+JOBS ?= 2
 # the package ziglang, of the extra `platforms`, compiles where there is no C compiler
 ifeq ($(shell command -v cc || command -v gcc || command -v clang),)
 EXTRAS := test,importers,platforms
 else
 EXTRAS := test,importers
 endif
-# many tests wait for processes: three of them keep two processors busy. Their matrices are small:
-# threads would only get in the way
+# the tests run side by side, and their matrices are small: threads would only get in the way
 export OPENBLAS_NUM_THREADS ?= 1
 # hundreds of their processes import the package: each would compile it again
 unexport PYTHONDONTWRITEBYTECODE
