@@ -345,8 +345,8 @@ def _not_linear(place: WorkingPoint, values: np.ndarray) -> list[str]:
     pair, seed = [place.knowns[0], place.knowns[-1]], np.array([2.0, -3.0])
     told = place.probe.sensitivity(place.unknowns, pair, seed)
     parts = np.array([place.probe.sensitivity(place.unknowns, [v], np.ones(1)) for v in pair])
-    rounding = SAFETY * np.finfo(float).eps * (np.abs(seed) @ np.abs(parts))
-    # sums within the FMU may cancel: a hundred roundings of the largest entry
-    rounding = rounding + 100 * np.finfo(float).eps * np.max(np.abs(parts))
+    terms = np.abs(seed) @ np.abs(parts)
+    # sums within the FMU may cancel: a hundred roundings of the largest, which grow with the seed
+    rounding = np.finfo(float).eps * (SAFETY * terms + 100 * np.max(terms))
     wrong = np.abs(told - seed @ parts) > rounding
     return [v.name for v, w in zip(place.unknowns, wrong, strict=True) if w]
