@@ -18,7 +18,7 @@ def forge(path: Path, part: str, change: Callable[[Any], object]) -> None:
     length, _, rest = content.partition(b"\n")
     data, blobs = json.loads(rest[: int(length)]), rest[int(length) :]
     place, size = data[part]
-    live = {"run": None, "spans_of": None}
+    live = {"run": None}
     found = _Unpickler(io.BytesIO(blobs[place : place + size]), "m4e_fmi", live).load()
     encoder = Encoder()
     _, size = encoder.encode(change(found))

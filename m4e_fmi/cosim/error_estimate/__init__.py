@@ -1,7 +1,6 @@
-"""Online estimate of the coupling error: step doubling in windows, or a shadow run.
+"""Online estimate of the coupling error: a second trajectory beside the run.
 
-Start reading at `step_doubling`; `estimator` chooses between the two. Step doubling repeats windows
-of the run (`repeated_windows`, `repeated_steps`, `step_times`) and follows it about kinks, which
-`roughness` finds and `kinks` groups; its knowledge is in `state`, `stretch` and `coverage`.
-`windows` extrapolates to the whole run, `report` makes the certificate.
+Start reading at `estimator`. `trajectory` makes the steps, `course` has what they tell and
+extrapolates it to the whole run, `roughness` watches the rest; `state` is all that is saved and
+restored, and `report` makes the certificate.
 """

@@ -23,7 +23,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.error_estimate.coverage import Coverage
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.shown import short
@@ -35,7 +34,7 @@ NOISE = 1e-12
 moves less is noise of rounding."""
 MOMENTS, FORCES = "N.m", "N"
 """Units of moments, and of the forces that make them."""
-LEAST_ARM = 1e-9
+LEAST_ARM = 1e-6
 """Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
 as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3
@@ -46,6 +45,36 @@ LARGE = 0.1
 """Coupling error over the range with which a run tells nothing but that it is wrong."""
 LITTLE = 0.8
 """The part of an error that half the step leaves, above which it is not worth the time."""
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """The parts of a run from `start` to `end` that were `repeated`; times in nanoseconds.
+
+    `lost` is the time from which on less was repeated than was wanted, and why.
+    """
+
+    start: int
+    end: int
+    repeated: tuple[tuple[int, int], ...] = ()
+    lost: tuple[int, str] | None = None
+
+    @property
+    def share(self) -> float:
+        """Share of the run that was repeated."""
+        span, last, covered = self.end - self.start, self.start, 0
+        for begin, end in sorted(self.repeated):
+            covered += max(0, end - max(begin, last))
+            last = max(last, end)
+        return covered / span if span else 0.0
+
+    def __str__(self) -> str:
+        text = f"{min(99, round(100 * self.share))} % of the run repeated"
+        text = "all of the run repeated" if self.share == 1.0 else text
+        if self.lost:
+            since, why = self.lost
+            return f"{text}; from t = {since / NS_PER_SECOND:.6g} s on less than was wanted: {why}"
+        return text if self.share == 1.0 else f"{text}, the rest monitored for kinks"
 
 
 @dataclass(frozen=True)
@@ -186,7 +215,8 @@ class Spans:
     Outputs that have no unit may be anything: each has its own range, but at least OF_VALUE of its
     present value, which an invariant keeps, and LEAST_RANGE of the largest range of them. At least
     NOISE of the largest present or nominal value of the unit, which ranges of bodies at rest are
-    not.
+    not; moments of a component at least LEAST_ARM times the largest range or present value of its
+    forces.
     """
 
     def __init__(self, network: Network) -> None:
@@ -197,6 +227,11 @@ class Spans:
         self._places = monitored_places(network)
         self._values, self._largest = network.values, np.zeros(len(numbers))
         self._nominal = np.zeros(len(numbers))
+        names = [port.component for _, port in network.monitored_outputs]
+        places = {name: place for place, name in enumerate(dict.fromkeys(names))}
+        self._of_component = np.array([places[name] for name in names], dtype=np.intp)
+        self._forces = np.array([unit == FORCES for unit in units], dtype=bool)
+        self._moments = np.array([unit == MOMENTS for unit in units], dtype=bool)
         np.maximum.at(
             self._nominal, self._of_unit, [network.nominal(p) for _, p in network.monitored_outputs]
         )
@@ -209,31 +244,18 @@ class Spans:
         present = np.abs(self._values[self._places])
         least = np.maximum(LEAST_RANGE * found, OF_VALUE * present)
         spans = np.where(self._bare & (found > 0.0), np.maximum(ranges, least), found)
-        return np.where(found > 0.0, np.maximum(spans, self._noise(present)), 0.0)
+        spans = np.maximum(spans, self._noise(present))
+        forces = np.zeros(len(self._of_component))
+        sizes = np.where(self._forces, np.maximum(ranges, present), 0.0)
+        np.maximum.at(forces, self._of_component, sizes)
+        arms = np.where(self._moments, LEAST_ARM * forces[self._of_component], 0.0)
+        return np.where(found > 0.0, np.maximum(spans, arms), 0.0)
 
     def _noise(self, present: np.ndarray) -> np.ndarray:
         """The least range of each, for the magnitudes of the present values."""
         largest = self._nominal.copy()
         np.maximum.at(largest, self._of_unit, present)
         return NOISE * largest[self._of_unit]
-
-
-def scales(network: Network, ranges: np.ndarray) -> np.ndarray:
-    """Ranges (n,) that the errors of the monitored outputs are told relative to, in their units.
-
-    Those of `Spans`, for the `ranges` (n,) of the outputs, in their units; moments of a component
-    have at least LEAST_ARM times the largest range or present value of its forces. The estimate
-    itself does not know this bound: the steps that it repeats do not depend on it.
-    """
-    ports = [port for _, port in network.monitored_outputs]
-    sizes = np.maximum(ranges, np.abs(network.values[monitored_places(network)]))
-    forces: dict[str, float] = {}
-    for port, size in zip(ports, sizes.tolist(), strict=True):
-        if network.unit(port) == FORCES:
-            forces[port.component] = max(forces.get(port.component, 0.0), size)
-    least = [LEAST_ARM * forces.get(p.component, 0.0) * (network.unit(p) == MOMENTS) for p in ports]
-    spans = Spans(network)(ranges)
-    return np.where(spans > 0.0, np.maximum(spans, least), spans)
 
 
 def switching(network: Network) -> frozenset[str]:
@@ -266,7 +288,7 @@ def certificate(
     """
     beside = frozenset[str]() if leaps is None else switching(network)
     largest: dict[int, CouplingError] = {}
-    spans = scales(network, ranges)
+    spans = Spans(network)(ranges)
     leaps = 0.0 * errors if leaps is None else leaps
     shares = np.array([*over(np.array([errors, halved, leaps]), spans), spans]).T.tolist()
     for (number, port), (error, half, leap, span) in zip(

@@ -77,14 +77,3 @@ class Roughness:
         if end <= first or (steps == 1 and not self._flags[row, 0]):
             return _NONE
         return first + np.flatnonzero(self._flags[row + first : row + end, 0])
-
-
-def fourth_differences(values: np.ndarray) -> np.ndarray:
-    """Magnitudes (n_steps, n) of fourth differences, 0 in the first four, in the outputs' units.
-
-    `values` (n_steps, n) are in the outputs' units.
-    """
-    found = np.zeros_like(values)
-    if len(values) > HISTORY:
-        found[HISTORY:] = np.abs(np.diff(values, 4, axis=0))
-    return found

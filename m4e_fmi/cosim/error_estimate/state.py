@@ -1,134 +1,164 @@
-"""All that step doubling knows at a point of the run: errors so far, kinks, the open stretch."""
+"""All that an estimate of the coupling error knows at a point of the run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from m4e_fmi.cosim.error_estimate.coverage import Coverage
-from m4e_fmi.cosim.error_estimate.kinks import halved_kinks
-from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded
-from m4e_fmi.cosim.error_estimate.report import over
-from m4e_fmi.cosim.error_estimate.roughness import RoughnessSnapshot
-from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
-from m4e_fmi.cosim.error_estimate.windows import Told, throughout
+from m4e_fmi.cosim.error_estimate.course import Course
+from m4e_fmi.cosim.error_estimate.roughness import HISTORY, RoughnessSnapshot
 from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.files.encoding import LIVE
+from m4e_fmi.cosim.exchange.network import Change
 
-LITTLE = 1 / 3
-"""Kinks do not matter where their error over that of smooth steps is so small."""
+OF_A_JUMP = np.array([1.0, -3.0, 3.0, -1.0])
+"""Fourth differences about a jump, over its size."""
+ALIKE = 0.9
+"""Share of squared fourth differences that are those of a jump; those of a bend are 0.83 at most,
+wherever it is in its step."""
 
 
 @dataclass
-class StepDoublingState:
-    """Errors of the monitored outputs (n,), in their units, and what the estimate does next.
+class Stretch:
+    """Steps since `start`, up to the `last` time [ns], with values of the sources.
 
-    `spans_of` gives the range of all outputs of its unit for the range of each output. `told` are
-    the errors of windows, `kinked` (n,) the largest differences of the followed run, and
-    `kinked_since` (n,) those since kinks may be of another kind; `met` counts the events of kinks
-    since then in windows, or where the run was followed. They are many and left to windows if
-    `crowded`. `bounds` (2, n) are the smallest and largest values, `leaps` (n,) the
-    largest changes within one step. `watched` and `rough`
-    (n_outputs,), in the outputs' units, are the largest fourth differences in windows, and where
-    the run was followed. `lengths` are those of repeated steps, over the run's, that can be made;
-    `falls` is the order of smooth errors as measured, 0 at least.
-
-    `steps` counts those of the run, `begins` is the first of the next window, `size` [ns] that of
-    the last step. `failure` says why nothing is known, if so. Arrays are replaced, never changed.
+    These are arrays (n, n_sources), in the outputs' units; `runs` are sizes [ns] and numbers of
+    equal steps. `jumps` are the times to which a jump has led that was not within a step; it has
+    `switched` where one was. `kinks` are the indices of steps that are suddenly rough, `changes`
+    the values set at some times, `steps` is the number of steps so far, and `end` that of the run
+    up to which the stretch goes. `start` is None where a second set goes beside the run.
     """
 
-    spans_of: Callable[[np.ndarray], np.ndarray] = field(metadata=LIVE)
+    start: NetworkSnapshot | None
+    end: int
+    values: list[np.ndarray]
+    last: int
+    runs: list[tuple[int, int]] = field(default_factory=list)
+    jumps: list[int] = field(default_factory=list)
+    kinks: list[np.ndarray] = field(default_factory=list)
+    changes: dict[int, list[Change]] = field(default_factory=dict)
+    steps: int = 0
+    switched: bool = False
+
+    def check(self) -> None:
+        """ValueError if this is none that a run has made."""
+        rows = sum(len(value) for value in self.values if value.ndim == 2)
+        if len({value.shape[1:] for value in self.values}) != 1 or rows != self.steps + 1:
+            raise ValueError("values of a stretch are not those of its steps")
+        if self.steps != sum(count for _, count in self.runs) or any(n < 1 for _, n in self.runs):
+            raise ValueError("steps of a stretch are not those of its runs")
+        if not all(((kinks >= 0) & (kinks <= self.steps)).all() for kinks in self.kinks):
+            raise ValueError("kinks of a stretch are not within it")
+
+    def copy(self) -> Stretch:
+        """The same, which stays as it is while this goes on."""
+        changes = {time: changes.copy() for time, changes in self.changes.items()}
+        lists = {n: getattr(self, n).copy() for n in ("runs", "values", "jumps", "kinks")}
+        return replace(self, changes=changes, **lists)
+
+    def go_on(self, steps: int, size: int) -> None:
+        """Add so many steps of `size` [ns]."""
+        if self.runs and self.runs[-1][0] == size:
+            self.runs[-1] = size, self.runs[-1][1] + steps
+        else:
+            self.runs.append((size, steps))
+        self.last += size * steps
+        self.steps += steps
+
+    def kinks_of(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Largest fourth differences (n_sources,) at kinks, and the largest jumps among these.
+
+        `values` (n, n_sources) are its own; all are in the sources' units.
+        """
+        count = len(values)
+        found = np.zeros((count + len(OF_A_JUMP), values.shape[1]))
+        found[HISTORY:count] = np.diff(values, HISTORY, axis=0)[: max(0, count - HISTORY)]
+        at = np.concatenate([np.zeros(0, dtype=np.intp), *self.kinks]) + 1
+        at = np.minimum(np.maximum(at, HISTORY), count)
+        rows = found[at[:, None] + np.arange(len(OF_A_JUMP))]
+        whole = OF_A_JUMP @ OF_A_JUMP
+        sizes = np.abs(np.tensordot(OF_A_JUMP, rows, axes=(0, 1))) / whole
+        jumps = np.where(whole * sizes**2 > ALIKE * (rows**2).sum(axis=1), sizes, 0.0)
+        return np.abs(rows).max(axis=(0, 1), initial=0.0), jumps.max(axis=0, initial=0.0)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times (steps + 1,) [ns] of all points, the first included."""
+        sizes, counts = np.array(self.runs, dtype=np.int64).T
+        passed = np.concatenate([np.zeros(1, dtype=np.int64), np.repeat(sizes, counts)]).cumsum()
+        return self.last - passed[-1] + passed
+
+
+@dataclass
+class EstimateState:
+    """All that an estimate knows at a point of the run.
+
+    `lengths` are those of repeated steps over the run's that can be made. `bounds` (2, n) are the
+    smallest and largest values and `leaps` (n,) the largest changes within one step where steps
+    were repeated, in the sources' units; `watched` (n_outputs,) the largest fourth differences of
+    all outputs there, in theirs. `kinks` (n,) are the largest fourth differences in steps that are
+    suddenly rough, `jumps` (n,) the largest jumps there, in the sources' units; the run has
+    `switched` if a value jumped within a step otherwise. `told` are the courses that have ended;
+    `course` is the one that goes on, and `point` where its trajectory is.
+
+    The run has made `steps`, of which the last had a `size` [ns]; the present window ends after
+    `until` of them, the next begins at `begins`. `repeated` counts the steps made again. `falls` is
+    the order of smooth errors as measured. `lost` is the first time [ns] from which on less was
+    repeated than was wanted, and why; `failure` says why nothing is known, if so. Arrays are
+    replaced, never changed.
+    """
+
     lengths: tuple[float, ...]
-    coverage: Coverage
     bounds: np.ndarray
     leaps: np.ndarray
-    kinked: np.ndarray
-    kinked_since: np.ndarray
     watched: np.ndarray
-    rough: np.ndarray
-    told: tuple[Told, ...] = ()
-    met: int = 0
-    crowded: bool = False
-    followed: Followed | None = None
-    falls: float | None = None
+    kinks: np.ndarray
+    jumps: np.ndarray
+    switched: bool = False
+    told: tuple[Course, ...] = ()
+    course: Course | None = None
+    point: NetworkSnapshot | None = None
     steps: int = 0
-    begins: int = 0
     size: int = 0
+    until: int = 0
+    begins: int = 0
+    repeated: int = 0
+    falls: float | None = None
+    lost: tuple[int, str] | None = None
     failure: str = ""
     stretch: Stretch | None = None
 
-    def copy(self) -> StepDoublingState:
+    def copy(self) -> EstimateState:
         """The same, which stays as it is while this changes."""
         return replace(self, stretch=self.stretch.copy() if self.stretch else None)
 
-    def ranges(self) -> np.ndarray:
-        """Ranges (n,) of the known values, in the outputs' units."""
-        return np.ptp(self.bounds, axis=0)
-
-    def spans(self) -> np.ndarray:
-        """Ranges (n,) of all outputs of each one's unit, in the outputs' units."""
-        return self.spans_of(self.ranges())
-
-    def add_window(self, told: Told, better: Recorded) -> None:
-        """Add the errors of a window, and the range of values of the better run."""
-        self.told = (*self.told, told)
-        self.widen(better)
-        self.coverage = self.coverage.twice(told.begin, told.begin + told.span)
-
-    def add_kinks(self, largest: np.ndarray) -> None:
-        """Account for the `largest` (n,) errors by kinks in a stretch, in the outputs' units."""
-        self.kinked = np.maximum(self.kinked, largest)
-        self.kinked_since = np.maximum(self.kinked_since, largest)
-
-    def widen(self, run: Recorded) -> None:
-        """Account for the values of `run` in the ranges and leaps."""
-        self.leaps = np.maximum(self.leaps, run.leaps)
-        (low, high), (least, most) = self.bounds, run.bounds
+    def widen(self, values: np.ndarray) -> None:
+        """Account for `values` (n_times, n) of the run in the bounds and leaps."""
+        (low, high), least, most = self.bounds, values.min(axis=0), values.max(axis=0)
         self.bounds = np.array([np.minimum(low, least), np.maximum(high, most)])
+        leaps = np.abs(np.diff(values, axis=0)).max(axis=0)
+        self.leaps = np.maximum(self.leaps, leaps)
 
-    def of_known(self, share: float) -> np.ndarray:
-        """A share of the largest known error over its range, as errors (n,) in the outputs' units.
+    @property
+    def courses(self) -> tuple[Course, ...]:
+        """All courses that tell something, in their order."""
+        going = (self.course,) if self.course and self.course.other else ()
+        return (*self.told, *going)
 
-        0 before the first window.
-        """
-        spans = self.spans()
-        if not self.told:
-            return 0.0 * spans
-        largest = np.max([one.largest for one in self.told], axis=0) + self.kinked
-        return share * float(over(largest, spans).max()) * spans
-
-    def kinks_outweigh(self, now: int) -> bool:
-        """True if errors of kinks up to `now` [ns] matter beside those of smooth steps, or grow."""
-        if not self.told:
-            return True
-        spans = self.spans()
-        smooth = throughout(self.told, self.coverage.start, now)
-        if over(self.kinked_since, spans).max() > LITTLE * over(smooth, spans).max():
-            return True
-        return self.followed is not None and self.followed.told.doubles(spans)
-
-    def errors(self, now: int, *, halved: bool) -> np.ndarray:
-        """Largest errors (n,) up to `now` [ns], in the outputs' units; or those at half the step.
-
-        They need one window at least.
-        """
-        told = [one.halved for one in self.told] if halved else self.told
-        smooth = throughout(told, self.coverage.start, now)
-        return smooth + (halved_kinks(self.kinked, self.spans()) if halved else self.kinked)
+    def end(self) -> None:
+        """The course does not go on; what it has told counts."""
+        self.told, self.course, self.point = self.courses, None, None
 
 
 @dataclass(frozen=True)
-class StepDoublingSnapshot:
-    """Saved state of a `StepDoublingEstimator`."""
+class EstimateSnapshot:
+    """Saved state of an `ErrorEstimator`."""
 
-    state: StepDoublingState
+    state: EstimateState
     roughness: RoughnessSnapshot
 
     @property
     def points(self) -> tuple[NetworkSnapshot, ...]:
         """The points that the estimate returns to."""
-        stretch, followed = self.state.stretch, self.state.followed
-        found = (stretch and stretch.start, followed and followed.point)
+        found = (self.state.stretch and self.state.stretch.start, self.state.point)
         return tuple(point for point in found if point)

@@ -27,8 +27,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TypeVar
 
-from m4e_fmi.cosim.error_estimate.report import Spans
-from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot
+from m4e_fmi.cosim.error_estimate.estimator import EstimateSnapshot
 from m4e_fmi.cosim.exchange.fmu_log import Kinds, Warn
 from m4e_fmi.cosim.exchange.layout import OWN_PLACES, NetworkSnapshot
 from m4e_fmi.cosim.exchange.network import Network
@@ -93,7 +92,7 @@ class State:
     position: Position = field(repr=False)
     second_look: SecondLookSnapshot = field(repr=False)
     row: Mark | None = field(repr=False)
-    seen: StepDoublingSnapshot | None = field(repr=False)
+    seen: EstimateSnapshot | None = field(repr=False)
 
     @property
     def time(self) -> float:
@@ -216,9 +215,9 @@ class Checkpoint:
                     "run again from the start, without --resume",
                 )
 
-    def saved(self, run: object, network: Network) -> Saved:
-        """The state, as one of the `run` of this `network`; ValueError if it is of another time."""
-        saved = self.part(SAVED, Saved, {"run": run, "spans_of": Spans(network)})
+    def saved(self, run: object) -> Saved:
+        """The state, as one of the `run`; ValueError if it is of another time."""
+        saved = self.part(SAVED, Saved, {"run": run})
         if saved.state.time != self.head.time:
             raise ValueError(f"a state of t = {saved.state.time:.9g} s")
         return saved

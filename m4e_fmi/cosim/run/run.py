@@ -18,8 +18,6 @@ import numpy as np
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.estimator import ErrorEstimator, error_estimator, without_rollback
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport, certificate
-from m4e_fmi.cosim.error_estimate.shadow_run import ShadowRun
-from m4e_fmi.cosim.error_estimate.step_doubling import StepDoublingEstimator
 from m4e_fmi.cosim.exchange.fmu_log import Journal, Warn
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import (
@@ -245,8 +243,6 @@ class Run:
             estimator.finish()
             if estimator.failure:
                 return estimator.failure
-            if isinstance(estimator, ShadowRun) and switched:
-                estimator.switched = True  # the two sets switch at different times
             return certificate(
                 network,
                 self.prepared.system.connections,
@@ -368,8 +364,6 @@ class Run:
                 f"the state cannot be saved: {who} cannot roll back (canGetAndSetFMUstate)",
                 "use FMUs that can, or run again from the start",
             )
-        estimator = self.estimator
-        known = estimator if isinstance(estimator, StepDoublingEstimator) else None
         return State(
             run=self,
             point=self.network.keep(),
@@ -379,7 +373,7 @@ class Run:
             position=deepcopy(self.time_loop.position),
             second_look=self.second_look.snapshot(),
             row=self.results.mark() if self.results else None,
-            seen=known.snapshot() if known else None,
+            seen=self.estimator.snapshot() if self.estimator else None,
         )
 
     @not_lost()
@@ -397,10 +391,8 @@ class Run:
         self.time_loop.position = deepcopy(state.position)
         self.second_look.restore(state.second_look)
         self.stability.back(state.time, self.steps)
-        if isinstance(self.estimator, StepDoublingEstimator) and state.seen:
+        if self.estimator and state.seen:
             self.estimator.restore(state.seen)
-        elif isinstance(self.estimator, ShadowRun):
-            self.estimator.stop("the run went on from a saved state, a second set of FMUs did not")
         self._changes = []
 
     def _take_checkpoint(self) -> None:
@@ -444,7 +436,7 @@ class Run:
     def _resume(self, checkpoint: Checkpoint) -> None:
         """Go to a checkpoint of the same run in another process; InputError if it is damaged."""
         try:
-            saved = checkpoint.saved(self, self.network)
+            saved = checkpoint.saved(self)
             saved.give(self.network)
             self.restore(saved.state)
             memory = saved.memory

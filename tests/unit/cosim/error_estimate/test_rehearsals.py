@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from m4e_fmi.cosim import (
@@ -16,8 +17,8 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.error_estimate import step_doubling
-from m4e_fmi.cosim.error_estimate.repeated_steps import Recorded, RepeatedRun
+from m4e_fmi.cosim.error_estimate import estimator
+from m4e_fmi.cosim.error_estimate.trajectory import Trajectory
 from m4e_fmi.fmu import build_fmu
 from m4e_fmi.model import Body, Joint, Model
 from m4e_fmi.multibody import model_program
@@ -34,19 +35,19 @@ def pair(fmus: Fmus) -> System:
 def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
     c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(step_doubling, "FIRST", 20)
+    monkeypatch.setattr(estimator, "FIRST", 20)
     with start(pair(c_fmu)) as execution:
         straight = [point["a.body.m.x"] for point in execution]
-    usual, calls = RepeatedRun.along, []
+    usual, calls = Trajectory.along, []
 
-    def interrupted(self: RepeatedRun, *arguments: object) -> Recorded:
+    def interrupted(self: Trajectory, *arguments: object) -> np.ndarray:
         calls.append(1)
         found = usual(self, *arguments)  # type: ignore[arg-type]
         if len(calls) == 1:
             raise KeyboardInterrupt
         return found
 
-    monkeypatch.setattr(RepeatedRun, "along", interrupted)
+    monkeypatch.setattr(Trajectory, "along", interrupted)
     found = []
     with start(pair(c_fmu)) as execution:
         found.append(execution["a.body.m.x"])
