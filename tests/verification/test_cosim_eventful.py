@@ -102,6 +102,7 @@ def test_the_results_say_how_large_the_error_is(c_fmu: Fmus, tmp_path: Path) -> 
 def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.MonkeyPatch) -> None:
     # as in a run of 2,048 steps for each 256
     monkeypatch.setattr(estimator, "FIRST", 256)
+    monkeypatch.setattr(estimator, "MANY", 6)
     system = eventful_system(
         c_fmu,
         np.random.default_rng(30),
@@ -116,7 +117,7 @@ def test_many_kinks_are_judged_in_windows(c_fmu: Fmus, monkeypatch: pytest.Monke
     assert isinstance(outcome.certificate, CouplingErrorReport)
     coverage = outcome.certificate.coverage
     assert coverage is not None
-    assert coverage.share < 1.0
+    assert coverage.share < 0.7
 
 
 def springs(fmus: Fmus, hard: float, mild: float, later: float, steps: int) -> EventfulSystem:

@@ -99,7 +99,5 @@ def test_the_motion_is_told_apart_from_what_switches(tmp_path: Path) -> None:
     assert apart.any()
     # no switch is off by more than one sample, two steps
     assert not (apart[2:] & apart[1:-1] & apart[:-2]).any()
-    assert report.worst
-    assert not report.worst.switched
-    assert report.worst.error < 3.0 * differences[str(report.worst.source)].max()
+    assert not any("unusable" in line for line in outcome.warnings)
     assert "latch.brake switches a step earlier or later" in str(report)

@@ -10,10 +10,12 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.network import TWICE
 
+EQUAL = 8
+"""Parts of a course of equal times, which show how its errors grow and fall."""
 DOUBLE = 1.8
 """Growth from one half to the other from which on errors are taken to go on growing."""
-LEAST, MOST = 0.05, 1.0
-"""Bounds of the exponent."""
+LEAST, MOST = 0.05, 1.5
+"""Bounds of the exponent: that of an unstable run is above 1."""
 
 
 @dataclass(frozen=True)
@@ -21,8 +23,8 @@ class Course:
     """Differences of a second trajectory from the run, beside which it goes from `begin` [ns] on.
 
     Its steps are `length` times as long as the run's. `differences` (n_pieces, n) are the largest
-    in pieces of its way, in the sources' units. Of its `span` [ns], the part `other` was made in
-    steps that are not the run's.
+    in pieces of its way, in the sources' units, which go up to the times `edges` [ns]. Of its
+    `span` [ns], the part `other` was made in steps that are not the run's.
 
     A course `speaks` for all steps up to the next that does, but for those that do not: these count
     for themselves alone.
@@ -32,7 +34,7 @@ class Course:
     length: float
     speaks: bool
     differences: np.ndarray
-    span: int = 0
+    edges: tuple[int, ...] = ()
     other: int = 0
 
     @classmethod
@@ -43,30 +45,40 @@ class Course:
     @property
     def end(self) -> int:
         """The time [ns] up to which it has gone."""
-        return self.begin + self.span
+        return self.edges[-1] if self.edges else self.begin
 
-    def further(self, found: np.ndarray, span: int, other: int) -> Course:
-        """With a further piece, in which the differences (m, n) were `found`."""
+    @property
+    def span(self) -> int:
+        """The time [ns] that it has gone."""
+        return self.end - self.begin
+
+    def further(self, found: np.ndarray, end: int, other: int) -> Course:
+        """With a further piece up to `end` [ns], in which the differences (m, n) were `found`."""
         largest = found.max(axis=0, initial=0.0)
         return replace(
             self,
             differences=np.concatenate((self.differences, largest[None])),
-            span=self.span + span,
+            edges=(*self.edges, end),
             other=self.other + other,
         )
 
     def errors(self, order: float) -> np.ndarray:
-        """Largest errors (n_pieces, n) of the run, which fall with this order of the step.
+        """Largest errors (m, n) of the run in EQUAL times, which fall with this order.
 
         They are in the sources' units. Where some steps are the same in both runs, these are taken
         to have errors like the others.
         """
         whole = 1.0 if self.length == TWICE else 2.0**order
-        return self.differences * (self.span / max(1, self.other) * whole / (2.0**order - 1))
+        ends = np.array(self.edges, dtype=np.int64) - self.begin
+        begins = np.unique(np.maximum(ends - 1, 0) * EQUAL // max(1, self.span), return_index=True)[
+            1
+        ]
+        found = np.maximum.reduceat(self.differences, begins, axis=0)
+        return found * (self.span / max(1, self.other) * whole / (2.0**order - 1))
 
 
 def grows(shares: np.ndarray) -> bool:
-    """True if the largest of errors over ranges (n_pieces, n) doubles in the second half."""
+    """True if the largest of errors over ranges (m, n) doubles in the second half."""
     first = shares[: (len(shares) + 1) // 2].max(initial=0.0)
     return bool(shares.max(initial=0.0) > DOUBLE * first)
 
@@ -76,7 +88,7 @@ def throughout(
 ) -> np.ndarray:
     """Errors (n,) of a run from `start` to `end` [ns], in the sources' units.
 
-    `errors` are those (n_pieces, n) of each course. How they grow beyond it is taken from the
+    `errors` are those (m, n) of each course. How they grow beyond it is taken from the
     longest with errors. If E doubles with the time (as the phase of an undamped oscillation), the
     error of all that a course speaks for, over the time S, is E S/τ with τ its length, and these
     add up; if it does not grow (where oscillations are damped and forced), the error is E, and the
@@ -106,7 +118,7 @@ def throughout(
 
 
 def _lasting(errors: np.ndarray) -> np.ndarray:
-    """Share (n,) [1] of errors (n_pieces, n) that lasts: what they fall to in two pieces running.
+    """Share (n,) [1] of errors (m, n) that lasts: what they fall to in two pieces running.
 
     One piece says little: it may be where an oscillation goes through zero.
     """

@@ -14,8 +14,8 @@ Then follow octaves (2048 to 4096, 4096 to 8192 ...) of which the first sixteent
 window an error may go on growing: see `throughout`.
 
 **Everywhere else** fourth differences of the outputs are watched in every step (`roughness`), in
-*stretches* of steps. One that is twice as rough as all that was repeated is repeated, too; its
-errors count for that stretch alone.
+*stretches* of steps. One that is twice as rough as all that was repeated is repeated, too, as is
+one with kinks twice as rough as all kinks there; its errors count for that stretch alone.
 
 **The order** of `corrector` is measured in the first window, by steps of four times the length:
 see `_measure`. Otherwise it is the algorithm's.
@@ -23,16 +23,19 @@ see `_measure`. Otherwise it is the algorithm's.
 **Kinks** that no FMU announces lower the order where they are: bends (a contact) to the second,
 and jumps (a switch) to the first. Orders are taken rather too low, and those of kinks for all
 errors where kinks matter: see `SMOOTH`. What kinks change remains, so that a trajectory with kinks
-goes on beside the run from where it was, as long as its errors double in the second half of its
-way, or if the kinks are so rough beside the known error that others like them may make larger ones.
+goes on beside the run from where it was, as long as its errors are among the largest and double in
+the second half of its way, or if few kinks were met that are rough beside the known error, so that
+others like them may make larger ones.
 
 **A second set** of the FMUs makes the second trajectory where they cannot go back, or step less
 often than the system without being sampled (then these steps, too, are twice as long). It covers
 the run from its start.
 
-**Half the step** instead of twice the step is taken in windows where longer steps fail, grow
-without bound, or would mostly be the run's own (between jumps, and values that were set); in a
-second set where values may be set in every step. That costs four times as much.
+**Half the step** instead of twice the step is taken in windows where longer steps fail, would
+mostly be the run's own (between jumps, and values that were set), or grow without bound where the
+run does not: there errors over the range so far are UNUSABLE, and those of half the step UNLIKE
+them. In a second set it is taken where values may be set in every step. It costs four times as
+much.
 
 **No more than `MOST`** of the number of the run's steps is made again. What that leaves out, the
 coverage says.
@@ -85,18 +88,25 @@ SMALL = 0.1
 SMOOTH, BEND, JUMP = 2.25, 1.5, 1.0
 """Orders of errors at most, rather too low: smooth ones fall with the second order where FMUs are
 not linear in inputs that they hold, if nothing is measured; those of bends with the first or
-second, and so in what is repeated beyond the windows; those of jumps with the first."""
+second, and so in what is repeated beyond the windows; those of jumps with the first. None that is
+measured is below that of bends."""
 MATTERS, LARGE = 3.0, 100.0
 """Fourth difference at bends over the known error: above the first they may lower the order a bit,
-above the second they may make most of the error, and others like them more."""
+and others like them may make more; above the second they may make most of the error."""
+MANY = 64
+"""Steps with kinks after which a course stands for others like them."""
 FOURFOLD = 4.0
 """Length of the steps that show how errors fall, over the run's."""
 RESOLVED = 0.3
 """Error over range up to which the order of kinks shows."""
 GROWN = 2.0
 """Error over range above which it is not that of values within the range any more."""
+UNUSABLE, UNLIKE = 0.1, 3.0
+"""Error over range from which on that of longer steps is doubted, and its ratio to that of half the
+step if it is these steps that grow, and not the run."""
 FAR = 2**62
 """More steps than a run has."""
+WILD = "steps of twice the length grow without bound"
 SPENT = f"no more than {MOST} of the steps are made again"
 
 
@@ -139,7 +149,7 @@ class ErrorEstimator:
         }
         self._second = second
         self._fourfold = Trajectory(second, make, self._sources, length=FOURFOLD)
-        self._seen: list[tuple[np.ndarray, np.ndarray]] = []
+        self._seen: list[tuple[np.ndarray, np.ndarray, float]] = []
         self._points = [due for due in map(second.due, second.instances) if due]
         self._roughness = Roughness(network)
         self._values = np.zeros((BLOCK, len(self._sources)))
@@ -279,6 +289,10 @@ class ErrorEstimator:
             return
         limit = np.maximum(ROUGHER * state.watched, self._roughness.gate)
         is_rough = bool((self._roughness.largest > limit).any())
+        if stretch.kinks and not is_rough:
+            kinks, _ = stretch.kinks_of(np.concatenate(stretch.values))
+            is_rough = bool((kinks > ROUGHER * state.kinks).any())
+        state.met *= not is_rough  # they may be of another kind
         if not (state.course or state.steps <= state.until or is_rough):
             return
         if stretch.start is None:
@@ -309,40 +323,59 @@ class ErrorEstimator:
         A course that has come further than others tells more.
         """
         state, run, values = self._state, stretch.times, np.concatenate(stretch.values)
-        state.widen(values)
         state.watched = np.maximum(state.watched, self._roughness.largest)
         noise = np.maximum(NOISE * np.abs(values).max(axis=0), self._least)
         kinks, jumps = (np.where(one > noise, one, 0.0) for one in stretch.kinks_of(values))
         state.kinks = np.maximum(state.kinks, kinks)
         state.jumps = np.maximum(state.jumps, np.where(self._sampled, 0.0, jumps))
         state.switched |= stretch.switched
-        options = [(state.course, state.point)] if state.course else self._new(stretch)
-        why, found = list[str](), None
-        for course, point in options:
-            further, problem = self._follow(course, point, stretch, run, values)
-            found = further if found is None or further.end >= found.end else found
-            if not problem:
-                why = []
-                break
-            why.append(problem)
-        told, state.course = ", and ".join(why), found
-        if found and why:
-            state.lost = state.lost or (found.end, told)
-        if not found or why or self._is_complete(found):
+        state.met += sum(map(len, stretch.kinks))
+        found, why = self._best(stretch, run, values)
+        state.widen(values)
+        if why:
+            state.lost = state.lost or (found.end, why)
+        state.course = found
+        if why or self._is_complete(found):
             state.end()
         elif not self._beside:
             state.point = self._network.keep()
-        if found and not why and found.length == TWICE and state.falls is None:
-            self._measure(stretch, run, values)
+        if not why and found.length == TWICE and state.falls is None:
+            self._measure(found, stretch, run, values)
         self._roughness.gate[self._sources] = np.maximum(noise, SMALL * self._known())
-        return told
+        return why
 
-    def _new(self, stretch: Stretch) -> list[tuple[Course, NetworkSnapshot | None]]:
-        """Courses that may begin at the start of a stretch, and where that is."""
+    def _best(self, stretch: Stretch, run: np.ndarray, values: np.ndarray) -> tuple[Course, str]:
+        """A course along a stretch, as `_follow`: in steps of half the length if longer ones fail.
+
+        Where errors are large, it may be longer steps alone that grow without bound: they go on if
+        half the step says the same, or would not come to where they are.
+        """
+        state = self._state
+        course, point = state.course or self._new(stretch, state.lengths[0]), state.point
+        point = point if state.course else stretch.start
+        may = course.length == TWICE and HALF in state.lengths and not self._beside
+        limit = UNUSABLE if may else np.inf
+        found, why = self._follow(course, point, stretch, run, values, limit)
+        if not why or not may:
+            return found, why
+        is_wild, other, problem = why == WILD, self._new(stretch, HALF), WILD
+        point = self._network.keep() if is_wild else None
+        reached = np.searchsorted(run, found.end) if is_wild else 0
+        if 2 * reached <= int(self._most) - state.repeated:
+            limit = self._seen[-1][2] / UNLIKE if is_wild else np.inf
+            other, problem = self._follow(other, stretch.start, stretch, run, values, limit)
+        if not problem or (problem != WILD and other.end >= found.end):
+            state.told += (course,) if course.span else ()
+            self._give_up(TWICE)
+            found = other
+        elif is_wild:
+            return self._follow(found, point, stretch, run, values, np.inf)
+        return found, f"{why}, and {problem}" if problem else ""
+
+    def _new(self, stretch: Stretch, length: float) -> Course:
+        """A course that is to begin at the start of a stretch."""
         speaks, begin = self._state.steps <= self._state.until, int(stretch.times[0])
-        count = len(self._sources)
-        new = [Course.at(begin, length, count, speaks=speaks) for length in self._state.lengths]
-        return [(course, stretch.start) for course in new]
+        return Course.at(begin, length, len(self._sources), speaks=speaks)
 
     def _follow(
         self,
@@ -351,43 +384,48 @@ class ErrorEstimator:
         stretch: Stretch,
         run: np.ndarray,
         values: np.ndarray,
+        limit: float,
     ) -> tuple[Course, str]:
         """A course, as far as it goes on along a stretch of the run; why no further, if so.
 
         Its trajectory is at a `point`, or where the second set is. `values` (n, n_sources) of the
-        run are at the times `run` (n,) [ns].
+        run are at the times `run` (n,) [ns]. It ends where its errors over ranges so far pass the
+        `limit`.
         """
         state, trajectory = self._state, self._trajectories[course.length]
         name, jumps = "twice" if course.length == TWICE else "half", frozenset(stretch.jumps)
         if self._whole and any(time > run[0] for time in stretch.changes):
             return course, "values were set between steps"
         times = halved_steps(run, jumps) if course.length == HALF else self._coarser(run, stretch)
-        if self._beside:
-            times = times[times >= round(self._second.time * NS_PER_SECOND)]
-        elif not course.span and 2 * length_of_others(times, run) < max(1, run[-1] - run[0]):
+        times = times[times >= course.end]
+        if (
+            not course.span
+            and not self._beside
+            and 2 * length_of_others(times, run) < max(1, run[-1] - run[0])
+        ):
             return course, "most steps end at jumps"
-        count, self._seen = -(-len(times) // PIECES), []
+        most = min(len(times) - 1, int(self._most) - state.repeated)
+        count, self._seen = -(-most // PIECES), []
         try:
             if point:
                 self._network.restore(point)
-            for first in range(0, len(times) - 1, count):
-                part = times[first : first + count + 1]
-                if state.repeated + len(part) - 1 > self._most:
-                    return course, SPENT
+            for first in range(0, most, max(1, count)):
+                part = times[first : min(first + count, most) + 1]
                 again = trajectory.along(part, jumps, stretch.changes)
                 part = part[: len(again)]
-                self._seen.append((part, again))
                 state.repeated += len(part) - 1
                 found = differences(run, values, part, again, self._least)
-                span, other = int(part[-1] - part[0]), length_of_others(part, run)
-                course = course.further(found, span, other)
-                if self._is_wild(course, values):
-                    self._give_up(course.length)
-                    return course, "steps of twice the length grow without bound"
+                course = course.further(found, int(part[-1]), length_of_others(part, run))
+                known = np.concatenate((state.bounds, values[run <= part[-1]]))
+                so_far = self._spans(np.ptp(known, axis=0))
+                share = float(over(course.errors(self._order), so_far).max(initial=0.0))
+                self._seen.append((part, again, share))
+                if share > limit:
+                    return course, WILD
         except RunError as error:
             self._give_up(course.length)
             return course, f"steps of {name} the length fail ({error.message})"
-        return course, ""
+        return course, SPENT if most < len(times) - 1 else ""
 
     def _coarser(self, times: np.ndarray, stretch: Stretch) -> np.ndarray:
         """Times (m,) [ns] of steps of twice the length of those along `times` (n,) [ns]."""
@@ -397,14 +435,6 @@ class ErrorEstimator:
         met = np.concatenate([np.array([*stretch.changes], dtype=np.int64), *due])
         return doubled_steps(times, stretch.jumps, met)
 
-    def _is_wild(self, course: Course, values: np.ndarray) -> bool:
-        """True if steps of twice the length grow, but not the run, and others can be made."""
-        if course.length != TWICE or HALF not in self._state.lengths or self._beside:
-            return False
-        first, second = (np.abs(v).max(axis=0) for v in np.array_split(values, 2))
-        shares = over(course.errors(self._order), self.spans())
-        return shares.max(initial=0.0) > GROWN and bool((second <= GROWN * first).all())
-
     def _give_up(self, length: float) -> None:
         """Make no more steps of this `length`."""
         self._state.lengths = tuple(one for one in self._state.lengths if one != length)
@@ -413,25 +443,31 @@ class ErrorEstimator:
         """True if a course need not go on: its window is over, and no kinks may change the rest."""
         if self._trajectories[course.length].is_over:
             return True
-        if self._state.steps < self._state.until:
+        state, known, spans = self._state, self._known(), self.spans()
+        if state.steps < state.until:
             return False
-        known = self._known()
-        grown = grows(over(course.errors(self._order), self.spans()))
-        is_kinked = (self._state.kinks > SMALL * known).any()
-        return not ((self._state.kinks > LARGE * known).any() or (is_kinked and grown))
+        shares = over(course.errors(self._order), spans)
+        leads = 2 * shares.max(initial=0.0) > over(known, spans).max(initial=0.0)
+        is_kinked = (state.kinks > SMALL * known).any()
+        are_few = state.met < MANY and (state.kinks > MATTERS * known).any()
+        return not (are_few or (is_kinked and leads and grows(shares)))
 
-    def _measure(self, stretch: Stretch, run: np.ndarray, values: np.ndarray) -> None:
+    def _measure(
+        self, course: Course, stretch: Stretch, run: np.ndarray, values: np.ndarray
+    ) -> None:
         """Measure how smooth errors fall, by the first quarter in steps of four times the length.
 
         FMUs that are not linear in inputs that they hold add a second order to the fourth that an
         algorithm of third order mostly has: errors a H² + b H⁴, which steps of 2H and 4H tell
         apart. They give the order that one power of the step would have.
         """
-        state, (times, twice) = self._state, self._seen[0]
-        if self._promised < 3 or stretch.start is None or stretch.jumps or len(self._seen) < 2:
+        state, parts = self._state, self._seen[:2]
+        if self._promised < 3 or stretch.start is None or stretch.jumps or len(parts) < 2:
             return
-        times = np.concatenate((times, self._seen[1][0][1:]))
-        twice = np.concatenate((twice, self._seen[1][1][1:]))
+        if parts[0][0][0] != course.begin:
+            return
+        times = np.concatenate([parts[0][0], *(one[1:] for one, _, _ in parts[1:])])
+        twice = np.concatenate([parts[0][1], *(one[1:] for _, one, _ in parts[1:])])
         coarse = self._coarser(times, stretch)
         state.repeated += len(coarse) - 1
         try:
@@ -448,7 +484,9 @@ class ErrorEstimator:
         )
         largest = over(off, spans).max()
         if largest > 0.0 and np.abs(four).max() < RESOLVED:
-            share = np.clip(np.abs(4 / 9 * two - four / 45).max() / largest, 1 / 15, 1.0)
+            share = np.clip(
+                np.abs(4 / 9 * two - four / 45).max() / largest, 1 / 15, 1 / (2.0**BEND - 1.0)
+            )
             state.falls = float(np.log2(1.0 + 1.0 / share))
 
     def finish(self) -> None:
@@ -477,10 +515,15 @@ class ErrorEstimator:
         return max(shares, default=0.0) * spans
 
     @property
+    def _jumps(self) -> bool:
+        """True if jumps within steps are larger than the known error."""
+        return self._state.switched or bool((self._state.jumps > self._known()).any())
+
+    @property
     def _falls(self) -> float:
         """The order of all errors: that of jumps or bends within steps, where these matter."""
         state, known = self._state, self._known()
-        if state.switched or (state.jumps > SMALL * known).any():
+        if self._jumps:
             return JUMP
         if (state.kinks > LARGE * known).any():
             return min(self._order, BEND)
@@ -495,7 +538,7 @@ class ErrorEstimator:
         """
         courses, order = self._state.courses, self._falls
         errors = [one.errors(order if one.speaks else min(order, BEND)) for one in courses]
-        if halved and order == JUMP:
+        if halved and self._jumps:
             spans = self.spans()
             stay = [(e > RESOLVED * spans) & (e <= GROWN * spans) for e in errors]
             errors = [e * np.where(s, 1.0, 0.5) for e, s in zip(errors, stay, strict=True)]

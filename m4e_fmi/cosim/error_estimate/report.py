@@ -34,7 +34,7 @@ NOISE = 1e-12
 moves less is noise of rounding."""
 MOMENTS, FORCES = "N.m", "N"
 """Units of moments, and of the forces that make them."""
-LEAST_ARM = 1e-6
+LEAST_ARM = 1e-9
 """Arm [m] of a component's largest force up to which the range of its moments is noise of rounding,
 as of pressures of meganewtons about an axis of symmetry."""
 OF_VALUE = 1e-3

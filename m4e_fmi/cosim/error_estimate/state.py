@@ -102,7 +102,8 @@ class EstimateState:
     `course` is the one that goes on, and `point` where its trajectory is.
 
     The run has made `steps`, of which the last had a `size` [ns]; the present window ends after
-    `until` of them, the next begins at `begins`. `repeated` counts the steps made again. `falls` is
+    `until` of them, the next begins at `begins`. `repeated` counts the steps made again, `met` the
+    kinks there. `falls` is
     the order of smooth errors as measured. `lost` is the first time [ns] from which on less was
     repeated than was wanted, and why; `failure` says why nothing is known, if so. Arrays are
     replaced, never changed.
@@ -123,6 +124,7 @@ class EstimateState:
     until: int = 0
     begins: int = 0
     repeated: int = 0
+    met: int = 0
     falls: float | None = None
     lost: tuple[int, str] | None = None
     failure: str = ""
