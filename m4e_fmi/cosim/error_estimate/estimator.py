@@ -73,8 +73,8 @@ from m4e_fmi.signals import Terminated
 
 FIRST, SHARE = 2048, 16
 """Steps of the first window, and of a stretch at most; octaves over windows after it."""
-PIECES = 8
-"""Pieces of a stretch, which show how its errors grow and fall."""
+PIECES = 32
+"""Pieces of a stretch, which show where errors become large."""
 MOST, FEW = 0.6, 20
 """Steps that are made again at most, over those of the run; and of the shortest runs."""
 ROUGHER = 2.0
@@ -461,7 +461,7 @@ class ErrorEstimator:
         algorithm of third order mostly has: errors a H² + b H⁴, which steps of 2H and 4H tell
         apart. They give the order that one power of the step would have.
         """
-        state, parts = self._state, self._seen[:2]
+        state, parts = self._state, self._seen[: max(2, len(self._seen) // 4)]
         if self._promised < 3 or stretch.start is None or stretch.jumps or len(parts) < 2:
             return
         if parts[0][0][0] != course.begin:
