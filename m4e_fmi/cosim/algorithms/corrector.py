@@ -1,6 +1,6 @@
 """Two passes per step: all components step, go back, and step again with inputs known better.
 
-In the first pass inputs are predicted (see `step_values`), and replaced by what is found as
+In the first pass inputs are predicted (see `pieces`), and replaced by what is found as
 components step one after the other. Then all return to the start of the step, and make it again
 with inputs that follow the parabola through the values found at its start, middle and end. In the
 very first step, where nothing is known of the past, there are three passes. Components that are not
@@ -41,9 +41,8 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.stepping.algorithm import Scheduled
-from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
-from m4e_fmi.cosim.stepping.step_values import StepValues
+from m4e_fmi.cosim.stepping.pieces import ComponentStepper, StepValues
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from m4e_fmi.fmu.importer.reading import Variable
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.shown import short
 
@@ -30,6 +30,14 @@ class Port:
         """The port ``component.variable``."""
         component, _, variable = text.partition(".")
         return cls(component, variable)
+
+    def derivatives(self, descriptions: Mapping[str, Description]) -> list[Port]:
+        """The output itself and, if its FMU declares them, its first and second derivative."""
+        declared = descriptions[self.component].output_derivatives
+        chain: list[Port] = [self]
+        while len(chain) < 3 and chain[-1].variable in declared:
+            chain.append(Port(self.component, declared[chain[-1].variable]))
+        return chain
 
     def __str__(self) -> str:
         return f"{self.component}.{self.variable}"

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from m4e_fmi.cosim.connections.links import Bond
-from m4e_fmi.cosim.exchange.discrete import Switches
-from m4e_fmi.cosim.exchange.events import ended, ended_at_once, event_notes
 from m4e_fmi.cosim.exchange.instance import DiscardedError, EventWithinError
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.stepping.step_control import SMALLEST
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, TimeLoop
+from m4e_fmi.cosim.time_loop.time_loop import MOST_DISCARDED, Switches, TimeLoop
 from m4e_fmi.errors import RunError
 
 MOST_NAMED = 3
@@ -25,7 +23,12 @@ def network_notes(network: Network, switches: Switches, bonds: Sequence[Bond]) -
 
     The energies of `bonds` are not summed where a scenario changes their signals.
     """
-    yield from event_notes(network.instances.values())
+    for instance in network.instances.values():
+        if count := instance.events.interruptions:
+            yield (
+                f"{instance.name} had {count} event{'s' * (count > 1)} within steps, at which the "
+                "other components did not stop"
+            )
     yield from switches.notes
     for name, outputs in network.lost.items():
         more = len(outputs) - MOST_NAMED
@@ -47,8 +50,8 @@ def network_notes(network: Network, switches: Switches, bonds: Sequence[Bond]) -
     summed = network.scenario.untouched(bonds)
     if names := [bond.name for bond in bonds if bond not in summed]:
         yield f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
-    if end := ended(network.instances.values()):
-        yield end
+    if network.ended:
+        yield network.ended
 
 
 def slow_code(network: Network, wall_time: float) -> list[str]:
@@ -65,12 +68,16 @@ def slow_code(network: Network, wall_time: float) -> list[str]:
 
 def early_end(network: Network, stop_time: float, *, steps: int) -> list[str]:
     """A warning of FMUs that have asked for the end before the stop time [s]."""
-    instances = network.instances.values()
     if not steps:
-        return ended_at_once(instances)
-    asked = ended(instances)
-    if asked and round((stop_time - network.time) * NS_PER_SECOND) > 0:
-        return [f"the run ended before its stop time of {stop_time:.9g} s: {asked}"]
+        names = [name for name, instance in network.instances.items() if instance.has_ended]
+        return [
+            f"the run ended before its first step, and its results have the start only: {name} "
+            "asked for the end of the simulation in its first step; if that is not meant, look at "
+            "what its step answers (in PythonFMU, do_step must return True)"
+            for name in names
+        ]
+    if network.ended and round((stop_time - network.time) * NS_PER_SECOND) > 0:
+        return [f"the run ended before its stop time of {stop_time:.9g} s: {network.ended}"]
     return []
 
 

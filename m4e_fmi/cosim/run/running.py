@@ -15,7 +15,6 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.preparation.surroundings import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
@@ -160,7 +159,7 @@ def _stepped(run: Run) -> Generator[Run]:
     if run.results:
         how = f"stopped at t = {run.network.time:.9g} s"
         if run.done:
-            how = ended(run.network.instances.values()) or AT_STOP
+            how = run.network.ended or AT_STOP
         run.results.close(how, partial(_closing, run, began, failed=False))
 
 

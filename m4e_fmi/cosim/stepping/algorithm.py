@@ -20,7 +20,6 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
-from m4e_fmi.cosim.exchange.events import telling
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.schedule import Schedule, StepLoop
@@ -177,7 +176,7 @@ def step_loop(
     if exchange is None or has_events or not isinstance(algorithm, Scheduled):
         return None
     step = Schedule([*algorithm.operations, *exchange, *noted])
-    return StepLoop(step, rows, every=every, telling=telling(instances), stops=network.stops)
+    return StepLoop(step, rows, every=every, telling=network.telling, stops=network.stops)
 
 
 def made(name: str, network: Network) -> Algorithm:
