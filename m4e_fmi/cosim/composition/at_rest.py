@@ -10,7 +10,7 @@ import numpy as np
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
 from m4e_fmi.cosim.exchange.operations import Get
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener

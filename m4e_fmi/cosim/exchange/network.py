@@ -42,7 +42,7 @@ from m4e_fmi.cosim.exchange.operations import (
     setting,
 )
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario
 from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value

@@ -12,7 +12,7 @@ from m4e_fmi.cosim.connections.dependence import with_stated
 from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse, broken
-from m4e_fmi.cosim.exchange.native_executor import loop_library
+from m4e_fmi.cosim.exchange.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy

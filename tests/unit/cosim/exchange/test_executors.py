@@ -10,9 +10,9 @@ import pytest
 from support.python_executor import PythonExecutor
 
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, NativeExecutor
 from m4e_fmi.cosim.exchange.operations import Choose, Monitor
 from m4e_fmi.cosim.exchange.rereading import ROWS
+from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, NativeExecutor
 
 NAN, INF = np.nan, np.inf
 
