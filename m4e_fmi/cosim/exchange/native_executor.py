@@ -15,8 +15,7 @@ from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import RawCall
-from m4e_fmi.fmu.importer.calls.parts import RawComponent, runtime_function
-from m4e_fmi.fmu.importer.calls.typed import RawCopied
+from m4e_fmi.fmu.importer.calls.access import RawComponent, RawCopied, runtime_function
 from m4e_fmi.runtime.library import library, library_detail
 
 NOT_A_NUMBER = -1

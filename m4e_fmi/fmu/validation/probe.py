@@ -21,7 +21,7 @@ from fmpy.model_description import ModelVariable
 
 from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
-from m4e_fmi.fmu.importer.calls.parts import Arrays
+from m4e_fmi.fmu.importer.calls.access import Arrays
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.messages import (
     ERROR,

@@ -18,17 +18,20 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from m4e_fmi.fmu.importer.call_journal import CallJournal
-from m4e_fmi.fmu.importer.calls.parts import (
+from m4e_fmi.fmu.importer.calls.access import (
+    Access,
     Arrays,
     Caller,
     Layout,
     RawComponent,
+    Taken,
+    Texts,
     address_of,
     guarded,
     restored,
     runtime_function,
+    value_in,
 )
-from m4e_fmi.fmu.importer.calls.typed import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
 from m4e_fmi.fmu.importer.reading import Variable
 
