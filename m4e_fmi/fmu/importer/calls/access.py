@@ -13,7 +13,6 @@ import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from ctypes import c_char_p, c_double, c_int, c_int32, c_int64, c_uint64, c_void_p
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 from weakref import finalize
 
@@ -96,20 +95,20 @@ class Arrays:
         return sum(self.sizes)
 
 
-class Layout(Enum):
-    """How values lie in memory: the number in typed.h, and the type of NumPy."""
-
-    I8 = 0, "i1"
-    U8 = 1, "u1"
-    I16 = 2, "i2"
-    U16 = 3, "u2"
-    I32 = 4, "i4"
-    U32 = 5, "u4"
-    I64 = 6, "i8"
-    U64 = 7, "u8"
-    F32 = 8, "f4"
-    F64 = 9, "f8"
-    TEXT = 10, np.uintp
+LAYOUTS: dict[str, tuple[int, Any]] = {
+    "I8": (0, "i1"),
+    "U8": (1, "u1"),
+    "I16": (2, "i2"),
+    "U16": (3, "u2"),
+    "I32": (4, "i4"),
+    "U32": (5, "u4"),
+    "I64": (6, "i8"),
+    "U64": (7, "u8"),
+    "F32": (8, "f4"),
+    "F64": (9, "f8"),
+    "TEXT": (10, np.uintp),
+}
+"""How values lie in memory: name, number in typed.h, and type of NumPy."""
 
 
 class RawComponent(ctypes.Structure):
@@ -150,24 +149,6 @@ class RawComponent(ctypes.Structure):
     begin_step: int
 
 
-@dataclass(frozen=True)
-class Caller:
-    """How an FMU is called for its variables.
-
-    `functions` tells for a variable what stands behind Get in the name of its function, and how its
-    values lie in memory; `address` finds a function; `sizes` are the numbers
-    of elements of arrays by value reference. `ready` is called before values are read. `component`
-    is the record of an instance of FMI 3.0.
-    """
-
-    functions: Callable[[Variable], tuple[str, Layout]]
-    address: Callable[[str], int]
-    instance: int | None
-    sizes: Mapping[int, int]
-    ready: Callable[[], Status]
-    component: RawComponent | None = None
-
-
 class _RawPart(ctypes.Structure):
     """`m4e_part`."""
 
@@ -189,23 +170,36 @@ class _RawPart(ctypes.Structure):
     ]
 
 
-class _Part:
-    """Variables of one type: ``buffer[places[i]]`` is the value of the wanted ``members[i]``."""
+class Part:
+    """Variables of one type: ``buffer[places[i]]`` is the value of the wanted ``members[i]``.
+
+    `function` is the name by which `address` finds their functions, without Get and Set, `layout`
+    that of their values. `sizes` are the numbers of elements of arrays by value reference; in FMI
+    3.0 functions are `sized`.
+    """
 
     def __init__(
-        self, variables: Sequence[Variable], members: Sequence[int], caller: Caller
+        self,
+        variables: Sequence[Variable],
+        members: Sequence[int],
+        *,
+        function: str,
+        layout: str,
+        address: Callable[[str], int],
+        sizes: Mapping[int, int],
+        sized: bool,
     ) -> None:
-        name, layout = caller.functions(variables[0])
-        self.get_name, self.set_name = (f"fmi2{verb}{name}" for verb in ("Get", "Set"))
+        self.get_name, self.set_name = (f"fmi2{verb}{function}" for verb in ("Get", "Set"))
         keys = [v.value_reference for v in variables]
-        arrays = Arrays.of(keys, caller.sizes)
+        arrays = Arrays.of(keys, sizes)
         numbers = [np.array(one, np.uint32) for one in (arrays.references, arrays.places, members)]
-        buffer = np.zeros(arrays.count, dtype=layout.value[1])
+        number, kind = LAYOUTS[layout]
+        buffer = np.zeros(arrays.count, dtype=kind)
         self._holds = numbers, buffer
         references, places, wanted = (one.ctypes.data for one in numbers)
         self.raw = _RawPart(
-            get=caller.address(self.get_name),
-            set=caller.address(self.set_name),
+            get=address(self.get_name),
+            set=address(self.set_name),
             references=references,
             places=places,
             members=wanted,
@@ -213,23 +207,12 @@ class _Part:
             reference_count=len(arrays.references),
             value_count=arrays.count,
             count=len(arrays.places),
-            layout=layout.value[0],
-            sized=caller.component is not None,
+            layout=number,
+            sized=sized,
             partial=len(set(keys)) < arrays.count,
             discrete=variables[0].variability != "continuous",
             truth=variables[0].type == "Boolean",
         )
-
-
-def _parts(variables: Sequence[Variable], caller: Caller) -> list[_Part]:
-    """The parts of some variables: by type, and those last that are set in event mode."""
-    kinds: dict[tuple[bool, str], list[int]] = {}
-    for k, v in enumerate(variables):
-        kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
-    return [
-        _Part([variables[k] for k in members], members, caller)
-        for _, members in sorted(kinds.items())
-    ]
 
 
 # ---- cells ----
@@ -350,34 +333,36 @@ class Access:
 
     They are read into consecutive cells; what they take is told by `taken`, without which Reals are
     set from consecutive cells of float64. Where a cell changes in reading, `changed` (float64, one
-    element) becomes 0.
+    element) becomes 0. `component` is the record of an `instance` of FMI 3.0, `ready` is called
+    before values are read.
     """
 
     def __init__(
         self,
-        variables: Sequence[Variable],
-        caller: Caller,
+        names: Sequence[str],
+        parts: Sequence[Part],
         texts: Texts,
         *,
-        taken: Sequence[Taken] = (),
-        changed: np.ndarray | None = None,
+        instance: int | None,
+        component: RawComponent | None,
+        ready: Callable[[], Status],
+        taken: Sequence[Taken],
+        changed: np.ndarray | None,
     ) -> None:
-        self.names = tuple(v.name for v in variables)
+        self.names = tuple(names)
         self.taken = tuple(taken)
-        self._ready, self._holds = caller.ready, (texts, changed, caller)
+        self._ready, self._parts, self._holds = ready, parts, (texts, changed, component)
         functions = ("m4e_get_typed", "m4e_set_typed")
         self._get, self._set = (guarded(_MOVE, runtime_function(name)) for name in functions)
-        self._parts = _parts(variables, caller)
-        self._raw_parts = (_RawPart * len(self._parts))(*(part.raw for part in self._parts))
+        self._raw_parts = (_RawPart * len(parts))(*(part.raw for part in parts))
         self._raw_taken = (_RawTaken * len(self.taken))(
             *(_RawTaken(t.low, t.high, t.factor, t.offset, t.source, t.large) for t in self.taken)
         )
-        component = caller.component
         self._raw = _RawAccess(
-            instance=caller.instance,
+            instance=instance,
             component=None if component is None else ctypes.addressof(component),
             parts=ctypes.addressof(self._raw_parts),
-            part_count=len(self._parts),
+            part_count=len(parts),
             texts=texts.address,
             taken=ctypes.addressof(self._raw_taken) if self.taken else None,
             changed=None if changed is None else changed.ctypes.data,

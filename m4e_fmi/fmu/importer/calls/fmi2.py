@@ -11,7 +11,6 @@ from typing import ClassVar
 import numpy as np
 from fmpy import fmi1, fmi2
 
-from m4e_fmi.fmu.importer.calls.access import Layout
 from m4e_fmi.fmu.importer.calls.standard import (
     CFunction,
     RawCall,
@@ -39,7 +38,7 @@ class Fmi2(Standard):
     VERSION = 2
     BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]] = fmi2.fmi2Boolean
     BYTE = ctypes.c_char
-    TRUTH: ClassVar[Layout] = Layout.I32
+    TRUTH: ClassVar[str] = "I32"
 
     _ended: dict[int, float]
     """Of each slot, when the FMU had asked for the end by then."""
@@ -93,13 +92,13 @@ class Fmi2(Standard):
             data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
             self.do(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         return {
-            "Real": ("Real", Layout.F64),
-            "Integer": ("Integer", Layout.I32),
-            "Enumeration": ("Integer", Layout.I32),
+            "Real": ("Real", "F64"),
+            "Integer": ("Integer", "I32"),
+            "Enumeration": ("Integer", "I32"),
             "Boolean": ("Boolean", self.TRUTH),
-            "String": ("String", Layout.TEXT),
+            "String": ("String", "TEXT"),
         }[variable.type]
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
@@ -177,7 +176,7 @@ class Fmi1(Fmi2):
 
     VERSION = 1
     BOOLEAN = fmi1.fmi1Boolean
-    TRUTH = Layout.I8
+    TRUTH = "I8"
 
     _experiment: tuple[float, int, float]
     _initialised = False

@@ -21,7 +21,7 @@ import numpy as np
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.access import Access, Layout, runtime_function
+from m4e_fmi.fmu.importer.calls.access import Access, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
     RESTLESS,
     RawCall,
@@ -38,13 +38,13 @@ EVENT_FIELDS = ("next_event", "reached", "ended", "interruptions")
 """Fields that a saved state has of its component."""
 _METHODS = {"Enumeration": "Int64"}
 _LAYOUTS = {
-    **{f"Int{bits}": Layout[f"I{bits}"] for bits in (8, 16, 32, 64)},
-    **{f"UInt{bits}": Layout[f"U{bits}"] for bits in (8, 16, 32, 64)},
-    "Float32": Layout.F32,
-    "Float64": Layout.F64,
-    "Boolean": Layout.U8,
-    "Enumeration": Layout.I64,
-    "String": Layout.TEXT,
+    **{f"Int{bits}": f"I{bits}" for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": f"U{bits}" for bits in (8, 16, 32, 64)},
+    "Float32": "F32",
+    "Float64": "F64",
+    "Boolean": "U8",
+    "Enumeration": "I64",
+    "String": "TEXT",
 }
 _RAW = {
     "fmi2GetReal": "m4e_get_3",
@@ -220,7 +220,7 @@ class Fmi3(Standard):
         except FMICallException as error:
             self._failed(error.status, error.function)
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         kind = variable.fmi_type
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
