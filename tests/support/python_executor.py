@@ -19,7 +19,7 @@ from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.operations import LOST, Operation
 from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, State
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.fmu.importer.calls.parts import guarded
+from m4e_fmi.fmu.importer.calls.access import guarded
 
 Action = Callable[[float, float, int], int]
 """Time [s], step [s], row of blocks → status."""

@@ -35,7 +35,7 @@ Kept = tuple[np.ndarray, np.ndarray, tuple[Port, ...]]
 class Discrete:
     """The outputs among `steps` that are not Real, and what takes their values by `links`.
 
-    `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
+    `values` has a cell (see `calls.access`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where

@@ -22,8 +22,7 @@ from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import DISCARD, RawCall
-from m4e_fmi.fmu.importer.calls.parts import RawComponent, runtime_function
-from m4e_fmi.fmu.importer.calls.typed import RawCopied
+from m4e_fmi.fmu.importer.calls.access import RawComponent, RawCopied, runtime_function
 from m4e_fmi.runtime.library import library, library_detail
 
 NEVER = 2**63
