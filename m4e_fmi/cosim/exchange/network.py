@@ -32,6 +32,7 @@ from weakref import WeakSet
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer, transfers_of
@@ -179,8 +180,8 @@ class Network:
         self.inputs = np.zeros(len(self.targets))
         recorded = self.scenario.with_watched(recorded)
         self._arrivals = Arrivals(descriptions, exchange, recorded, watched=watched)
-        by_target = {link.target: link for link in wiring.links}
-        self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
+        typed = {link.target: link for link in wiring.links if not link.is_real}
+        self.discrete = Discrete(self.instances, exchange, typed, Texts(), self._arrivals)
         first_seen = BLOCKS * size
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
         late = {name: self._arrivals.twice(name, discrete=False) for name in instances}
@@ -328,6 +329,21 @@ class Network:
         """Outputs by component that setting inputs to the values that they have has changed."""
         found = {n: [o for one in self.rereadings(n) for o in one.lost] for n in self.instances}
         return {name: sorted(outputs) for name, outputs in found.items() if outputs}
+
+    @property
+    def late(self) -> dict[str, list[str]]:
+        """Links and outputs that bring their values a step late, by the reason."""
+        delayed = [str(link) for link in self.links if link.delayed]
+        sources = (link.source for link in self.links)
+        stepped = dict.fromkeys(
+            str(port)
+            for port in sources
+            if how_known(self._descriptions[port.component], port.variable) == STEPPED
+        )
+        return {
+            "has the value of the previous step": delayed,
+            "shows its FMU's inputs only after the next step": list(stepped),
+        }
 
     # ---- operations of one component ----
 

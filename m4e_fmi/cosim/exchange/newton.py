@@ -14,13 +14,12 @@ from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.links import PLAIN, Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import LOST, Choose, Get, Operation, setting
 from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.calls.scaled import PLAIN
 from m4e_fmi.program import is_singular
 
 TOLERANCE = 1e-9
