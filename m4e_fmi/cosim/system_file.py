@@ -16,18 +16,18 @@ from m4e_fmi.cosim.system.component import (
     Component,
     FmuFile,
     Kind,
+    Limits,
     ModelFile,
+    Processes,
     kind_module,
     kinds,
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
-from m4e_fmi.cosim.system.processes import Limits, Processes
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
     Simulation,
     SimulationSection,
 )
-from m4e_fmi.cosim.system.system import ParameterSet, System
+from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, as_path, check_keys

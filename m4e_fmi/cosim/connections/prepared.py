@@ -10,12 +10,12 @@ from enum import Enum
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
+from m4e_fmi.cosim.connections.missing import is_idle_load, start_text, unfed
 from m4e_fmi.cosim.connections.recording import chosen, thinned, volume
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.fmu.importer.reading import Description, Variable

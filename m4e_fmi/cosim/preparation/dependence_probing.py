@@ -24,9 +24,8 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.dependence import PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.structure import exchange_graph
+from m4e_fmi.cosim.connections.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value

@@ -14,8 +14,7 @@ from zipfile import ZipFile
 
 import fmpy
 
-from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.processes import HERE, OWN
+from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.archives import ERRORS

@@ -32,9 +32,10 @@ from m4e_fmi.cosim.ssp.package import (
     SSD_FILE,
     SSV,
     VERSION,
+    Definition,
     Element,
+    write_units,
 )
-from m4e_fmi.cosim.ssp.units import Definition, write_units
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values

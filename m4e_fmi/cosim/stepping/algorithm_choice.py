@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
+from m4e_fmi.cosim.connections.structure import STEPPED, how_known
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.stepping.algorithm import (
     Algorithm,
