@@ -58,18 +58,6 @@ def system_program(
     return _program(system, named, build_directory=build_directory, tell=tell or silent)
 
 
-def resting_program(
-    system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
-) -> Program:
-    """The equations of all components where all is at rest, to find its equilibrium with.
-
-    As `system_program`, with all components settled that are no equations; steps of components and
-    delays of connections, which mean nothing at rest, are no problem.
-    """
-    named = Named(frozenset(), frozenset(), at_rest=True)
-    return _program(system, named, build_directory=build_directory, tell=tell or silent)
-
-
 def system_in_waves(
     system: System,
     *,
@@ -120,8 +108,13 @@ def _program(
     """The program of a system, of components that are no FMU as `drawn`; see `system_program`."""
     found = look_at(system, named, tell, drawn)
     wiring = connect(system, found.descriptions)
-    for line in _left_open(wiring, sorted(named.open), found.programs):
-        tell(line)
+    for name in sorted(named.open):
+        given = [
+            str(link.target)
+            for link in wiring.all_links
+            if link.source.component == name and link.target.component in found.programs
+        ]
+        tell(f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}")
     laws = stand_ins(
         system,
         found.settled,
@@ -174,19 +167,6 @@ def _started(
         start = start_values(given[name], descriptions[name])
         values = {k: float(value) for k, value in start.items() if k in known}
         yield name, program.with_start(values)
-
-
-def _left_open(
-    wiring: Wiring, keep_open: Collection[str], programs: Mapping[str, Program]
-) -> Iterator[str]:
-    """A line for each component that is left open, with what it would give to programs."""
-    for name in keep_open:
-        given = [
-            str(link.target)
-            for link in wiring.all_links
-            if link.source.component == name and link.target.component in programs
-        ]
-        yield f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}"
 
 
 def _inner_links(
@@ -296,7 +276,8 @@ def at_equilibrium(
     those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
     """
     tell = tell or silent
-    program = resting_program(system, build_directory=build_directory, tell=tell)
+    named = Named(frozenset(), frozenset(), at_rest=True)
+    program = _program(system, named, build_directory=build_directory, tell=tell)
     start = operating_point(program, time=system.simulation.start_time)
     rest = equilibrium(program, at=start)
     for part, law in local_parts(program):
@@ -320,7 +301,9 @@ def _moved_most(program: Program, start: OperatingPoint, rest: OperatingPoint) -
             text = f"{v.name}, from {old:.6g} to {new:.6g} {v.unit}"
             found.append((abs(new - old) / (1.0 + abs(new)), text))
     for a in attitudes(program):
-        angle = _angle(start.states[list(a.quaternion)], rest.states[list(a.quaternion)])
+        one, other = (point.states[list(a.quaternion)] for point in (start, rest))
+        cosine = abs(float(one @ other)) / float(np.linalg.norm(one) * np.linalg.norm(other))
+        angle = 2.0 * math.acos(min(1.0, cosine))
         found.append((angle, f"the attitude of {a.owner}, by {math.degrees(angle):.4g} deg"))
     largest, text = max(found, default=(0.0, ""))
     if largest == 0.0:
@@ -328,18 +311,11 @@ def _moved_most(program: Program, start: OperatingPoint, rest: OperatingPoint) -
     return f"starts at its equilibrium; moved most: {text}"
 
 
-def _angle(one: np.ndarray, other: np.ndarray) -> float:
-    """The angle [rad] between two attitudes as quaternions (4,) [1]."""
-    cosine = abs(float(one @ other)) / float(np.linalg.norm(one) * np.linalg.norm(other))
-    return 2.0 * math.acos(min(1.0, cosine))
-
-
 def _without_angles(system: System, program: Program) -> System:
     """The system without start values of angles, in whose place are those of quaternions."""
     angles = {f"{a.owner}.{angle}" for a in attitudes(program) for angle in ATTITUDE}
-
-    def kept(component: str, start: Mapping[str, object]) -> dict[str, object]:
-        return {k: v for k, v in start.items() if f"{component}.{k}" not in angles}
-
-    components = tuple(replace(c, start=kept(c.name, c.start)) for c in system.components)
+    components = tuple(
+        replace(c, start={k: v for k, v in c.start.items() if f"{c.name}.{k}" not in angles})
+        for c in system.components
+    )
     return replace(system, components=components)

@@ -22,6 +22,7 @@ from m4e_fmi.cosim.preparation.components import (
 )
 from m4e_fmi.cosim.preparation.doubtful_values import is_of_waves
 from m4e_fmi.cosim.preparation.hosts import available, hosts
+from m4e_fmi.cosim.preparation.prepare import described
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
@@ -237,10 +238,7 @@ def stand_ins(
         scenario={},
     )
     fmus = ready_fmus(small, build_directory, tell=tell)
-    own: dict[str, Description] = {}
-    for component in small.components:
-        read = resized(read_description(fmus[component.name].path), component.start)
-        own[component.name] = component.described(read)
+    own = described(small, fmus)
     apart, missing = available(small, hosts(small, own))
     times = system.simulation
     longest = min(LONGEST, MOST_STEPS * times.step_size)
@@ -248,12 +246,14 @@ def stand_ins(
     for line in missing:
         tell(f"warning: {line}")
     found: dict[str, tuple[Program, StaticLaw]] = {}
+    rates = set(_rates(wiring, descriptions))
     for component in small.components:
         name, description = component.name, own[component.name]
         links = _real_links(system, wiring, descriptions, name)
         known = description.variables
-        inputs = _inputs(known, links, set(_rates(wiring, descriptions)))
-        outputs = list(_outputs(description, wiring, name))
+        inputs = _inputs(known, links, rates)
+        given = {k.source.variable for k in wiring.all_links if k.source.component == name}
+        outputs = [v for n, v in known.items() if v.type == REAL and (is_varying(v) or n in given)]
         new = Instances(component, description, for_ever, apart.get(name))
 
         def warn(line: str, name: str = name) -> None:
@@ -315,11 +315,3 @@ def _inputs(
     others = [known[name] for name in links if name not in still]
     varying = [v for v in others if v.causality == "input" or v.variability == "tunable"]
     return Inputs(varying, [v for v in others if v not in varying], still)
-
-
-def _outputs(description: Description, wiring: Wiring, name: str) -> Iterator[Variable]:
-    """The Real outputs of a component, and what else of it is Real and connected."""
-    given = {link.source.variable for link in wiring.all_links if link.source.component == name}
-    for v in description.variables.values():
-        if v.type == REAL and (is_varying(v) or v.name in given):
-            yield v

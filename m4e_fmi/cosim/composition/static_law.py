@@ -220,7 +220,12 @@ class StaticLaw:
             names = [_slope(i, j) for i in range(len(outputs))]
             found |= zip(names, column.tolist(), strict=True)
             self.errors |= zip(names, errors.tolist(), strict=True)
-        self._tell_rough(u)
+        for name, error in self._errors.items():
+            if error > ROUGH:
+                self._warn(
+                    f"what it gives at rest has no sure derivative by {name} at {u[name]:.6g}: an "
+                    f"error of {error:.2g} of its entries in K"
+                )
         return found
 
     def _at(self, u: Mapping[str, float], **options: object) -> Rest:
@@ -272,14 +277,6 @@ class StaticLaw:
         noise = TOLERANCE * self._rest.sizes(rest.values) / step
         sizes = np.maximum(self._rest.largest(column), noise)
         return float(np.max(np.abs(part) / sizes, initial=0.0))
-
-    def _tell_rough(self, u: Mapping[str, float]) -> None:
-        for name, error in self._errors.items():
-            if error > ROUGH:
-                self._warn(
-                    f"what it gives at rest has no sure derivative by {name} at {u[name]:.6g}: an "
-                    f"error of {error:.2g} of its entries in K"
-                )
 
     def __str__(self) -> str:
         """How it was found, in words."""

@@ -298,7 +298,11 @@ def _resolved(
     """Links between components, signals of the buses, and all variables; InputError."""
     problems = list(_bus_problems(system))
     components = {name: description.variables for name, description in descriptions.items()}
-    variables: Variables = {**_bus_variables(system), **components}
+    buses = {
+        bus: {name: _signal(name, unit) for name, unit in signals.items()}
+        for bus, signals in system.buses.items()
+    }
+    variables: Variables = {**buses, **components}
     links: list[Link] = []
     pairing = Pairing(system, variables)
     for index in range(len(system.connections)):
@@ -372,15 +376,8 @@ def _one_source_each(
     return list(first.values())
 
 
-def _bus_variables(system: System) -> Variables:
-    """The signals of each bus, as variables; without dimension where the unit is not known."""
-    return {
-        bus: {name: _signal(name, unit) for name, unit in signals.items()}
-        for bus, signals in system.buses.items()
-    }
-
-
 def _signal(name: str, unit: str) -> Variable:
+    """A signal of a bus, without dimension where the unit is not known."""
     kind = unit if unit in TYPES else REAL
     unit = unit if kind == REAL else ""
     try:

@@ -220,7 +220,8 @@ def power_bonds(
             if last == force and back and link.offset == link.factor / scale * shift:
                 rate = Port(body, connector + velocity)
                 moved = carried.get(Port(body, connector + position))
-                if velocity == "omega" and _turns_in_space(rate, variables):
+                # a body's angular velocity about Y that turns about X as well
+                if velocity == "omega" and f"{rate.variable}_x" in variables[rate.component]:
                     moved = None
                 found[link.connection].append(Axis(link, back, moved, link.factor / scale))
     for index, axes in sorted(found.items()):
@@ -230,11 +231,6 @@ def power_bonds(
         if not all(_last(link.source) in _FORCES for link in given):
             adds = {}  # its inputs are not forces only: its output is not a mere sum
         yield Bond(connections[index], tuple(axes), tuple(adds))
-
-
-def _turns_in_space(omega: Port, variables: Variables) -> bool:
-    """True of a body's angular velocity about Y if it has one about X as well."""
-    return f"{omega.variable}_x" in variables[omega.component]
 
 
 def _last(port: Port) -> str:

@@ -174,11 +174,6 @@ def _differ(a: Value, b: Value) -> bool:
     return a != b and not (a != a and b != b)  # two that are nan are the same
 
 
-def _distance(a: Value, b: Value) -> float:
-    """How far two values are apart; 1 if they are no numbers, and differ."""
-    return abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
-
-
 def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
     """Outputs that follow some input in the step after it is moved, and in no other.
 
@@ -198,7 +193,8 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     found = set()
     for name, *values in zip(outputs, *course(SHARES[0]), *course(0.0), strict=True):
         first, still, second = (
-            _distance(a, b) for a, b in zip(values[:3], values[3:], strict=True)
+            abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
+            for a, b in zip(values[:3], values[3:], strict=True)
         )
         lost = (1.0 - LOST_AGAIN) * first
         if second < lost <= still:

@@ -28,7 +28,7 @@ from m4e_fmi.fmu.importer.worker import Host
 def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, Host]:
     """The conditions for each component that runs in a process of its own, by name."""
     files = {d.path: d for d in descriptions.values()}
-    known = cache(lambda path: _built_here(files[path]))
+    known = cache(lambda path: read_record(path) is not None or _has_our_library(files[path]))
 
     def is_apart(component: Component) -> bool:
         if component.process or component.limits:
@@ -58,10 +58,6 @@ def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host
         remedy = "leave this out, or run the system on another machine"
         raise InputError([system.problem(place, message, remedy) for place in asking])
     return {}, [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
-
-
-def _built_here(description: Description) -> bool:
-    return read_record(description.path) is not None or _has_our_library(description)
 
 
 def _has_our_library(description: Description) -> bool:

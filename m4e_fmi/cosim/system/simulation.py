@@ -136,7 +136,9 @@ def common_step(
         for name, step in steps.items():
             if name in problems or fits(step, found):
                 continue
-            finer = _divisor(step, found)
+            # the largest time of which both are multiples
+            a, b = step.as_integer_ratio(), found.as_integer_ratio()
+            finer = Fraction(math.gcd(a[0] * b[1], b[0] * a[1]), a[1] * b[1])
             if macro / finer > FINEST or (finer * NS_PER_SECOND).denominator > 1:
                 problems[name] = (
                     _misfit(step, macro) if not fits(step, macro) else _clash(step, steps)
@@ -144,12 +146,6 @@ def common_step(
             else:
                 found = finer
     return found, problems
-
-
-def _divisor(a: Fraction, b: Fraction) -> Fraction:
-    """The largest number of which both are multiples."""
-    whole = math.gcd(a.numerator * b.denominator, b.numerator * a.denominator)
-    return Fraction(whole, a.denominator * b.denominator)
 
 
 def fits(step: Fraction, macro: Fraction) -> bool:

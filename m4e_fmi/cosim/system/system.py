@@ -251,17 +251,16 @@ class System(Displayed):
         at: Location = ("components", component)
         keys = problem.keys
         if not keys and problem.file and not problem.line:
-            keys = next(self._named(self.document, at, Path(problem.file)), ())
+            named = (
+                (*keys, "@value")
+                for keys, text in self.document.texts(at)  # relative to the document's folder
+                if self.folder / text == Path(problem.file)
+            )
+            keys = next(named, ())
         if not keys:
             return problem
         message = f"{problem.message} ({problem.file})" if problem.file else problem.message
         return self.document.problem((*at, *keys), message, problem.remedy)
-
-    def _named(self, document: Document, at: Location, file: Path) -> Iterator[Location]:
-        """The places below `at` where the document names a file, relative to its folder."""
-        for keys, text in document.texts(at):
-            if self.folder / text == file:
-                yield (*keys, "@value")
 
     def __repr__(self) -> str:
         times = self.simulation
