@@ -98,15 +98,14 @@ def read_system(document: Document) -> System:
     except InputError as error:
         problems += error.problems
     components = list(_read_components(document, problems))
-    simulation = _read_simulation(document, problems)
     problems += _connection_problems(document)
-    if problems or section is None or simulation is None:
+    if problems or section is None:
         raise InputError(dict.fromkeys(problems))
     return System(
         name=section.name,
         components=tuple(components),
         connections=tuple(" ".join(text.split()) for text in section.connections),
-        simulation=simulation,
+        simulation=Simulation(**section.simulation.model_dump()),
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,
@@ -133,25 +132,6 @@ def read_parameters(path: str | Path) -> ParameterSet:
         return ParameterSet(read_parameter_set(path), path, None)
     document = Document.load(path)
     return ParameterSet(document.validate(_ParameterSection).values, path, document)
-
-
-def _read_simulation(document: Document, problems: list[Problem]) -> Simulation | None:
-    """The simulation, None if any of its settings is wrong; adds to `problems`."""
-    written = document.data.get("simulation")
-    if not isinstance(written, dict):
-        return None
-    unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
-    try:
-        section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
-    except InputError:  # told of the document as a whole
-        return None
-    try:
-        return Simulation(**section.model_dump())
-    except InputError as error:
-        problems += [
-            document.problem(("simulation", *p.keys), p.message, p.remedy) for p in error.problems
-        ]
-        return None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:

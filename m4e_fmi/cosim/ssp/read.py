@@ -373,7 +373,6 @@ def _simulation(package: Package, root: Element) -> Simulation:
         package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
     try:
         return Simulation(**SimulationSection(**settings).model_dump())
-    except (ValidationError, InputError) as error:
-        text = error.problems[0].message if isinstance(error, InputError) else str(error)
-        package.reject(root, f"its experiment: {text}")
+    except ValidationError as error:
+        package.reject(root, f"its experiment: {error.errors()[0]['msg']}")
         return Simulation(STOP_TIME, STOP_TIME / STEPS)

@@ -18,11 +18,11 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Annotated, SupportsFloat, SupportsIndex
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationError, model_validator
 
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected, rejected_at
 from m4e_fmi.files.limits import LONGEST_RUN, beyond_limits
 from m4e_fmi.units import parse_unit
 
@@ -322,7 +322,7 @@ Time = Annotated[float, BeforeValidator(_in_seconds)]
 
 
 class SimulationSection(Section):
-    """A Simulation as files have it."""
+    """A Simulation as files have it, with the same problems."""
 
     stop_time: Time
     step_size: Time
@@ -333,6 +333,15 @@ class SimulationSection(Section):
     coupling_tolerance: float | None = None
     checkpoint_interval: Time | None = None
     checkpoint_wall_interval: Time | None = None
+
+    @model_validator(mode="after")
+    def _fitting(self) -> SimulationSection:
+        try:
+            Simulation(**self.model_dump())
+        except InputError as error:
+            wrong = [rejected_at(p.keys, p.message, p.remedy) for p in error.problems]
+            raise ValidationError.from_exception_data("simulation", wrong) from None
+        return self
 
 
 def _problem(key: str, message: str, remedy: str) -> Problem:
