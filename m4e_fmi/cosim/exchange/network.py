@@ -44,7 +44,7 @@ from m4e_fmi.cosim.exchange.operations import (
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
 from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario
-from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import Texts

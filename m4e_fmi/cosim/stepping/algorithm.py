@@ -19,7 +19,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
+from m4e_fmi.cosim.connections.structure import STEPPED, how_known
 from m4e_fmi.cosim.exchange.events import telling
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
