@@ -123,7 +123,7 @@ def _add_modes(command: argparse.ArgumentParser) -> None:
 
 def _time(text: str) -> float:
     """A time in seconds, of a text that may have a unit."""
-    from m4e_fmi.cosim.system.component_step import TIMES, time_of
+    from m4e_fmi.cosim.system.simulation import TIMES, time_of
 
     try:
         return float(time_of(text))

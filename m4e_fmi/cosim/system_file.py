@@ -16,18 +16,18 @@ from m4e_fmi.cosim.system.component import (
     Component,
     FmuFile,
     Kind,
+    Limits,
     ModelFile,
+    Processes,
     kind_module,
     kinds,
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
-from m4e_fmi.cosim.system.processes import Limits, Processes
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
     Simulation,
     SimulationSection,
 )
-from m4e_fmi.cosim.system.system import ParameterSet, System
+from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section, SectionType
 from m4e_fmi.files.file_kinds import SYSTEM, as_path, check_keys
@@ -98,15 +98,14 @@ def read_system(document: Document) -> System:
     except InputError as error:
         problems += error.problems
     components = list(_read_components(document, problems))
-    simulation = _read_simulation(document, problems)
     problems += _connection_problems(document)
-    if problems or section is None or simulation is None:
+    if problems or section is None:
         raise InputError(dict.fromkeys(problems))
     return System(
         name=section.name,
         components=tuple(components),
         connections=tuple(" ".join(text.split()) for text in section.connections),
-        simulation=simulation,
+        simulation=Simulation(**section.simulation.model_dump()),
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,
@@ -133,25 +132,6 @@ def read_parameters(path: str | Path) -> ParameterSet:
         return ParameterSet(read_parameter_set(path), path, None)
     document = Document.load(path)
     return ParameterSet(document.validate(_ParameterSection).values, path, document)
-
-
-def _read_simulation(document: Document, problems: list[Problem]) -> Simulation | None:
-    """The simulation, None if any of its settings is wrong; adds to `problems`."""
-    written = document.data.get("simulation")
-    if not isinstance(written, dict):
-        return None
-    unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
-    try:
-        section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
-    except InputError:  # told of the document as a whole
-        return None
-    try:
-        return Simulation(**section.model_dump())
-    except InputError as error:
-        problems += [
-            document.problem(("simulation", *p.keys), p.message, p.remedy) for p in error.problems
-        ]
-        return None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:

@@ -29,7 +29,7 @@ from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
-from m4e_fmi.multibody.motion import Motion, in_space
+from m4e_fmi.multibody.topology import Motion, in_space
 from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
 from m4e_fmi.space import (
     ABOUT_Y,

@@ -26,7 +26,6 @@ from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
     CLOSING,
@@ -40,7 +39,7 @@ from m4e_fmi.results.row_file import (
     Section,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series, as_dataset
+from m4e_fmi.results.series import Series, as_dataset, recorded_as
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 

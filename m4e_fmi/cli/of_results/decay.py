@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> None:
 
     from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.report import check_picture_path, decay_json, decay_text, plot_decay
-    from m4e_fmi.results.measured import read_measured
+    from m4e_fmi.results.compared_file import read_measured
 
     _check(options)
     path: Path = options.record

@@ -1,8 +1,14 @@
-"""Problems of links as a whole, and of the system's own inputs and outputs."""
+"""Problems of links as a whole, of the system's own inputs and outputs, and of neutral masses.
+
+The FMU of a body with ``mass: neutral`` has a parameter ``body.<name>.neutral_mass`` without a
+value. A hydrodynamics component calculates one of that name for each of its bodies, which a
+connection of the two bodies (``buoy.float <-> hydro.float``) carries over.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import permutations
 
 from m4e_fmi.cosim.connections.links import (
@@ -13,9 +19,11 @@ from m4e_fmi.cosim.connections.links import (
     is_carried,
     is_varying,
 )
+from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem, suggestion
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import misfit
 
 CONSTANT_TO_INPUT = ("calculatedParameter", "input")
@@ -144,3 +152,51 @@ def outer_port_problems(
         elif port in driven:
             message = f"{at[1]!r} stands for {text}, which is connected"
             yield system.problem(at, message, "name an unconnected input")
+
+
+WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
+OFFERED = ".neutral_mass"
+MOST_OFFERS = 3
+"""Hydrodynamics bodies that are suggested."""
+
+
+def unset_masses(
+    system: System, descriptions: Mapping[str, Description], driven: Container[str]
+) -> Iterator[Problem]:
+    """Problems with the neutral masses that neither a start value nor a connection sets.
+
+    `driven` are the variables, as ``component.variable``, that connections lead to.
+    """
+    offers = [
+        f"{component}.{variable.name.removesuffix(OFFERED)}"
+        for component, description in descriptions.items()
+        for variable in description.of_causality("calculatedParameter")
+        if variable.name.endswith(OFFERED)
+    ]
+    for component in system.components:
+        for variable in descriptions[component.name].of_causality("parameter"):
+            found = WANTED.fullmatch(variable.name)
+            name = f"{component.name}.{variable.name}"
+            if not found or name in driven or _has_value(component, variable):
+                continue
+            message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
+            remedy = _ways(f"{component.name}.{found[1]}", name, offers)
+            remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
+            yield system.problem(("components", component.name), message, remedy)
+
+
+def _has_value(component: Component, variable: Variable) -> bool:
+    """True if the start value is not 0; also if it is unreadable, which is another problem."""
+    given = component.start.get(variable.name, float(variable.start or 0.0))
+    try:
+        return value_of(variable, given) != 0.0
+    except ValueError:
+        return True
+
+
+def _ways(body: str, mass: str, offers: Sequence[str]) -> str:
+    """The connections that give `mass`, of `body`, a value."""
+    if not offers:
+        return "add a component of kind hydrodynamics, and connect its body"
+    bodies = " or ".join(f"'{body} <-> {offer}'" for offer in offers[:MOST_OFFERS])
+    return f"connect it by {bodies}, or only the mass by '{offers[0]}{OFFERED} -> {mass}'"

@@ -10,12 +10,12 @@ from enum import Enum
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.connections.missing.loose_ends import is_idle_load, start_text, unfed
+from m4e_fmi.cosim.connections.missing import is_idle_load, start_text, unfed
 from m4e_fmi.cosim.connections.recording import chosen, thinned, volume
 from m4e_fmi.cosim.connections.structure import Structure
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.component_step import ComponentStep
 from m4e_fmi.cosim.system.component_steps import ComponentSteps
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.coupling_algorithms import LinkDelay, algorithm_descriptor
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -81,7 +81,8 @@ class Prepared:
         return {
             name: rate
             for name, rate in self.rates.items()
-            if rate.is_longer and "continuous" in self._variabilities(name)
+            if rate.is_longer
+            and any(v.variability == "continuous" for v in self._given(name) if v.type == "Real")
         }
 
     @property
@@ -93,12 +94,11 @@ class Prepared:
             if not rate.constant and self.descriptions[name].internal_step is None
         }
 
-    def _variabilities(self, component: str) -> set[str]:
-        """Those of the connected Real outputs of a component, or of all if none is connected."""
+    def _given(self, component: str) -> list[Variable]:
+        """The connected outputs of a component, or all if none is connected."""
         outputs = self.descriptions[component].of_causality("output")
         connected = {p.variable for p in self.wiring.sources if p.component == component}
-        given = [v for v in outputs if v.name in connected] or outputs
-        return {v.variability for v in given if v.type == "Real"}
+        return [v for v in outputs if v.name in connected] or outputs
 
     @property
     def timings(self) -> dict[Link, Timing]:
@@ -257,9 +257,14 @@ def _connections(prepared: Prepared) -> list[str]:
                 lines.append(f"      {_named(late, len(own))}{timing.value}")
         if once:
             lines.append(f"      {_named(once, count)}transferred once, at initialisation")
-        converted = [link for link in (*own, *once) if not link.is_plain]
+        converted = [
+            f"{k.target} = {k.factor:g} * {k.source}"
+            + (f" {'+-'[k.offset < 0]} {abs(k.offset):g}" if k.offset else "")
+            for k in (*own, *once)
+            if not k.is_plain
+        ]
         if converted:
-            lines.append(f"      converted: {', '.join(map(_conversion, converted))}")
+            lines.append(f"      converted: {', '.join(converted)}")
     return lines
 
 
@@ -286,8 +291,3 @@ def _named(links: list[Link], count: int) -> str:
     if len(links) == count:
         return ""
     return ", ".join(str(link.source) for link in links) + ": "
-
-
-def _conversion(link: Link) -> str:
-    shift = "" if link.offset == 0.0 else f" {'+-'[link.offset < 0]} {abs(link.offset):g}"
-    return f"{link.target} = {link.factor:g} * {link.source}{shift}"

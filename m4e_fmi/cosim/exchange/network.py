@@ -32,10 +32,16 @@ from weakref import WeakSet
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.dependence import STEPPED, how_known
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer, transfers_of
+from m4e_fmi.cosim.connections.structure import (
+    STEPPED,
+    AlgebraicLoop,
+    Exchange,
+    Transfer,
+    how_known,
+    transfers_of,
+)
 from m4e_fmi.cosim.exchange.arrivals import (
     ROWS,
     Arrivals,
@@ -60,7 +66,7 @@ from m4e_fmi.cosim.exchange.operations import (
 )
 from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario, ScenarioSnapshot
-from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.calls import Texts

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.structure import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, setting

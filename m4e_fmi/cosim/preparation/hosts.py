@@ -14,8 +14,7 @@ from zipfile import ZipFile
 
 import fmpy
 
-from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.processes import HERE, OWN
+from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.archives import ERRORS
@@ -29,7 +28,7 @@ from m4e_fmi.fmu.importer.worker import Host
 def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, Host]:
     """The conditions for each component that runs in a process of its own, by name."""
     files = {d.path: d for d in descriptions.values()}
-    known = cache(lambda path: _built_here(files[path]))
+    known = cache(lambda path: read_record(path) is not None or _has_our_library(files[path]))
 
     def is_apart(component: Component) -> bool:
         if component.process or component.limits:
@@ -59,10 +58,6 @@ def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host
         remedy = "leave this out, or run the system on another machine"
         raise InputError([system.problem(place, message, remedy) for place in asking])
     return {}, [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
-
-
-def _built_here(description: Description) -> bool:
-    return read_record(description.path) is not None or _has_our_library(description)
 
 
 def _has_our_library(description: Description) -> bool:

@@ -6,26 +6,24 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
+from m4e_fmi.cosim.connections.added_mass import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.dependence import with_stated
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
+from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import analyse, broken
+from m4e_fmi.cosim.connections.structure import analyse, broken, with_stated
 from m4e_fmi.cosim.exchange.schedule import loop_library
-from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
+from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
-from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
-from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
+    differing,
+    double_buoyancy,
+    double_drag,
     reversed_forces,
     start_values_without_effect,
     within_ramps,
 )
 from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.inputs import Draft, check_components
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
-from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.system import System

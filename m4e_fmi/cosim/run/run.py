@@ -46,7 +46,7 @@ from m4e_fmi.cosim.stepping.algorithm import (
 )
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.component_step import nanoseconds
+from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME

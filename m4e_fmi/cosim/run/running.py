@@ -16,7 +16,7 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.preparation.surroundings import model_gravity
+from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of

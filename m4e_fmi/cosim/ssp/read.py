@@ -18,25 +18,24 @@ from pydantic import ValidationError
 
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import SAME_UNIT, Wiring
-from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, read_tree
+from m4e_fmi.cosim.ssp.elements import Flow, Node, Path, Signal, follow, read_edges, read_tree
 from m4e_fmi.cosim.ssp.package import (
     OSP_SPACE,
     OWN,
     SSC,
     SSD,
     SSD_FILE,
+    Definition,
     Element,
     Package,
+    read_units,
     unpack_member,
 )
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
-from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
-from m4e_fmi.cosim.ssp.units import Definition, read_units
 from m4e_fmi.cosim.system.component import Component, FmuFile
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
-from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.errors import InputError, suggestion
 from m4e_fmi.files.temporary import TemporaryFolder
 from m4e_fmi.fmu.importer.reading import Description, read_description
@@ -374,7 +373,6 @@ def _simulation(package: Package, root: Element) -> Simulation:
         package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
     try:
         return Simulation(**SimulationSection(**settings).model_dump())
-    except (ValidationError, InputError) as error:
-        text = error.problems[0].message if isinstance(error, InputError) else str(error)
-        package.reject(root, f"its experiment: {text}")
+    except ValidationError as error:
+        package.reject(root, f"its experiment: {error.errors()[0]['msg']}")
         return Simulation(STOP_TIME, STOP_TIME / STEPS)

@@ -32,10 +32,10 @@ from m4e_fmi.cosim.ssp.package import (
     SSD_FILE,
     SSV,
     VERSION,
+    Definition,
     Element,
+    write_units,
 )
-from m4e_fmi.cosim.ssp.units import Definition, write_units
-from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.files.writing import written
@@ -113,8 +113,11 @@ def _description(
     root.set("generationTool", OWN)
     element = etree.SubElement(root, f"{SSD}System", name=system.name)
     ports = _connected(prepared)
-    enumerations = _enumerations(prepared, ports)
-    _system_connectors(prepared, element, enumerations)
+    items = dict.fromkeys(tuple(_variable(prepared, port).items.items()) for port in ports)
+    enumerations = {found: f"enumeration {k}" for k, found in enumerate(filter(None, items), 1)}
+    stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
+    own = ((name, _variable(prepared, Port.named(text))) for name, text in stand_for.items())
+    _connectors(element, own, enumerations)
     elements = etree.SubElement(element, f"{SSD}Elements")
     components = {component.name: component for component in system.components}
     for name, file in resources.items():
@@ -132,20 +135,15 @@ def _description(
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
-        if own := _ours(components[name]):
-            _annotate(component, own)
+        needs = {output: list(n) for output, n in components[name].dependencies.items()}
+        keys = {"step_size": components[name].step_size, "dependencies": needs}
+        if keys := {key: value for key, value in keys.items() if value}:
+            _annotate(component, keys)  # for which SSP has no place
     _connections(prepared, element)
     _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
     return root
-
-
-def _ours(component: Component) -> dict[str, Any]:
-    """Keys of a component in system files for which SSP has no place."""
-    needs = {name: list(inputs) for name, inputs in component.dependencies.items()}
-    given = {"step_size": component.step_size, "dependencies": needs}
-    return {key: value for key, value in given.items() if value}
 
 
 def _connected(prepared: Prepared) -> list[Port]:
@@ -160,11 +158,6 @@ def _connected(prepared: Prepared) -> list[Port]:
 
 Enumerations = dict[tuple[tuple[str, int], ...], str]
 """Items and their numbers → the name that the package gives to the enumeration."""
-
-
-def _enumerations(prepared: Prepared, ports: Iterable[Port]) -> Enumerations:
-    items = dict.fromkeys(tuple(_variable(prepared, port).items.items()) for port in ports)
-    return {found: f"enumeration {k}" for k, found in enumerate(filter(None, items), 1)}
 
 
 def _write_enumerations(root: Element, enumerations: Enumerations) -> None:
@@ -192,13 +185,6 @@ def _connectors(
             kind.set("unit", variable.unit)
         elif variable.type == "Enumeration":
             kind.set("name", enumerations[tuple(variable.items.items())])
-
-
-def _system_connectors(prepared: Prepared, parent: Element, enumerations: Enumerations) -> None:
-    system = prepared.system
-    stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
-    found = ((name, _variable(prepared, Port.named(text))) for name, text in stand_for.items())
-    _connectors(parent, found, enumerations)
 
 
 def _connections(prepared: Prepared, parent: Element) -> None:

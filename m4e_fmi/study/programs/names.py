@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from m4e_fmi.cosim.composition.compose import system_program
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system, read_system
 from m4e_fmi.errors import InputError, Problem, suggestion

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from m4e_fmi.cosim.system.component_step import time_of
+from m4e_fmi.cosim.system.simulation import time_of
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.files.limits import beyond_limits

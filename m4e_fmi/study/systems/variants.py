@@ -12,7 +12,7 @@ import marshal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from m4e_fmi.cosim.preparation.inputs import WARNING, Draft
+from m4e_fmi.cosim.preparation.components import WARNING, Draft
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component

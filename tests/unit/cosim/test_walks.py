@@ -19,6 +19,7 @@ from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
 from m4e_fmi.cosim.exchange.schedule import NativeExecutor, State
 from m4e_fmi.cosim.run.run import Options, Run
+from m4e_fmi.files.document import Section
 
 PACKAGE = Path(m4e_fmi.__file__).parent
 TAKER = "cart"
@@ -45,8 +46,9 @@ Seen = Callable[[FrameType, str, object], None]
 
 
 def elements(value: object, depth: int = 3) -> Iterator[object]:
-    """A value, and those in it where it is a collection."""
+    """A value, and those in it where it is a collection, or a section of a file."""
     yield value
+    value = vars(value) if isinstance(value, Section) else value
     parts = [*value, *value.values()] if isinstance(value, dict) else value
     if isinstance(parts, list | tuple | set) and depth > 0:
         for part in parts:

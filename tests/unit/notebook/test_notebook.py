@@ -16,9 +16,8 @@ from m4e_fmi import cosim
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, Model, Parameter
 from m4e_fmi.notebook.views import SHEETS
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import Results
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Recorded, Series
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"

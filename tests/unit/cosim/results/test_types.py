@@ -14,9 +14,9 @@ from m4e_fmi.cosim import System, run, start
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import plot_run
 from m4e_fmi.report.panels import by_unit
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import load, write_netcdf
 from m4e_fmi.results.row_file import Column, Section
+from m4e_fmi.results.series import Recorded
 
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
 """Periods of 0.3 s that have passed, at steps of 0.1 s."""

@@ -26,7 +26,7 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.system.component_step import ComponentStep, rate, seconds
+from m4e_fmi.cosim.system.simulation import ComponentStep, rate, seconds
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import read_description
 

@@ -14,7 +14,7 @@ from support.described import described
 from m4e_adapters.wind import WindConfig
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.missing import loose_ends
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.fmu.importer.reading import Description
 
