@@ -28,6 +28,7 @@ from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
+from m4e_fmi.errors import RunError
 
 MOST_DISCARDED = 128
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
@@ -287,6 +288,28 @@ class TimeLoop:
             self._watcher.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         if at.now == self._stop or self.over or at.now >= at.row + self._every:
             self._record()
+
+    def explained(self, error: RunError) -> RunError:
+        """`error`, or the error of an FMU that discards steps of all lengths."""
+        if not isinstance(error, DiscardedError) or isinstance(error, EventWithinError):
+            return error
+        step_size = self._size / NS_PER_SECOND
+        sizes = f"{step_size:g} s down to {error.size:.3g} s"
+        if error.size <= 2 * SMALLEST * step_size:
+            tried = f"every step from there, of {sizes}"
+        elif self.position.discarded >= MOST_DISCARDED:
+            since = self.position.full / NS_PER_SECOND
+            tried = f"{self.position.discarded} steps since t = {since:.9g} s, of {sizes}"
+        else:
+            return error
+        first = "fix the problem stated by the FMU first"
+        return RunError(
+            f"{error.message}; {error.component} has discarded {tried}",
+            f"{first}; "
+            * error.remedy.startswith(first)
+            + f"no step_size helps: check what {error.component} cannot compute there, and at "
+            "its inputs in the results",
+        )
 
     def _event_count(self) -> int:
         """How many events there were, in steps that were taken back, too."""
