@@ -64,7 +64,7 @@ def _marked(value: object, annotation: object, location: Location = ()) -> objec
 
     Sections within are left as they are: they do this themselves.
     """
-    if not isinstance(value, bool | dict | list):
+    if not isinstance(value, (bool, dict, list)):
         return value
     kinds = types_at(annotation, location)
     if isinstance(value, bool):

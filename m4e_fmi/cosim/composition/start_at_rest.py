@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from m4e_fmi.cosim.composition.compose import resting_program
 from m4e_fmi.cosim.composition.static_law import StaticLaw
 from m4e_fmi.cosim.preparation.components import Tell
 from m4e_fmi.cosim.preparation.inputs import silent
+from m4e_fmi.cosim.system.component import Start, StartValue
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import Program
@@ -77,7 +77,7 @@ def _without_angles(system: System, program: Program) -> System:
     """The system without start values of angles, in whose place are those of quaternions."""
     angles = {f"{a.owner}.{angle}" for a in attitudes(program) for angle in ATTITUDE}
 
-    def kept(component: str, start: Mapping[str, object]) -> dict[str, object]:
+    def kept(component: str, start: Start) -> dict[str, StartValue]:
         return {k: v for k, v in start.items() if f"{component}.{k}" not in angles}
 
     components = tuple(replace(c, start=kept(c.name, c.start)) for c in system.components)
