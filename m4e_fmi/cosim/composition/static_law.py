@@ -9,6 +9,7 @@ import numpy as np
 
 from m4e_fmi.cosim.composition.at_rest import TOLERANCE, AtRest, Rest
 from m4e_fmi.errors import RunError
+from m4e_fmi.fmu.importer.messages import Listener
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.program import Program, Recorder
 from m4e_fmi.program import Variable as Quantity
@@ -87,8 +88,10 @@ class StaticLaw:
         self._tell_rough(u)
         return found
 
-    def _at(self, u: Mapping[str, float], **options: object) -> Rest:
-        return self._rest.at({**self._inputs.rates, **u}, **options)  # type: ignore[arg-type]
+    def _at(
+        self, u: Mapping[str, float], *, brief: bool = False, listener: Listener | None = None
+    ) -> Rest:
+        return self._rest.at({**self._inputs.rates, **u}, brief=brief, listener=listener)
 
     def _hear(self, _: int, text: str) -> None:
         self._warn(text.removeprefix(f"{self._name}: "))

@@ -263,7 +263,7 @@ def ends(instances: Sequence[Instance], stops: np.ndarray) -> ctypes.Array[c_voi
 
     The instances are of FMI 3.0.
     """
-    offset = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
+    offset = RawComponent.ended.offset  # pyrefly: ignore[missing-attribute]
     places = [ctypes.addressof(instance.events) + offset for instance in instances]
     places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
     return (c_void_p * len(places))(*places)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.cosim.ssp.package import SSC, Element
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit

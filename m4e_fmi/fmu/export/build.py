@@ -90,7 +90,7 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
             return native_fmu_files(program, description, options)
         slave = python_slave(program, description, options.method)
         return python_fmu_files(slave, options.documentation)
-    if not isinstance(source, PythonSource):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not isinstance(source, PythonSource):
         message = f"expected a Program or a PythonSource, got {type(source).__name__}"
         raise InputError.single(message, "model_program makes that of a model, or of a model file")
     for name in OF_PROGRAMS:
