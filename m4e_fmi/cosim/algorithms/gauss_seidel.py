@@ -116,7 +116,7 @@ class _Component:
         names = [link.target.variable for link in inputs]
         signals = [_signal(network, link, before) for link in inputs]
         moved = network.moved(name)
-        self._ends = _combination(np.zeros(len(inputs)), network.values)
+        self._ends = _combination(np.zeros(len(inputs)), network.values)  # pyrefly: ignore[possibly-uninitialized-attribute]
         self._formulas = [(self._ends, [signal.end for signal in signals])]
         operations: list[Operation] = []
         into = held[own]

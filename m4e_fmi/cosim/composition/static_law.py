@@ -228,8 +228,10 @@ class StaticLaw:
                 )
         return found
 
-    def _at(self, u: Mapping[str, float], **options: object) -> Rest:
-        return self._rest.at({**self._inputs.rates, **u}, **options)  # type: ignore[arg-type]
+    def _at(
+        self, u: Mapping[str, float], *, brief: bool = False, listener: Listener | None = None
+    ) -> Rest:
+        return self._rest.at({**self._inputs.rates, **u}, brief=brief, listener=listener)
 
     def _hear(self, _: int, text: str) -> None:
         self._warn(text.removeprefix(f"{self._name}: "))

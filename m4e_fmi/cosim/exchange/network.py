@@ -372,7 +372,7 @@ class Network:
                 start = self._seen_index[Port(component, names[0])]
                 yield replace(self._reading(component, names, start), checked=checked)
 
-    def reread(self, component: str, held: Iterable[Operation]) -> list[Operation]:
+    def reread(self, component: str, held: Iterable[Transferring]) -> list[Transferring]:
         """Reads outputs that depend on inputs straight after the last step, and once more.
 
         In between, `held` sets connected inputs to the values that they have. Of FMUs that were
@@ -387,7 +387,7 @@ class Network:
 
     def hold(
         self, component: str, values: np.ndarray, moved: Collection[str] = ()
-    ) -> tuple[Operation, ...]:
+    ) -> tuple[Transferring, ...]:
         """Sets a component's connected inputs to the values that they have, but those `moved`.
 
         Those of its Real inputs are `values` (n_inputs,), in the units of their sources.

@@ -129,7 +129,7 @@ class StepLoop:
         self.step = step
         self.row = row or Schedule(())
         self.state = State(every=every if row else NEVER, rows_from=FAR)
-        ended = RawComponent.ended.offset  # pyright: ignore[reportAttributeAccessIssue]
+        ended = RawComponent.ended.offset  # pyrefly: ignore[missing-attribute]
         places = [ctypes.addressof(instance.events) + ended for instance in telling]
         places += [stops.ctypes.data + k * stops.itemsize for k in range(len(stops))]
         self._ends = (c_void_p * len(places))(*places)  # addresses of times, finite where it ends
