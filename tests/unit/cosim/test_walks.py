@@ -17,7 +17,7 @@ import m4e_fmi
 from m4e_fmi.cosim import Prepared, load_system, prepare
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
-from m4e_fmi.cosim.exchange.schedule import NativeExecutor, State
+from m4e_fmi.cosim.exchange.schedule import LoopState, NativeExecutor
 from m4e_fmi.cosim.run.run import Options, Run
 from m4e_fmi.files.document import Section
 
@@ -70,7 +70,7 @@ def is_force(value: object) -> bool:
 
 
 def is_step(value: object) -> bool:
-    found = value.size if isinstance(value, State) else value
+    found = value.size if isinstance(value, LoopState) else value
     return isinstance(found, str | int | float | Fraction) and found in STEP
 
 
