@@ -21,8 +21,7 @@ from m4e_fmi.cosim.preparation.components import (
     takes_long,
 )
 from m4e_fmi.cosim.preparation.doubtful_values import is_of_waves
-from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.prepare import described
+from m4e_fmi.cosim.preparation.prepare import available, described, hosts
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
