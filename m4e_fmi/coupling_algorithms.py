@@ -37,7 +37,7 @@ class AlgorithmDescriptor:
     the algorithm makes use of. `solves_loops` tells that inputs and outputs agree in algebraic
     loops within a step too; at communication points they do with every algorithm. `stability` ranks
     algorithms by their longest stable step: messages on growth without bound advise those of higher
-    rank. `make` returns the `Algorithm` for a `Network` at its start time.
+    rank. `make` returns the `Algorithm` for a `Network` at its start time; `cosim` has both.
     """
 
     name: str
@@ -47,7 +47,7 @@ class AlgorithmDescriptor:
     solves_loops: bool
     needs_rollback: bool
     stability: int
-    make: Callable[..., Any]
+    make: Callable[[Any], Any]
 
 
 def algorithm_names() -> list[str]:

@@ -316,7 +316,7 @@ class Document:
             keys, value = waiting.pop()
             if isinstance(value, str):
                 yield keys, value
-            elif isinstance(value, dict | list):
+            elif isinstance(value, (dict, list)):
                 items = value.items() if isinstance(value, dict) else enumerate(value)
                 waiting += (((*keys, key), member) for key, member in items)
 
@@ -345,7 +345,7 @@ class Document:
 def _wrong_part(data: object, error: ErrorDetails) -> Location:
     """Location of what is to be left out of `data` for an error of pydantic's; () for all of it."""
     location, value = found_at(data, tuple(error["loc"]))
-    if error["type"] == "extra_forbidden" or isinstance(value, dict | list):
+    if error["type"] == "extra_forbidden" or isinstance(value, (dict, list)):
         return location
     return location[:-1] if len(location) > 1 else location
 

@@ -97,7 +97,7 @@ def _marked(value: object, annotation: object, location: Location = ()) -> objec
 
     Sections within are left as they are: they do this themselves.
     """
-    if not isinstance(value, bool | dict | list):
+    if not isinstance(value, (bool, dict, list)):
         return value
     kinds = types_at(annotation, location)
     if isinstance(value, bool):
@@ -204,7 +204,7 @@ def _of_meant_types(cases: list[_Case]) -> list[_Case]:
     inner = [case for case in cases if case.type not in _SHAPES]
 
     def is_meant(case: _Case) -> bool:
-        if case.type not in _SHAPES or not isinstance(case.given, list | dict) or not case.keys:
+        if case.type not in _SHAPES or not isinstance(case.given, (list, dict)) or not case.keys:
             return True
         *above, tag = case.keys
         depth = len(above)
@@ -281,7 +281,7 @@ def _missing(case: _Case) -> Complaint:
 
 
 def _length(value: object) -> int:
-    return len(value) if isinstance(value, list | dict | tuple) else 0
+    return len(value) if isinstance(value, (list, dict, tuple)) else 0
 
 
 def _too_long(case: _Case) -> Complaint:
@@ -393,7 +393,7 @@ def _example(case: _Case) -> str:
 
 
 def _got(value: object) -> str:
-    if isinstance(value, list | dict):
+    if isinstance(value, (list, dict)):
         return f", got {'a list' if isinstance(value, list) else 'a mapping'}"
     shown = isinstance(value, str | int | float | bool | Word | None)
     return f", got {value!r}" if shown else ""

@@ -131,7 +131,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     else:
         force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):
-            if isinstance(load.moment, tuple | list):
+            if isinstance(load.moment, (tuple, list)):
                 torque = _vector(load, "moment", motion)
             else:  # about +Y
                 torque = 0, _value(load, "moment", motion), 0

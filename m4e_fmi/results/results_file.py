@@ -257,7 +257,10 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
+    path: Path,
+    file: BinaryIO,
+    variables: Mapping[str, Variable[object]],
+    attributes: dict[str, str | int],
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -302,7 +305,7 @@ def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Variable, name: str) -> Column:
+def _column(variable: Variable[object], name: str) -> Column:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
     return Column(name, told.get("units", "s"), told.get("long_name", ""), one)

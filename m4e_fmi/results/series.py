@@ -182,8 +182,8 @@ class Series(np.ndarray):
             options["out"] = tuple(_plain(one) for one in options["out"])
         return getattr(ufunc, method)(*map(_plain, inputs), **options)
 
-    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        result = super().__array_function__(function, types, args, kwargs)
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        result = super().__array_function__(func, types, args, kwargs)
         if isinstance(result, tuple) and not hasattr(result, "_fields"):
             return tuple(map(_plain, result))
         return _plain(result)

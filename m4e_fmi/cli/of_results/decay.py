@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_no_plot, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, Commands, add_no_plot, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `decay` to the command line."""
     command = commands.add_parser(
         "decay", help="period, linear and quadratic damping of a recorded free decay"

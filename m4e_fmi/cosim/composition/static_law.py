@@ -13,7 +13,7 @@ import numpy as np
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.interruption import quiet, setting_up
 from m4e_fmi.cosim.exchange.operations import Get
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.preparation.trial_instances import Instances, stepped
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.messages import Listener
@@ -226,8 +226,10 @@ class StaticLaw:
                 )
         return found
 
-    def _at(self, u: Mapping[str, float], **options: object) -> Rest:
-        return self._rest.at({**self._inputs.rates, **u}, **options)  # type: ignore[arg-type]
+    def _at(
+        self, u: Mapping[str, float], *, brief: bool = False, listener: Listener | None = None
+    ) -> Rest:
+        return self._rest.at({**self._inputs.rates, **u}, brief=brief, listener=listener)
 
     def _hear(self, _: int, text: str) -> None:
         self._warn(text.removeprefix(f"{self._name}: "))

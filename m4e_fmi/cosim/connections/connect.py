@@ -436,7 +436,7 @@ def _through_buses(links: Iterable[Link], system: System) -> tuple[list[Link], l
             giving, taking = givers.get(port), takers.get(port, [])
             found += (_joined(giving, link) for link in taking if giving)
             targets = tuple(link.target for link in taking)
-            signals.append(BusSignal(bus, name, unit, giving and giving.source, targets))
+            signals.append(BusSignal(bus, name, unit, giving.source if giving else None, targets))
     return sorted(found, key=lambda link: link.connection), signals
 
 

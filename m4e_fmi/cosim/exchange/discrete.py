@@ -19,7 +19,7 @@ from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Due, Gather, GetTyped, SetTyped, Transferring, gather
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 
@@ -30,7 +30,7 @@ Kept = tuple[np.ndarray, np.ndarray, tuple[Port, ...]]
 class Discrete:
     """The outputs among `steps` that are not Real, and what takes their values by `links`.
 
-    `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
+    `values` has a cell (see `calls.access`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where

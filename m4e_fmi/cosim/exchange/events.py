@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from operator import attrgetter
 
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.fmu.importer.calls.parts import RawComponent
+from m4e_fmi.fmu.importer.calls.access import RawComponent
 
 
 def telling(instances: Iterable[Instance]) -> tuple[Instance, ...]:

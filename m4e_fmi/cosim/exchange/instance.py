@@ -46,7 +46,7 @@ from m4e_fmi.fmu.importer.calls import (
     Texts,
     Value,
 )
-from m4e_fmi.fmu.importer.calls.parts import RawComponent
+from m4e_fmi.fmu.importer.calls.access import RawComponent
 from m4e_fmi.fmu.importer.calls.scaled import InputScales
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description

@@ -23,7 +23,7 @@ from m4e_fmi.cosim.connections.structure import DECLARED, PROBED, STATED, how_kn
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""

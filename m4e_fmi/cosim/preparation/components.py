@@ -109,7 +109,7 @@ def _texts(value: Any) -> Iterator[str | Path]:
     elif isinstance(value, Mapping):
         for member in value.values():
             yield from _texts(member)
-    elif isinstance(value, list | tuple | set | frozenset):
+    elif isinstance(value, (list, tuple, set, frozenset)):
         for member in value:
             yield from _texts(member)
 

@@ -20,7 +20,7 @@ from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.connections.structure import analyse, broken, with_stated
-from m4e_fmi.cosim.exchange.native_executor import loop_library
+from m4e_fmi.cosim.exchange.schedule import loop_library
 from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
 from m4e_fmi.cosim.preparation.doubtful_values import (

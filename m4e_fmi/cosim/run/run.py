@@ -37,8 +37,13 @@ from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
 from m4e_fmi.cosim.run.notes import discarded_at_every_length
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
-from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    ErrorEstimating,
+    Undoing,
+    error_estimating,
+    made,
+)
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.simulation import nanoseconds

@@ -16,7 +16,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.archives import ERRORS, opened_archive

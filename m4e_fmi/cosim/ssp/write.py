@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.cosim.connections.links import SAME_UNIT, Link, Port, conversion
 from m4e_fmi.cosim.connections.prepared import Prepared

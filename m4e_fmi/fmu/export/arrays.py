@@ -131,7 +131,7 @@ def dependencies(variable: FmuVariable, *, initial: bool) -> list[tuple[str, str
 
 
 def layout_files(description: ModelDescription, variables: Sequence[Grouped]) -> dict[str, bytes]:
-    """Name in `resources` → content: which scalars a value reference of FMI 3.0 stands for.
+    """Name in the archive → content: which scalars a value reference of FMI 3.0 stands for.
 
     All are lines of numbers; scalars are numbered as the value references of FMI 2.0 are, time
     last. `variables.txt` has a line for each value reference: its scalars. `dependencies.txt` has
@@ -151,7 +151,10 @@ def layout_files(description: ModelDescription, variables: Sequence[Grouped]) ->
                 line = f"{here.reference} {here.element} {on.reference} {on.element}"
                 needs.append(f"{line} {KIND_NUMBERS[kind]}")
     texts = {"variables.txt": lines, "dependencies.txt": needs}
-    return {name: "".join(f"{x}\n" for x in text).encode() for name, text in texts.items()}
+    return {
+        f"resources/{name}": "".join(f"{x}\n" for x in text).encode()
+        for name, text in texts.items()
+    }
 
 
 def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[str]]]:

@@ -17,7 +17,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import m4e_fmi
 from m4e_fmi.fmu.export.arrays import Grouped, dependencies, places
 from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.export.quantities import QUANTITIES, display_factor
 from m4e_fmi.fmu.importer.elements import ELEMENTS
 from m4e_fmi.program.dependence import KINDS
 from m4e_fmi.units import BASE_UNITS, parse_unit
@@ -36,6 +35,46 @@ LOG_CATEGORIES = {
 }
 DECLARATION = "<?xml version='1.0' encoding='UTF-8'?>"
 _RANK = {kind: k for k, kind in enumerate(("", *KINDS))}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of `unit`; values may be shown in `displays`, and are in `shown` at first."""
+
+    name: str
+    unit: str
+    displays: tuple[str, ...] = ()
+    shown: str | None = None
+
+    @property
+    def type_name(self) -> str:
+        """Name of the type in the model description."""
+        return f"SI.{self.name}"  # no variable may have the name of a type: none begins like this
+
+
+QUANTITIES = {  # by unit; named as in the Modelica Standard Library, which importers know
+    q.unit: q
+    for q in (
+        Quantity("Length", "m", ("mm", "km")),
+        Quantity("Velocity", "m/s", ("kn", "km/h")),
+        Quantity("Acceleration", "m/s2"),
+        Quantity("Angle", "rad", ("deg",), "deg"),
+        Quantity("AngularVelocity", "rad/s", ("rpm", "deg/s"), "rpm"),
+        Quantity("AngularAcceleration", "rad/s2", ("deg/s2",), "deg/s2"),
+        Quantity("Mass", "kg", ("t",)),
+        Quantity("MomentOfInertia", "kg.m2", ("t.m2",)),
+        Quantity("Force", "N", ("kN", "MN"), "kN"),
+        Quantity("Torque", "N.m", ("kN.m", "MN.m"), "kN.m"),
+        Quantity("TranslationalSpringConstant", "N/m", ("kN/m",)),
+        Quantity("RotationalSpringConstant", "N.m/rad", ("kN.m/rad", "N.m/deg")),
+        Quantity("TranslationalDampingConstant", "N.s/m", ("kN.s/m",)),
+        Quantity("RotationalDampingConstant", "N.m.s/rad", ("kN.m.s/rad",)),
+        Quantity("Energy", "J", ("kJ", "MJ", "kW.h")),
+        Quantity("Power", "W", ("kW", "MW")),
+        Quantity("Time", "s", ("min", "h")),
+        Quantity("Frequency", "Hz"),
+    )
+}
 
 
 @dataclass(frozen=True)
@@ -206,6 +245,11 @@ def _add_units(root: Element, reals: Sequence[FmuVariable]) -> None:
         for display in sorted({*chosen, *offered}):
             factor = display_factor(name, display)
             SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
+
+
+def display_factor(unit: str, display: str) -> float:
+    """Value in `display` = this · value in `unit`: FMI 2.0.4, section 2.2.2."""
+    return parse_unit(unit).factor / parse_unit(display).factor
 
 
 def _add_types(root: Element, reals: Sequence[FmuVariable], form: Form) -> None:

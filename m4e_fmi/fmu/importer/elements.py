@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 from fmpy.model_description import ModelVariable
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.fmu.importer.flaws import Element
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fmpy.model_description import CoSimulation, ModelVariable, Unknown
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.fmu.importer.elements import FmpyDescription
 from m4e_fmi.fmu.importer.flaws import Element

@@ -19,9 +19,8 @@ from typing import NoReturn
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
-from m4e_fmi.fmu.importer.calls.parts import Arrays
+from m4e_fmi.fmu.importer.calls.access import Arrays
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.messages import (
     ERROR,
@@ -82,7 +81,7 @@ class Context:
     """
 
     subject: FmuUnderTest
-    journal: CallJournal
+    journal: Callable[[str], None]
     folder: Path
     amplitude: float = 0.0
     works: list[str] = field(default_factory=list)
@@ -107,7 +106,7 @@ class Context:
         """The library, loaded once, with the functions of model exchange or of co-simulation."""
         if exchange not in self._loaded:
             here, raw = Path.cwd(), self.subject.raw
-            self.journal.write("loading the library")
+            self.journal("loading the library")
             try:
                 self._loaded[exchange] = CLASSES[raw.fmiVersion][exchange](
                     guid=raw.guid,
@@ -207,7 +206,7 @@ class Probe:
             sizes={reference: len(values) for reference, values in starts.items()},
             journal=context.journal,
         )
-        context.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
+        context.journal(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
         with suppress(RuntimeError):
             self.fmu.instantiate(name, self._messages, token=guid, exchange=exchange, events=events)
 

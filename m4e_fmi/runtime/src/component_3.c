@@ -5,8 +5,6 @@
 #include <math.h>
 #include <stdbool.h>
 
-typedef int transfer(void *instance, const uint32_t *references, size_t reference_count,
-                     void *values, size_t value_count);
 typedef int do_step(void *instance, double t, double h, bool no_return, bool *event, bool *end,
                     bool *early, double *reached);
 typedef int begin_step(void *instance, double t, double h, int no_return);
@@ -20,31 +18,6 @@ enum { WARNING = 1, MOST_EVENTS = 1000 };
 static const double NEAR = 1.5e-9; /* s; communication points are whole nanoseconds */
 
 static int is_at(double t, double goal) { return t >= goal - 4 * DBL_EPSILON * fabs(goal); }
-
-static int move(const m4e_component_3 *c, const m4e_part_3 *p, void (*function)(void)) {
-    return ((transfer *)function)(c->instance, p->references, p->reference_count, p->buffer,
-                                  p->value_count);
-}
-
-static double buffered(const m4e_part_3 *p, uint64_t i) {
-    const uint32_t place = p->places[i];
-    return p->single ? (double)((const float *)p->buffer)[place]
-                     : ((const double *)p->buffer)[place];
-}
-
-int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values) {
-    const m4e_access_3 *a = access;
-    int status = 0;
-    (void)references, (void)count;
-    for (uint64_t k = 0; k < a->count; ++k) {
-        const m4e_part_3 *p = &a->parts[k];
-        const int answer = move(a->component, p, p->get);
-        if (answer > WARNING) return answer;
-        if (answer > status) status = answer;
-        for (uint64_t i = 0; i < p->count; ++i) values[p->members[i]] = buffered(p, i);
-    }
-    return status;
-}
 
 int m4e_settle_3(m4e_component_3 *c, double t) {
     ++c->handled;
@@ -66,47 +39,6 @@ int m4e_settle_3(m4e_component_3 *c, double t) {
 
 int m4e_enter_event_mode_3(m4e_component_3 *c) {
     return ((enter_mode *)c->enter_event_mode)(c->instance);
-}
-
-static int in_event_mode(m4e_component_3 *c, const m4e_part_3 *p) {
-    int status = m4e_enter_event_mode_3(c);
-    if (status > WARNING) return status;
-    if (p) status = move(c, p, p->set);
-    return status > WARNING ? status : m4e_settle_3(c, c->reached);
-}
-
-static int set(m4e_component_3 *c, const m4e_part_3 *p, const double *values) {
-    const int ended = c->ended < INFINITY; /* in event mode, for good */
-    const int quietly = ended || !(p->discrete && c->has_events && c->stepping);
-    if (p->partial || !quietly) {
-        const int status = move(c, p, p->get);
-        if (status > WARNING) return status;
-    }
-    int changed = 0;
-    for (uint64_t i = 0; i < p->count; ++i) {
-        const double value = values[p->members[i]];
-        const uint32_t place = p->places[i];
-        changed |= p->single ? ((float *)p->buffer)[place] != (float)value
-                             : ((double *)p->buffer)[place] != value;
-        if (p->single)
-            ((float *)p->buffer)[place] = (float)value;
-        else
-            ((double *)p->buffer)[place] = value;
-    }
-    if (quietly) return move(c, p, p->set);
-    return changed ? in_event_mode(c, p) : 0;
-}
-
-int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values) {
-    const m4e_access_3 *a = access;
-    int status = 0;
-    (void)references, (void)count;
-    for (uint64_t k = 0; k < a->count; ++k) {
-        const int answer = set(a->component, &a->parts[k], values);
-        if (answer > WARNING) return answer;
-        if (answer > status) status = answer;
-    }
-    return status;
 }
 
 /* End of the first part of a step from `now` to `stop`: that, or an event before it. */
@@ -143,7 +75,8 @@ int m4e_do_step_3(void *component, double t, double h, int no_return) {
             return status;
         }
         if (c->has_events && (event || is_at(last, c->next_event))) {
-            status = in_event_mode(c, 0);
+            status = m4e_enter_event_mode_3(c);
+            if (status <= WARNING) status = m4e_settle_3(c, last);
             if (status > WARNING || c->ended < INFINITY) return status;
         }
         if (is_at(last, stop)) return status;

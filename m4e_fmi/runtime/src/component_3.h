@@ -1,8 +1,7 @@
 /* FMUs of FMI 3.0 for a master's loop, which knows functions as those of FMI 2.0.
 
-   m4e_get_3, m4e_set_3, m4e_do_step_3, m4e_save_3 and m4e_restore_3 stand for fmi2GetReal,
-   fmi2SetReal, fmi2DoStep, fmi2GetFMUstate and fmi2SetFMUstate. Their first argument is an access
-   (which variables) or a component; references are not used. */
+   m4e_do_step_3, m4e_save_3 and m4e_restore_3 stand for fmi2DoStep, fmi2GetFMUstate and
+   fmi2SetFMUstate; their first argument is a component. Values are moved by typed.h. */
 #ifndef M4E_COMPONENT_3_H
 #define M4E_COMPONENT_3_H
 
@@ -38,25 +37,6 @@ typedef struct {
     uint64_t interruptions;
 } m4e_state_3;
 
-/* Variables of one type, whole arrays: buffer[places[i]] is values[members[i]]. */
-typedef struct {
-    void (*get)(void), (*set)(void); /* fmi3GetFloat64 and fmi3SetFloat64, or those of Float32 */
-    const uint32_t *references, *places, *members;
-    void *buffer;
-    uint64_t reference_count, value_count, count;
-    int32_t single;   /* the buffer is of floats */
-    int32_t partial;  /* some elements are not among the values: they stay as they are */
-    int32_t discrete; /* of variables that are set in event mode, where there is one */
-} m4e_part_3;
-
-typedef struct {
-    m4e_component_3 *component;
-    const m4e_part_3 *parts;
-    uint64_t count;
-} m4e_access_3;
-
-M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
-M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
 M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_begin_step_3(void *component, double t, double h, int no_return);
 M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */

@@ -67,7 +67,7 @@ void m4e_texts_free(m4e_texts *t) {
 
 /* ---- values ---- */
 
-static int move(const m4e_typed *a, const m4e_typed_part *p, void (*f)(void)) {
+static int move(const m4e_access *a, const m4e_part *p, void (*f)(void)) {
     void *instance = a->component ? a->component->instance : a->instance;
     if (p->sized)
         return ((sized_transfer *)f)(instance, p->references, p->reference_count, p->buffer,
@@ -75,7 +75,13 @@ static int move(const m4e_typed *a, const m4e_typed_part *p, void (*f)(void)) {
     return ((transfer *)f)(instance, p->references, p->reference_count, p->buffer);
 }
 
-static int64_t cell_at(const m4e_typed_part *p, uint32_t k, m4e_texts *texts) {
+static int64_t cell_of(double real) {
+    int64_t cell;
+    memcpy(&cell, &real, sizeof cell);
+    return cell;
+}
+
+static int64_t cell_at(const m4e_part *p, uint32_t k, m4e_texts *texts) {
     const void *b = p->buffer;
     switch (p->layout) {
     case M4E_I8: return ((const int8_t *)b)[k];
@@ -84,15 +90,17 @@ static int64_t cell_at(const m4e_typed_part *p, uint32_t k, m4e_texts *texts) {
     case M4E_U16: return ((const uint16_t *)b)[k];
     case M4E_I32: return ((const int32_t *)b)[k];
     case M4E_U32: return ((const uint32_t *)b)[k];
+    case M4E_F32: return cell_of(((const float *)b)[k]);
+    case M4E_F64: return cell_of(((const double *)b)[k]);
     case M4E_TEXT: return m4e_text_place(texts, ((const char *const *)b)[k]);
     default: return ((const int64_t *)b)[k];
     }
 }
 
-int m4e_get_typed(m4e_typed *a, int64_t *cells) {
+int m4e_get_typed(m4e_access *a, int64_t *cells) {
     int worst = 0;
     for (uint64_t n = 0; n < a->part_count; ++n) {
-        const m4e_typed_part *p = &a->parts[n];
+        const m4e_part *p = &a->parts[n];
         const int status = move(a, p, p->get);
         a->failed = n;
         if (status > WARNING) return status;
@@ -109,16 +117,14 @@ int m4e_get_typed(m4e_typed *a, int64_t *cells) {
     return worst;
 }
 
-/* The value of element k becomes a cell's; whether it was another. */
-static int put(const m4e_typed_part *p, uint32_t k, int64_t cell, const m4e_taken *t,
-               const m4e_texts *texts) {
+/* The value of element k becomes a cell's, or a Real; whether it was another. */
+static int put(const m4e_part *p, uint32_t k, int64_t cell, double real, const m4e_texts *texts) {
 #define PUT(type, value) {                                                                         \
         type *at = &((type *)p->buffer)[k];                                                        \
         const type old = *at;                                                                      \
         *at = (type)(value);                                                                       \
         return old != *at;                                                                         \
     }
-    const double real = t->factor * (t->large ? (double)(uint64_t)cell : (double)cell) + t->offset;
     switch (p->layout) {
     case M4E_I8: PUT(int8_t, cell)
     case M4E_U8: PUT(uint8_t, cell)
@@ -141,7 +147,7 @@ static int put(const m4e_typed_part *p, uint32_t k, int64_t cell, const m4e_take
 
 /* Fills the buffer of a part; what is set in event mode counts as `changed` where it differs from
    what the FMU has. */
-static int fill(m4e_typed *a, const m4e_typed_part *p, const int64_t *cells, int look,
+static int fill(m4e_access *a, const m4e_part *p, const int64_t *cells, int look,
                 int *changed) {
     if (p->partial || look) {
         const int status = move(a, p, p->get);
@@ -149,23 +155,26 @@ static int fill(m4e_typed *a, const m4e_typed_part *p, const int64_t *cells, int
     }
     *changed = 0;
     for (uint64_t i = 0; i < p->count; ++i) {
-        const m4e_taken *t = &a->taken[p->members[i]];
-        const int64_t cell = cells[t->source];
-        if (p->layout != M4E_TEXT && (cell < t->low || cell > t->high)) {
+        const m4e_taken *t = a->taken ? &a->taken[p->members[i]] : NULL;
+        const int64_t cell = cells[t ? t->source : p->members[i]];
+        double real;
+        memcpy(&real, &cell, sizeof real);
+        if (t && p->layout != M4E_TEXT && (cell < t->low || cell > t->high)) {
             a->failed = p->members[i];
             return M4E_DOES_NOT_FIT;
         }
-        *changed |= put(p, p->places[i], cell, t, a->texts);
+        if (t) real = t->factor * (t->large ? (double)(uint64_t)cell : (double)cell) + t->offset;
+        *changed |= put(p, p->places[i], cell, real, a->texts);
     }
     return 0;
 }
 
-int m4e_set_typed(m4e_typed *a, const int64_t *cells) {
+int m4e_set_typed(m4e_access *a, const int64_t *cells) {
     m4e_component_3 *c = a->component;
     const int events = c && c->has_events && c->stepping && !(c->ended < INFINITY);
     int worst = 0, entered = 0;
     for (uint64_t n = 0; n < a->part_count; ++n) { /* those set in event mode are the last */
-        const m4e_typed_part *p = &a->parts[n];
+        const m4e_part *p = &a->parts[n];
         const int look = events && p->discrete;
         int changed, status;
         a->failed = n;
@@ -184,6 +193,16 @@ int m4e_set_typed(m4e_typed *a, const int64_t *cells) {
     if (!entered) return worst;
     const int status = m4e_settle_3(c, c->reached);
     return status > worst ? status : worst;
+}
+
+int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values) {
+    (void)references, (void)count;
+    return m4e_get_typed(access, (int64_t *)(void *)values);
+}
+
+int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values) {
+    (void)references, (void)count;
+    return m4e_set_typed(access, (const int64_t *)(const void *)values);
 }
 
 int m4e_copy_cells(const m4e_copied *c, int64_t *cells) {

@@ -1,8 +1,9 @@
-/* Variables of FMUs that are not Real, for a master's loop: Integers, Booleans, enumerations and
-   Strings, of any version of FMI.
+/* Variables of FMUs for a master's loop: Integers, Booleans, enumerations and Strings of any version
+   of FMI, and Reals of FMI 3.0.
 
    Each value lies in a cell of 64 bits: a whole number (unsigned ones of 64 bits by their bits), a
-   Boolean as 0 or 1, a String as its place among the texts. Reals take values of cells, too. */
+   Boolean as 0 or 1, a String as its place among the texts, a Real as a double. Reals take values
+   of other cells, too. */
 #ifndef M4E_TYPED_H
 #define M4E_TYPED_H
 
@@ -35,10 +36,10 @@ typedef struct {
     int32_t partial;  /* some elements are not among the members: they stay as they are */
     int32_t discrete; /* set in event mode, where there is one */
     int32_t truth;    /* Booleans: what is not 0 is 1 */
-} m4e_typed_part;
+} m4e_part;
 
 /* What a member takes: cells[source], which is to be from `low` to `high`, of an unsigned type if
-   `large`; a Real takes factor * value + offset. */
+   `large`; a Real takes factor * value + offset of it. */
 typedef struct {
     int64_t low, high;
     double factor, offset;
@@ -49,16 +50,19 @@ typedef struct {
 typedef struct {
     void *instance;
     m4e_component_3 *component; /* of FMI 3.0; otherwise NULL */
-    const m4e_typed_part *parts;
+    const m4e_part *parts;
     uint64_t part_count;
     m4e_texts *texts;
-    const m4e_taken *taken; /* to set */
+    const m4e_taken *taken; /* to set; NULL: each Real is a cell, at the place of the member */
     double *changed;        /* to get: becomes 0 where a cell changes; may be NULL */
     uint64_t failed;        /* the part that failed; the member whose value does not fit */
-} m4e_typed;
+} m4e_access;
 
-M4E_API int m4e_get_typed(m4e_typed *access, int64_t *cells);
-M4E_API int m4e_set_typed(m4e_typed *access, const int64_t *cells);
+M4E_API int m4e_get_typed(m4e_access *access, int64_t *cells);
+M4E_API int m4e_set_typed(m4e_access *access, const int64_t *cells);
+/* The same for Reals, as fmi2GetReal and fmi2SetReal are called; references are not used. */
+M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
+M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
 
 typedef struct {
     const int64_t *source;

@@ -24,7 +24,7 @@ def changed(system: System, settings: Mapping[str, object]) -> System:
     """The system with other settings of its simulation; InputError if they do not fit."""
     if odd := settings.keys() & {"start", "origin"}:
         raise InputError.single(f"the simulation has no setting {min(odd)!r}")
-    return system.changed(origin="study", **settings)  # pyright: ignore[reportArgumentType]
+    return system.changed(origin="study", **settings)  # pyrefly: ignore[bad-argument-type]
 
 
 @dataclass(frozen=True)

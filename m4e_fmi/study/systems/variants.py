@@ -140,7 +140,7 @@ class _Sections:
         except InputError as error:
             raise InputError(self._system.located(self._name, p) for p in error.problems) from None
         program = _program(draft)
-        variables = program and (*program.parameters, *program.states, *program.inputs)
+        variables = (*program.parameters, *program.states, *program.inputs) if program else None
         return Build(component, values, variables), draft
 
     def with_values(self, problem: Problem, values: Combination) -> Problem:

@@ -28,8 +28,7 @@ from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
-from m4e_fmi.fmu.importer.missing_library import remedy_for
-from m4e_fmi.fmu.importer.opening import Unpacked
+from m4e_fmi.fmu.importer.opening import Unpacked, remedy_for
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.worker import Host, Worker
 from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
@@ -229,7 +228,7 @@ def _keep_signatures(kind: type) -> None:
     """
     for _, function in inspect.getmembers(kind, inspect.isfunction):
         if function.__name__.startswith("fmi"):
-            function.__signature__ = inspect.signature(function)
+            function.__signature__ = inspect.signature(function)  # pyrefly: ignore[missing-attribute]
 
 
 def binaries(

@@ -17,18 +17,19 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.call_journal import CallJournal
-from m4e_fmi.fmu.importer.calls.parts import (
+from m4e_fmi.fmu.importer.calls.access import (
+    Access,
     Arrays,
-    Caller,
-    Layout,
+    Part,
     RawComponent,
+    Taken,
+    Texts,
     address_of,
     guarded,
     restored,
     runtime_function,
+    value_in,
 )
-from m4e_fmi.fmu.importer.calls.typed import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
 from m4e_fmi.fmu.importer.reading import Variable
 
@@ -80,7 +81,7 @@ class Standard(ABC):
     `component` is what the FMU calls the instance; None if there is none, or none that may be
     called any more. `events` is what it has told of events. `failed` raises for statuses above
     Warning; functions that answer with a status leave that to their caller. `sizes` are the numbers
-    of elements of arrays by value reference, `last_call` is the last call for a journal.
+    of elements of arrays by value reference, `last_call` is the last call as `journal` hears it.
     """
 
     VERSION: ClassVar[int]
@@ -96,7 +97,7 @@ class Standard(ABC):
         failed: Failed,
         *,
         sizes: Mapping[int, int] | None = None,
-        journal: CallJournal | None = None,
+        journal: Callable[[str], None] | None = None,
     ) -> None:
         self._fmpy = copy(loaded)
         self._dll: ctypes.CDLL = loaded.dll
@@ -156,7 +157,7 @@ class Standard(ABC):
         """Set variables of any type by name."""
 
     @abstractmethod
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         """The end of its functions' names, as Real of fmi2GetReal, and how values lie in memory."""
 
     @abstractmethod
@@ -175,12 +176,34 @@ class Standard(ABC):
 
         `changed` (1,) [1] becomes 0 where a value changes in reading.
         """
-        return Access(self.variables(names), self.caller(), texts, taken=taken, changed=changed)
+        variables, kinds = self.variables(names), dict[tuple[bool, str], list[int]]()
+        for k, v in enumerate(variables):  # by type, and those last that are set in event mode
+            kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
+        return Access(
+            names,
+            [
+                self._part([variables[k] for k in kinds[kind]], kinds[kind])
+                for kind in sorted(kinds)
+            ],
+            texts,
+            instance=self.component,
+            component=self.events if self.SIZED else None,
+            ready=self.ready,
+            taken=taken,
+            changed=changed,
+        )
 
-    def caller(self) -> Caller:
-        """How the variables are called."""
-        record = self.events if self.SIZED else None
-        return Caller(self.layout, self.address, self.component, self.sizes, self.ready, record)
+    def _part(self, variables: Sequence[Variable], members: Sequence[int]) -> Part:
+        function, layout = self.layout(variables[0])
+        return Part(
+            variables,
+            members,
+            function=function,
+            layout=layout,
+            address=self.address,
+            sizes=self.sizes,
+            sized=self.SIZED,
+        )
 
     def ready(self) -> Status:
         """Do what values need before they are read."""
@@ -359,7 +382,7 @@ class Standard(ABC):
         """
         self.last_call = f"{self.name(f'fmi2{function}')}({note})"
         if self._journal:
-            self._journal.write(self.last_call)
+            self._journal(self.last_call)
         return restored(self.function(f"fmi2{function}")(self.component, *arguments))
 
     def do(self, function: str, *arguments: object, note: str = "") -> None:

@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 
 from m4e_fmi.fmu.importer.messages import ERROR
-from m4e_fmi.fmu.importer.missing_library import remedy_for
+from m4e_fmi.fmu.importer.opening import remedy_for
 from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import (
     FACTS,
@@ -78,7 +78,7 @@ def _assumed_step(context: Context, error: RefusedError) -> Finding:
 
 def _version(context: Context) -> tuple[str, str]:
     dll = context.loaded(exchange=context.subject.exchanges).dll
-    context.journal.write("GetVersion()")
+    context.journal("GetVersion()")
     if context.subject.fmi_3:
         return _text(dll.fmi3GetVersion()), "default"
     return _text(dll.fmi2GetVersion()), _text(dll.fmi2GetTypesPlatform())

@@ -40,7 +40,7 @@ def told(
 @pytest.mark.parametrize("name", GIVEN["cases"])
 def test_what_is_told(name: str) -> None:
     """With the connection that seems to be left out, if there is one that fits."""
-    case = {"connections": (), "told": (), "not": (), **GIVEN["cases"][name]}
+    case: dict[str, Any] = {"connections": (), "told": (), "not": (), **GIVEN["cases"][name]}
     given = {n: FMUS[fmu] for n, fmu in case.pop("fmus").items()}
     texts, others = case.pop("told"), case.pop("not")
     lines = told(given, **case)

@@ -174,7 +174,7 @@ def test_libcosim_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
 
 def test_ecos_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
     try:
-        from ecospy import EcosSimulation  # pyright: ignore
+        from ecospy import EcosSimulation
     except (ImportError, OSError) as error:
         pytest.skip(f"ecospy cannot be imported: {error}")
     with EcosSimulation(ssp_path=str(before_a_wall(tmp_path, c_fmu)), step_size=STEP) as simulation:
