@@ -47,6 +47,8 @@ from m4e_fmi.shown import cleaned, one_line
 _HALF = re.compile(r"[\ud800-\udfff]")
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
+__all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
+_MOST_PRUNINGS = 20
 
 
 class Place(NamedTuple):
@@ -212,11 +214,6 @@ def _sequence(node: CommentedSeq, location: Location, places: Places) -> list[ob
         places[(*location, index)] = Place(line + 1, column + 1, width)
         items.append(_plain(value, (*location, index), places))
     return items
-
-
-__all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
-
-_MOST_PRUNINGS = 20
 
 
 class Document:
