@@ -53,7 +53,7 @@ def report(findings: list[Finding]) -> str:
     return "\n".join([*lines, verdict])
 
 
-def as_json(findings: list[Finding]) -> list[dict[str, object]]:
+def as_json(findings: list[Finding]) -> list[dict[str, bool | str]]:
     """Findings as JSON values."""
     return [asdict(f) for f in findings]
 

@@ -15,6 +15,7 @@ from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    Commands,
     add_animate,
     add_build_folder,
     add_no_plot,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `simulate` to the command line."""
     command = commands.add_parser(
         "simulate", help="simulate one model, or a system as one program, in this process"

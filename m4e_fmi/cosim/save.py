@@ -13,8 +13,7 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Link, Port, Variables, is_varying
-from m4e_fmi.cosim.connections.loads import base, summed
+from m4e_fmi.cosim.connections.links import Link, Port, Variables, base, is_varying, summed
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.prepare import described, prepare

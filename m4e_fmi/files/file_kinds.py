@@ -36,7 +36,7 @@ _REMEDIES = {
 
 def as_path(given: object) -> Path:
     """`given` as a Path; InputError for anything that is not the path of a file."""
-    if isinstance(given, str | os.PathLike):
+    if isinstance(given, (str, os.PathLike)):
         return Path(given)
     message = f"expected the path of a file, got {type(given).__name__}"
     raise InputError.single(message, "give its name, as a text or a Path")

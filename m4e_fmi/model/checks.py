@@ -120,7 +120,7 @@ def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
     """
     known = Known(names.parameters, dimensions=model.dimensions)
     yield from _name_findings(model)
-    if known.dimensions == 3 and isinstance(model.gravity, tuple | list):
+    if known.dimensions == 3 and isinstance(model.gravity, (tuple, list)):
         yield from vectors(("gravity",), model.gravity, known)
     else:
         yield from numbers(("gravity",), model.gravity, known, ())
@@ -266,7 +266,7 @@ def _value_findings(
     for name, body in model.bodies.items():
         yield from axis_without_direction(("bodies", name), body, computed)
         at = ("bodies", name, "inertia")
-        count = len(body.inertia) if isinstance(body.inertia, tuple | list) else 0
+        count = len(body.inertia) if isinstance(body.inertia, (tuple, list)) else 0
         entries = [computed[*at, k] for k in range(count) if (*at, k) in computed]
         if entries and len(entries) == count:
             yield from _inertia_findings(at, entries)
@@ -352,7 +352,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
 
 def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
     """Every number or expression of the model, and where it stands."""
-    if isinstance(model.gravity, tuple | list):
+    if isinstance(model.gravity, (tuple, list)):
         yield from ((("gravity", k), part) for k, part in enumerate(model.gravity))
     else:
         yield ("gravity",), model.gravity
@@ -360,7 +360,7 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
         for name, element in getattr(model, group).items():
             for field in getattr(element, "scalars", ()):
                 value = getattr(element, field)
-                if isinstance(value, tuple | list):
+                if isinstance(value, (tuple, list)):
                     yield from (((group, name, field, k), part) for k, part in enumerate(value))
                 elif value is not None:
                     yield (group, name, field), value

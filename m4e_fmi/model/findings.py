@@ -127,7 +127,7 @@ VECTORS = {2: f"{PLANAR}: write [x, z]", 3: f"{SPATIAL}: write [x, y, z]"}
 
 def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[Finding]:
     """Problems of a vector of numbers or expressions."""
-    if isinstance(value, tuple | list):
+    if isinstance(value, (tuple, list)):
         count = len(value)
     else:
         count = next(iter(getattr(value, "shape", ())), None)  # of NumPy's arrays
@@ -145,7 +145,7 @@ def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[F
 
 def numbers(at: Location, value: Any, known: Known, counts: Collection[int]) -> Iterator[Finding]:
     """Problems of a number or expression; in space of as many as one of the `counts`, if any."""
-    is_list = isinstance(value, tuple | list)
+    is_list = isinstance(value, (tuple, list))
     if known.dimensions == 2 or not counts:
         if is_list:
             message = f"{at[-1]}: expected a number or an expression, got {_entries(len(value))}"

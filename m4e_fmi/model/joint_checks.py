@@ -107,10 +107,12 @@ def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterato
 
 
 def _coordinate(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
-    if joint.coordinate not in (None, *get_args(AngleReference)):
+    if joint.coordinate is None:
+        return
+    if joint.coordinate not in get_args(AngleReference):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
         yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif types[joint.type].chooses_angle or joint.coordinate is None:
+    elif types[joint.type].chooses_angle:
         return
     elif joint.coordinate == "relative" or types is JOINT_TYPES[3]:
         names = " or ".join(name for name, t in types.items() if t.chooses_angle)

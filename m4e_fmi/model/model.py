@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity, Vector
@@ -39,8 +39,8 @@ class Model(Displayed):
     description: str = ""
     dimensions: Literal[2, 3] = 2
 
-    _warnings = ()  # no fields: they follow from the others
-    _lacking = MappingProxyType({})
+    _warnings: ClassVar[tuple[Problem, ...]] = ()  # no fields: they follow from the others
+    _lacking: ClassVar[Mapping[str, Problem]] = MappingProxyType({})
 
     def __post_init__(self) -> None:
         from m4e_fmi.model.checks import findings

@@ -43,7 +43,7 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.joint_checks import joint_type_elsewhere
-from m4e_fmi.model.loads import LOAD_TYPES
+from m4e_fmi.model.loads import LOAD_TYPES, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from m4e_fmi.model.table import Table
@@ -67,7 +67,7 @@ def _number_or_text(value: object) -> float | str:
 
 def _vector(value: object, info: ValidationInfo) -> object:
     """A vector as it is, whose length is checked later; anything else is rejected."""
-    if not isinstance(value, list | tuple):
+    if not isinstance(value, (list, tuple)):
         raise rejected(
             f"{info.field_name}: expected a vector, got {value!r}",
             "write [x, z], in space [x, y, z]",
@@ -287,7 +287,7 @@ def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, A
             for name, member in members.items()
         }
 
-    loads = {}
+    loads: dict[str, Load] = {}
     for name, member in section.loads.items():
         given = dict(member)
         loads[name] = LOAD_TYPES[given.pop("type")](**given)

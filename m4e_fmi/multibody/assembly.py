@@ -28,8 +28,7 @@ from m4e_fmi.model.elements import (
 )
 from m4e_fmi.model.expression import NOTHING, Expression, Values
 from m4e_fmi.multibody.loads import Acting, acting
-from m4e_fmi.multibody.motion import Lookup, Motion, State, frames, in_space
-from m4e_fmi.multibody.topology import Topology
+from m4e_fmi.multibody.topology import Lookup, Motion, State, Topology, frames, in_space
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     TURN,

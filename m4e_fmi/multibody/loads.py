@@ -29,7 +29,7 @@ from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
-from m4e_fmi.multibody.motion import Motion, in_space
+from m4e_fmi.multibody.topology import Motion, in_space
 from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
 from m4e_fmi.space import (
     ABOUT_Y,
@@ -50,8 +50,6 @@ from m4e_fmi.space import (
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
-_Spring = TensionSpring | TorsionSpring
-_Damper = TensionDamper | TorsionDamper
 
 FORCES, MOMENTS = ("force_x", "force_y", "force_z"), ("moment_x", "moment", "moment_z")
 
@@ -133,7 +131,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     else:
         force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):
-            if isinstance(load.moment, tuple | list):
+            if isinstance(load.moment, (tuple, list)):
                 torque = _vector(load, "moment", motion)
             else:  # about +Y
                 torque = 0, _value(load, "moment", motion), 0

@@ -31,9 +31,8 @@ from m4e_fmi.multibody.assembly import (
     load_powers,
     potential_energy,
 )
-from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix
+from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix, reactions
 from m4e_fmi.multibody.declaration import Described, declared, in_words, state_names
-from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
 from m4e_fmi.program import AnyScalar, Program, Recorder, Variable

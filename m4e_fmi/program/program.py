@@ -291,12 +291,8 @@ class Recorder:
 
     def calculate(self, variable: Variable, value: Scalar | float) -> None:
         """Declare a calculated parameter: computed once, from parameters only."""
-        index = self._index(value)
-        foreign = self.tape.symbols_of(index) - set(self._variables["parameters"])
-        if foreign:
-            raise ValueError(f"{self.name}: {variable.name!r} depends on {sorted(foreign)}")
         self._declare("calculated", variable)
-        self._constants.append(index)
+        self._constants.append(self._index(value))
 
     def _index(self, value: Scalar | float) -> int:
         return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
@@ -308,8 +304,13 @@ class Recorder:
     def program(self, *, solutions: tuple[Solution, ...] = ()) -> Program:
         """The finished program.
 
-        ValueError if a state has no rate, or if a scalar or a `derivative_of` names no variable.
+        ValueError if a state has no rate, if a scalar or a `derivative_of` names no variable, or if
+        a calculated parameter depends on more than parameters.
         """
+        symbols = self.tape.symbols_of_each(self._constants)
+        for v, index in zip(self.variables("calculated"), self._constants, strict=True):
+            if foreign := symbols[index] - set(self._variables["parameters"]):
+                raise ValueError(f"{self.name}: {v.name!r} depends on {sorted(foreign)}")
         missing = sorted(set(self._variables["states"]) - set(self._rates))
         if missing:
             raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")

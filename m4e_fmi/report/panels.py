@@ -83,7 +83,7 @@ def by_unit(series: dict[str, Series]) -> list[Panel]:
         Panel("", unit, 1.0, {name: one for name, one in reals.items() if one.unit == unit})
         for unit in dict.fromkeys(one.unit for one in reals.values())
     ]
-    others: dict[tuple, dict[str, Series]] = {}
+    others: dict[tuple[str, *tuple[tuple[str, int], ...]], dict[str, Series]] = {}
     for name, one in series.items():
         kind = one.recorded
         if not (kind.is_real or kind.is_text):

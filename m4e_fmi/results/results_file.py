@@ -26,7 +26,6 @@ from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
     CLOSING,
@@ -40,7 +39,7 @@ from m4e_fmi.results.row_file import (
     Section,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series, as_dataset
+from m4e_fmi.results.series import Series, as_dataset, recorded_as
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
@@ -258,7 +257,10 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
+    path: Path,
+    file: BinaryIO,
+    variables: Mapping[str, Variable[object]],
+    attributes: dict[str, str | int],
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -303,7 +305,7 @@ def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Variable, name: str) -> Column:
+def _column(variable: Variable[object], name: str) -> Column:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
     return Column(name, told.get("units", "s"), told.get("long_name", ""), one)

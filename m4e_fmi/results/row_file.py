@@ -25,7 +25,7 @@ from typing import BinaryIO, Protocol
 import numpy as np
 
 from m4e_fmi.files.writing import part_prefix
-from m4e_fmi.results.recorded import REAL, Recorded
+from m4e_fmi.results.series import REAL, Recorded
 
 MAGIC = b"CDF\x05"
 """The first bytes of a file."""

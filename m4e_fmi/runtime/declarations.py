@@ -98,7 +98,7 @@ class Block(ctypes.Structure):
 
 
 _DOUBLES = c_void_p  # address of a contiguous array
-_SIGNATURES: dict[str, tuple] = {
+_SIGNATURES: dict[str, tuple[object, ...]] = {
     "m4e_abi": (c_int,),
     "m4e_program_read": (c_void_p, c_char_p, c_size_t, c_char_p, c_size_t),
     "m4e_program_free": (None, c_void_p),

@@ -355,7 +355,7 @@ def ensemble(
     if status != DONE:
         raise RunError(f"{program.name}: no memory for an ensemble of {count} runs")
     record = EventRecord((), counts.states, 0)
-    return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]
+    return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]  # pyrefly: ignore[protected-access]
 
 
 class Integrator:

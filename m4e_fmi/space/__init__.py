@@ -6,8 +6,7 @@ planar model moves in the components `PLANE`, any other in `SPACE`. Imports `pro
 `vectors`, then `freedoms`.
 """
 
-from m4e_fmi.space.freedoms import Component, Freedom, Twist
-from m4e_fmi.space.inertia import Elimination, Inertia
+from m4e_fmi.space.freedoms import Component, Elimination, Freedom, Inertia, Twist
 from m4e_fmi.space.vectors import (
     ABOUT_Y,
     AXES,

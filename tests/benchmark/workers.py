@@ -32,11 +32,14 @@ RUNS, SHORT, LONG = 15, 500, 2500
 WORK = 1e-3
 """CPU seconds of a step of the components that are to step side by side."""
 
+Timed = Callable[[int], float]
+"""Wall seconds of so many steps."""
 
-def ours(process: str) -> Callable[[Coupled, Path], Advance]:
+
+def ours(process: str) -> Callable[[Coupled, Path], Timed]:
     """This package's master, with all components in one process or each in one of its own."""
 
-    def make(coupled: Coupled, folder: Path) -> Advance:
+    def make(coupled: Coupled, folder: Path) -> Timed:
         del folder
         ready = {n: prepare(coupled.system(n, "jacobi", process)) for n in (SHORT, LONG)}
 
@@ -51,7 +54,7 @@ def ours(process: str) -> Callable[[Coupled, Path], Advance]:
     return make
 
 
-def timed(advance: Advance) -> Callable[[int], float]:
+def timed(advance: Advance) -> Timed:
     """Wall seconds of so many steps."""
 
     def seconds(steps: int) -> float:

@@ -105,7 +105,7 @@ def test_c_code_gives_m_and_f(model: Model, tmp_path: Path) -> None:
 
 
 def test_unknown_languages() -> None:
-    wrong: Language = "fortran"  # pyright: ignore[reportAssignmentType]
+    wrong: Language = "fortran"  # pyrefly: ignore[bad-assignment]
     with pytest.raises(InputError, match="known languages: c, python"):
         Equations(load_model(CART)).code(wrong)
 

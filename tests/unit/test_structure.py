@@ -63,6 +63,12 @@ def test_parts_import_only_those_before_them(package: str) -> None:
     assert [f"{a} imports {b}" for one, other, a, b in edges if order[one] < order[other]] == []
 
 
+def test_no_module_imports_private_names_of_another() -> None:
+    private = re.compile(r"^ *from m4e_[\w.]+ import (?:\([^)]*|.*)\b_[a-z]\w*", re.MULTILINE)
+    found = {name: private.findall(file.read_text("utf-8")) for name, file in modules().items()}
+    assert {name: lines for name, lines in found.items() if lines} == {}
+
+
 def test_folders_are_small_and_say_what_lives_there() -> None:
     files = [file for file in modules().values() if file.name != "__init__.py"]
     counts = Counter(file.parent.relative_to(ROOT).as_posix() for file in files)

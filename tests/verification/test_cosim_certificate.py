@@ -326,7 +326,8 @@ def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -
 @pytest.mark.parametrize("options", ["+state", ""])
 def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> None:
     # y' = 1 without error, z' = y with y held: z = t²/2 - t H/2 instead of t²/2
-    parts, settings = dict.fromkeys("ab", f"integrator{options}"), Simulation(STOP, STEP, "jacobi")
+    parts = dict.fromkeys(["a", "b"], f"integrator{options}")
+    settings = Simulation(STOP, STEP, "jacobi")
     outcome = run(system(c_fmu, parts, "a.y -> b.u", start={"a": {"u": 1.0}}, simulation=settings))
     assert isinstance(outcome.certificate, CouplingErrorReport)
     (error,) = outcome.certificate.errors

@@ -135,7 +135,7 @@ def _neutral(body: str) -> FmuVariable:
 def _inputs(
     body: str, motions: tuple[Motion, ...], center: tuple[float, ...]
 ) -> Iterator[FmuVariable]:
-    starts = dict(zip("xyz", point_in_space(center), strict=True))
+    starts: dict[str, float] = dict(zip("xyz", point_in_space(center), strict=True))
     in_space = len(motions) == 6
     for motion in motions:
         text = f"{motion.position} of the centre of gravity, world frame"

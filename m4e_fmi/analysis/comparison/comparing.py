@@ -21,8 +21,7 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.results.compared_file import ComparedFile, Quantity, read_compared
-from m4e_fmi.results.doubts import doubts
+from m4e_fmi.results.compared_file import ComparedFile, Quantity, doubts, read_compared
 from m4e_fmi.results.results_file import NETCDF, Results
 
 MOSTLY_OFFSET = 0.2

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
 
 from m4e_fmi.cli.shared.log import count, note, warn
 from m4e_fmi.errors import InputError, Problem
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
+Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+"""To which commands add themselves."""
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 REPORT = ".report.html"

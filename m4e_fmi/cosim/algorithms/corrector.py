@@ -39,10 +39,10 @@ from m4e_fmi.cosim.algorithms.gauss_seidel import ALGORITHM as FALLBACK
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
-from m4e_fmi.cosim.stepping.scheduled import Scheduled
 from m4e_fmi.cosim.stepping.step_values import StepValues
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 

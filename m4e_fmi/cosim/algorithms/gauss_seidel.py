@@ -47,7 +47,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
-from m4e_fmi.cosim.stepping.scheduled import Scheduled
+from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 Terms = dict[int, float]
@@ -116,7 +116,7 @@ class _Component:
         names = [link.target.variable for link in inputs]
         signals = [_signal(network, link, before) for link in inputs]
         moved = network.moved(name)
-        self._ends = _combination(np.zeros(len(inputs)), network.values)
+        self._ends = _combination(np.zeros(len(inputs)), network.values)  # pyrefly: ignore[possibly-uninitialized-attribute]
         self._formulas = [(self._ends, [signal.end for signal in signals])]
         operations: list[Operation] = []
         into = held[own]

@@ -27,7 +27,7 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
 from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper, InputTrajectories
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation

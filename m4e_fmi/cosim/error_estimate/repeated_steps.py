@@ -14,9 +14,8 @@ from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
-from m4e_fmi.cosim.exchange.step_loop import StepLoop
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, Undoing
-from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
+from m4e_fmi.cosim.exchange.schedule import StepLoop
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, Scheduled, Undoing, step_loop
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds

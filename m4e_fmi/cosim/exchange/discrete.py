@@ -19,7 +19,7 @@ from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Due, Gather, GetTyped, SetTyped, Transferring, gather
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 

@@ -12,7 +12,7 @@ from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import Get, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.fmu.importer.calls import Texts
 
 

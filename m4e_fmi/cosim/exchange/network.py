@@ -42,9 +42,9 @@ from m4e_fmi.cosim.exchange.operations import (
     setting,
 )
 from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.scenario.scenario import Scenario
-from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import Texts
@@ -176,7 +176,7 @@ class Network(ExchangedVariables):
                 start = self._seen_index[Port(component, names[0])]
                 yield replace(self._reading(component, names, start), checked=checked)
 
-    def reread(self, component: str, held: Iterable[Operation]) -> list[Operation]:
+    def reread(self, component: str, held: Iterable[Transferring]) -> list[Transferring]:
         """Reads outputs that depend on inputs straight after the last step, and once more.
 
         In between, `held` sets connected inputs to the values that they have. Of FMUs that were
@@ -191,7 +191,7 @@ class Network(ExchangedVariables):
 
     def hold(
         self, component: str, values: np.ndarray, moved: Collection[str] = ()
-    ) -> tuple[Operation, ...]:
+    ) -> tuple[Transferring, ...]:
         """Sets a component's connected inputs to the values that they have, but those `moved`.
 
         Those of its Real inputs are `values` (n_inputs,), in the units of their sources.

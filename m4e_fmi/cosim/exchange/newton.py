@@ -18,7 +18,7 @@ from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Get, Operation, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.scaled import PLAIN
 from m4e_fmi.program import is_singular

@@ -21,8 +21,8 @@ from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
-from m4e_fmi.cosim.connections.added_mass.matrices import group as connector
+from m4e_fmi.cosim.connections.added_mass import added_mass_bodies, in_order
+from m4e_fmi.cosim.connections.added_mass import group as connector
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
 from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, Hull, Plane
 

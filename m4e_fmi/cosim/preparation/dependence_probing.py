@@ -24,9 +24,8 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.dependence import PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.structure import exchange_graph
+from m4e_fmi.cosim.connections.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value
@@ -175,11 +174,6 @@ def _differ(a: Value, b: Value) -> bool:
     return a != b and not (a != a and b != b)  # two that are nan are the same
 
 
-def _distance(a: Value, b: Value) -> float:
-    """How far two values are apart; 1 if they are no numbers, and differ."""
-    return abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
-
-
 def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
     """Outputs that follow some input in the step after it is moved, and in no other.
 
@@ -199,7 +193,8 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     found = set()
     for name, *values in zip(outputs, *course(SHARES[0]), *course(0.0), strict=True):
         first, still, second = (
-            _distance(a, b) for a, b in zip(values[:3], values[3:], strict=True)
+            abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
+            for a, b in zip(values[:3], values[3:], strict=True)
         )
         lost = (1.0 - LOST_AGAIN) * first
         if second < lost <= still:

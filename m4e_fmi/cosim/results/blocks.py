@@ -17,8 +17,8 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, GetTyped, Operation, gather
 from m4e_fmi.cosim.scenario.plan import COMPONENT
 from m4e_fmi.fmu.importer.reading import Variable
-from m4e_fmi.results.recorded import TEXT, Recorded
 from m4e_fmi.results.row_file import CELLS, Column, Section
+from m4e_fmi.results.series import TEXT, Recorded
 
 ROUNDING = 1e-9
 """Share of its limits, nominal value or value by which an output may be outside by rounding."""

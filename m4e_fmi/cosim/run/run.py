@@ -37,11 +37,16 @@ from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
 from m4e_fmi.cosim.run.notes import discarded_at_every_length
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
-from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    ErrorEstimating,
+    Undoing,
+    error_estimating,
+    made,
+)
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.component_step import nanoseconds
+from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME

@@ -17,7 +17,7 @@ from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
 from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.preparation.surroundings import model_gravity
+from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of

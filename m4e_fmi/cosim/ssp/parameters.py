@@ -19,12 +19,14 @@ from m4e_fmi.cosim.ssp.package import (
     SSD,
     SSM,
     SSV,
+    Definition,
     Element,
     Package,
     checked,
     parse,
+    read_units,
+    unit_named,
 )
-from m4e_fmi.cosim.ssp.units import Definition, read_units, unit_named
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML

@@ -35,6 +35,7 @@ from m4e_fmi.cosim.exchange.operations import (
     Operation,
     Restore,
     Save,
+    Transferring,
     gather,
     setting,
     setting_derivatives,
@@ -202,7 +203,9 @@ class ComponentStepper:
             operations += network.read_late(self.name, reading)
         return (*operations, *(found.operations if found and at_end else ()))
 
-    def _give(self, weights: np.ndarray, into: np.ndarray | None = None) -> tuple[Operation, ...]:
+    def _give(
+        self, weights: np.ndarray, into: np.ndarray | None = None
+    ) -> tuple[Transferring, ...]:
         """Sets all inputs to the same combination of the values of their trajectories.
 
         It is left `into` (n_inputs,), in the units of the inputs' sources.
@@ -221,7 +224,7 @@ class ComponentStepper:
         if self._order == 1:
             value, first, half = value - half * piece**2 / 6, first + half * piece, 0 * half
         self._reached = value + first * piece + half * piece**2
-        operations = list(self._give(value))
+        operations: list[Operation] = list(self._give(value))
         for order, weights in ((1, first), (2, 2 * half))[: self._order]:
             unit = np.repeat(weights[:, None], count, axis=1)
             combined = self._trajectories.combined(np.zeros(count), self._places, unit)

@@ -14,13 +14,17 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.discrete import Switches
 from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
 from m4e_fmi.cosim.exchange.failures import DiscardedError, EndWithinError, EventWithinError
-from m4e_fmi.cosim.exchange.native_executor import State
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
+from m4e_fmi.cosim.exchange.schedule import Schedule, State, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
-from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    ErrorEstimating,
+    Scheduled,
+    Undoing,
+    step_loop,
+)
 from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK

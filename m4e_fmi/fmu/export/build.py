@@ -117,7 +117,7 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         else:
             members = python_members(python_slave(program, description, options.method))
         return _with_description(members, description, options)
-    if not isinstance(source, PythonSource):  # pyright: ignore[reportUnnecessaryIsInstance]
+    if not isinstance(source, PythonSource):
         message = f"expected a Program or a PythonSource, got {type(source).__name__}"
         raise InputError.single(message, "model_program makes that of a model, or of a model file")
     for name in OF_PROGRAMS:

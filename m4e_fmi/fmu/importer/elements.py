@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 from fmpy.model_description import CoSimulation, ModelVariable, Unknown
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.fmu.importer.flaws import Element
 

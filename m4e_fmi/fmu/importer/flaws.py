@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import Any
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.files.xml_text import broken_names
 

@@ -110,7 +110,7 @@ class Unpacked:
         self.folder = self._temporary.path
         try:
             with opened(fmu, content) as file:
-                fmpy.extract(file, self.folder)  # type: ignore[arg-type]  what zipfile takes
+                fmpy.extract(file, self.folder)
         except RunError:
             self.remove()
             raise

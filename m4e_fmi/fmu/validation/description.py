@@ -15,7 +15,7 @@ from pathlib import Path
 
 import fmpy
 from fmpy.model_description import ValidationError
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.xml_text import check_size, xml_root

@@ -16,7 +16,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict
 from importlib import import_module
 from multiprocessing.process import BaseProcess
@@ -182,7 +182,7 @@ class WatchedProcess:
         self.began = self._changed = time.monotonic()
         self._number = 0
         context = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
-        self._process: BaseProcess = context.Process(  # pyright: ignore[reportAttributeAccessIssue]
+        self._process: BaseProcess = context.Process(  # pyrefly: ignore[missing-attribute]
             target=work_on, args=(group, work, fmu), daemon=True
         )
         self._process.start()
@@ -307,7 +307,7 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
     os.dup2(os.open(_file(folder, group, "stderr"), os.O_WRONLY | os.O_CREAT), 2)
     with _file(folder, group, "findings").open("w", encoding="utf-8") as file:
 
-        def write(result: dict[str, object]) -> None:
+        def write(result: Mapping[str, object]) -> None:
             file.write(json.dumps(result) + "\n")
             file.flush()
 
@@ -319,7 +319,7 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
         write(ENDED)
 
 
-def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
+def _results(group: str, folder: Path, fmu: Path) -> Iterable[Mapping[str, object]]:
     """Findings of a group, why there is nothing to check, what failed to run."""
     module = import_module(f"{PACKAGE}.{MODULES[group]}")
     check = getattr(module, f"check_{group}", None) or module.check

@@ -148,7 +148,7 @@ def _downwards(gravity: Vector3) -> float:
     return -z
 
 
-def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -> Model:
+def _converted(mechanism: Mechanism, loads: Loads[Any], gravity: Quantity | Vector) -> Model:
     model, places = mechanism.model, mechanism.places
     joints, bodies = mechanism.joints(), mechanism.bodies()
     if not places.problems:

@@ -282,5 +282,5 @@ class ModelFileSection(FileSection):
     `dimensions` is a key of ours, which Chrono leaves unread.
     """
 
-    model: ModelSection  # type: ignore[assignment]
+    model: ModelSection  # pyrefly: ignore[bad-override]
     dimensions: Literal[3] | None = None

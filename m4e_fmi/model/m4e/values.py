@@ -51,7 +51,7 @@ def plain(value: Data) -> Data:
     """Arrays and tuples as lists, at any depth; the rest as it is."""
     if hasattr(value, "tolist") and not hasattr(value, "free_symbols"):
         value = value.tolist()
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return [plain(entry) for entry in value]
     if isinstance(value, Mapping):
         return {key: plain(entry) for key, entry in value.items()}

@@ -83,8 +83,8 @@ class Mesh:
 
     scalars: ClassVar = {}
     vectors: ClassVar = {"mesh_origin": "m"}
-    positive: ClassVar = ()
-    keys: ClassVar = ()
+    positive: ClassVar[tuple[str, ...]] = ()
+    keys: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         path = Path(self.file)

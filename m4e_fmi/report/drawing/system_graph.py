@@ -100,7 +100,8 @@ def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, 
     graph.add_nodes_from(names)
     graph.add_edges_from(pairs)
     parts = list[dict[str, np.ndarray]]()
-    for part in sorted(nx.connected_components(graph), key=len, reverse=True):
+    groups: list[set[str]] = sorted(nx.connected_components(graph), key=len, reverse=True)
+    for part in groups:
         members = graph.subgraph([name for name in names if name in part])
         raw = nx.kamada_kawai_layout(members)
         points = np.array([raw[name] for name in members])

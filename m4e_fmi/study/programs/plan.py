@@ -85,7 +85,7 @@ class ProgramPlan:
         return [
             Group(
                 named.versions[version],
-                Settings(**{**named.fixed, **json.loads(own)}),
+                Settings(**{**named.fixed, **json.loads(own)}),  # pyrefly: ignore[bad-argument-type]
                 np.array(members),
             )
             for (version, own), members in runs.items()

@@ -14,9 +14,16 @@ from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
+from m4e_fmi.cosim.preparation.components import (
+    WARNING,
+    Draft,
+    ReadyFmu,
+    drafted,
+    missing_fmus,
+    ready_fmus,
+    takes_long,
+)
 from m4e_fmi.cosim.preparation.doubtful_values import ramps
-from m4e_fmi.cosim.preparation.inputs import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module

@@ -11,9 +11,9 @@ import pytest
 from netCDF4 import Dataset
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, Results, load, write_netcdf
 from m4e_fmi.results.row_file import NOT_ENDED, Column, RowFile, Section
+from m4e_fmi.results.series import Recorded
 
 NUMBER = Recorded("Integer", "i4")
 SECTIONS = (

@@ -133,7 +133,7 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
     )
 
     class Engine(capytaine.DefaultMatrixEngine):
-        def _build_matrices_with_symmetries(self, mesh1, mesh2, **given):
+        def _build_matrices_with_symmetries(self, mesh1, mesh2, **given):  # pyrefly: ignore[implicit-any-parameter, unannotated-return]
             S, D = super()._build_matrices_with_symmetries(mesh1, mesh2, **given)
             omega = _omega(given["wavenumber"], given["water_depth"], gravity)
             if not 0.0 < omega < math.inf:
@@ -147,7 +147,7 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
                 _with_lid(np.asarray(s), np.asarray(d), rates, factor, own=k == 0)
                 for k, (s, d) in enumerate(zip(S.blocks, D.blocks, strict=True))
             ]
-            return S, type(D)(np.array(blocks))  # pyright: ignore[reportArgumentType]
+            return S, type(D)(np.array(blocks))
 
     return Engine()
 

@@ -231,7 +231,7 @@ def _keep_signatures(kind: type) -> None:
     """
     for _, function in inspect.getmembers(kind, inspect.isfunction):
         if function.__name__.startswith("fmi"):
-            function.__signature__ = inspect.signature(function)
+            function.__signature__ = inspect.signature(function)  # pyrefly: ignore[missing-attribute]
 
 
 def binaries(

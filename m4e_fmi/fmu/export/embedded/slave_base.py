@@ -36,7 +36,7 @@ _T = TypeVar("_T")
 _PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
-class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu has no types
+class M4eSlave(Fmi2Slave):
     """Override `initialise`, `step`, `update`, `save`, `restore`, `finish`; raise on failure.
 
     Available to them: `values` (list of floats by value reference), `index` (name → value

@@ -288,7 +288,7 @@ class Texts:
         found = library()
         if found is None:
             return  # nothing that has texts can be called without it
-        self._library = found
+        self._library = found  # pyrefly: ignore[possibly-uninitialized-attribute]
         found.m4e_text_place.argtypes = ctypes.POINTER(_RawTexts), c_char_p
         found.m4e_text_place.restype = c_int64
         found.m4e_text_at.argtypes = ctypes.POINTER(_RawTexts), c_int64

@@ -104,7 +104,7 @@ class Fmi3(Standard):
             reference, index = locate(variable.value_reference)
             sizes[reference] = max(sizes.get(reference, 0), index + 1)
         self.sizes = self.sizes or sizes
-        self._experiment = (0.0, None, None)
+        self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
         self._accesses: dict[tuple[str, ...], Access] = {}
         self._states: list[_RawState] = []
 

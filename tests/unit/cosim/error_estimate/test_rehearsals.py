@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -39,9 +40,9 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
         straight = [point["a.body.m.x"] for point in execution]
     usual, calls = RepeatedRun.along, []
 
-    def interrupted(self: RepeatedRun, *arguments: object) -> Recorded:
+    def interrupted(self: RepeatedRun, *arguments: Any) -> Recorded:
         calls.append(1)
-        found = usual(self, *arguments)  # type: ignore[arg-type]
+        found = usual(self, *arguments)
         if len(calls) == 1:
             raise KeyboardInterrupt
         return found

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, prepare
-from m4e_fmi.cosim.system.processes import Limits, Processes
+from m4e_fmi.cosim.system.component import Limits, Processes
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.worker import Host
 

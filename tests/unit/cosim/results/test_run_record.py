@@ -58,7 +58,7 @@ def test_a_record_has_files_seeds_and_versions(tmp_path: Path) -> None:
     assert record.versions["m4e_fmi"] == m4e_fmi.__version__
     assert record.versions["Python"] == platform.python_version()
     assert "numpy" in record.versions
-    assert "pyright" not in record.versions  # of tests only
+    assert "pyrefly" not in record.versions  # of tests only
     graph = record.graph
     assert graph is not None
     assert [component.name for component in graph.components] == ["ball", "sea"]

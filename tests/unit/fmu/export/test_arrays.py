@@ -12,7 +12,8 @@ from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
 
 def output(name: str, **more: Any) -> FmuVariable:
     given = {"unit": "m", "causality": "output", "initial": "calculated", "description": name}
-    return FmuVariable(name=name, **{**given, **more})
+    every: dict[str, Any] = {**given, **more}
+    return FmuVariable(name=name, **every)
 
 
 def arrays(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> dict[str, Grouped]:

@@ -108,14 +108,14 @@ def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     result = load_study_result(samples(tmp_path, 300))
     content = content_of(result, [])
     assert content.exact
-    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyright: ignore
+    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyrefly: ignore[bad-index]
     assert names == ["m", "c", "mean_power", "most_tension", "wall_time", "start_up"]
-    assert content.data["designs"]["variables"] == []  # pyright: ignore[reportIndexIssue]
+    assert content.data["designs"]["variables"] == []  # pyrefly: ignore[bad-index]
     assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
     assert content.data["series"] is None
     states = load_study_result(matrix(tmp_path, failing=False))
     dims = content_of(states, []).data["dims"]  # maps show sea states first
-    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyright: ignore
+    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyrefly: ignore[not-iterable]
 
 
 def test_texts_stay_texts_in_the_page_of_a_study(tmp_path: Path) -> None:

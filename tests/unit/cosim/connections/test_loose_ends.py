@@ -14,7 +14,7 @@ from support.described import described
 from m4e_adapters.wind import WindConfig
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends
+from m4e_fmi.cosim.connections.missing import loose_ends
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.fmu.importer.reading import Description
 
@@ -40,7 +40,7 @@ def told(
 @pytest.mark.parametrize("name", GIVEN["cases"])
 def test_what_is_told(name: str) -> None:
     """With the connection that seems to be left out, if there is one that fits."""
-    case = {"connections": (), "told": (), "not": (), **GIVEN["cases"][name]}
+    case: dict[str, Any] = {"connections": (), "told": (), "not": (), **GIVEN["cases"][name]}
     given = {n: FMUS[fmu] for n, fmu in case.pop("fmus").items()}
     texts, others = case.pop("told"), case.pop("not")
     lines = told(given, **case)

@@ -9,7 +9,7 @@ import pytest
 from support.raft import BOTH, MATRIX, model, raft_system, water
 
 from m4e_fmi.cosim import prepare
-from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
+from m4e_fmi.cosim.connections.added_mass import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.reading import Description

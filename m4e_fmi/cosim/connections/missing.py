@@ -1,4 +1,4 @@
-"""Unconnected inputs, and components whose outputs lead nowhere.
+"""Inputs, outputs, components and parameters that seem to be left without a connection.
 
 An input that is not connected keeps its start value. That is reported, unless it is intended: a
 value is given under `start:`, or in the configuration of the component, the input is one of the
@@ -7,23 +7,29 @@ of a multibody FMU that is 0, as most of them are in any system. An idle load is
 something else says that it should be connected:
 
 - its connector is connected in part, and the other side has an output of its name;
-- another component has a connector for it (`matching_connectors`), whose outputs lead nowhere;
+- its connector has a partner, whose outputs lead nowhere;
 - a component that depends on the multibody FMU has outputs of the load's dimension that lead
   nowhere.
 
-A component without any connection is reported as well. A connection is suggested only where names
-and units leave no other.
+A component without any connection is reported as well, and a calculated parameter that is not
+carried to a parameter of its name.
+
+A connector is the variables whose names are equal up to their last dot. Two connectors of different
+components are partners, whose connection is suggested, if they have the same last name, all inputs
+of one are outputs of the other in the same unit, and neither fits another one of that name.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Set
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Set
+from dataclasses import dataclass, field
+from itertools import combinations
 
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Port, Wiring, is_carried, is_varying
-from m4e_fmi.cosim.connections.missing.matching_connectors import Pair, fits, free_pairs, group_of
 from m4e_fmi.cosim.system.component import Kind
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -33,6 +39,8 @@ SHOWN = 4
 """Inputs of one component that a warning names; `info` shows all."""
 
 Descriptions = Mapping[str, Description]
+Partners = Mapping[Port, Port]
+"""Connectors that are free, each with the one that belongs to it."""
 
 
 def unfed(system: System, wiring: Wiring) -> list[Port]:
@@ -58,43 +66,47 @@ def loose_ends(system: System, descriptions: Descriptions, wiring: Wiring) -> li
     """Warnings of inputs and links that seem to be left out, one line each."""
     ports = unfed(system, wiring)
     loads = [port for port in ports if is_idle_load(port, descriptions)]
-    idle = set(loads)
-    others = [port for port in ports if port not in idle]
-    links = (*wiring.links, *wiring.initial_links)
-    linked = {port.component for link in links for port in link.ends}
-    linked |= {text.partition(".")[0] for text in system.outputs.values()}
-    linked |= {text.partition(".")[0] for texts in system.inputs.values() for text in texts}
-    taken = {link.source for link in links}
-    taken |= {Port.named(text) for text in system.outputs.values()}
-    pairs = list(free_pairs(descriptions, driven={link.target for link in links}))
-    by_component = {name: [p for p in others if p.component == name] for name in descriptions}
+    idle, others = set(loads), dict[str, list[Port]]()
+    for port in ports:
+        if port not in idle:
+            others.setdefault(port.component, []).append(port)
+    outputs = {Port.named(text) for text in system.outputs.values()}
+    outer = {Port.named(text) for texts in system.inputs.values() for text in texts} | outputs
+    ends = {port for link in wiring.all_links for port in link.ends}
+    linked = {port.component for port in ends | outer}
+    taken = {link.source for link in wiring.all_links} | outputs
+    partners = _partners(descriptions, driven={link.target for link in wiring.all_links})
     fed_by_nobody = [
-        _fed_by_nobody(descriptions[name], found, pairs)
-        for name, found in by_component.items()
-        if found and name in linked
+        _fed_by_nobody(descriptions[name], found, partners)
+        for name, found in others.items()
+        if name in linked
     ]
-    missing = dict(_halves(descriptions, wiring, loads))
-    halves = [
+    halves = dict(_halves(descriptions, wiring, loads))
+    half_lines = [
         f"{load} is connected to nothing, though {group_of(load)} and {group_of(source)} are "
         f"connected by other variables: '{source} -> {load}' seems to be left out"
-        for load, source in missing.items()
+        for load, source in halves.items()
     ]
-    open_inputs = {group_of(port) for port in others}
+    busy = {group_of(port) for found in (taken, *others.values()) for port in found}
     unused = {
-        pair.of(load): pair
-        for load in loads
-        for pair in pairs
-        if group_of(load) in pair.ends and pair.of(load).component in linked
-        if not taken & pair.outputs(pair.of(load)) and pair.of(load) not in open_inputs
+        partner: end
+        for end in map(group_of, loads)
+        if (partner := partners.get(end)) and partner.component in linked and partner not in busy
     }
     led_nowhere = [
-        f"{source} leads nowhere, and {pair.of(source)} takes nothing: {pair} seems to be left "
+        f"{partner} leads nowhere, and {end} takes nothing: {_pair(end, partner)} seems to be left "
         "out; if it only watches, name its outputs under outputs:"
-        for source, pair in unused.items()
+        for partner, end in unused.items()
     ]
-    known = {port.component for port in (*missing.values(), *unused)}
-    dead_ends = _dead_ends(system, descriptions, wiring, loads, known)
-    return [*_alone(descriptions, linked, pairs), *fed_by_nobody, *halves, *led_nowhere, *dead_ends]
+    known = {port.component for port in (*halves.values(), *unused, *taken)}
+    dead_ends = _dead_ends(descriptions, wiring, loads, known)
+    return [
+        *_alone(descriptions, linked, partners),
+        *fed_by_nobody,
+        *half_lines,
+        *led_nowhere,
+        *dead_ends,
+    ]
 
 
 def start_text(variable: Variable) -> str:
@@ -111,7 +123,83 @@ def _number(variable: Variable) -> float | None:
         return None
 
 
-def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> Iterator[str]:
+def group_of(port: Port) -> Port:
+    """The connector of a variable."""
+    return Port(port.component, port.variable.rpartition(".")[0])
+
+
+def fits(output: Variable, target: Variable) -> bool:
+    """True if the input `target` may take the value of `output`, by type and unit."""
+    if output.type != target.type:
+        return False
+    a, b = output.dimension, target.dimension
+    return a is None or b is None or a.same_dimension(b)
+
+
+@dataclass(frozen=True)
+class _Connector:
+    """The variables of the connector `port` by causality and last word."""
+
+    port: Port
+    input: dict[str, Variable] = field(default_factory=dict)
+    output: dict[str, Variable] = field(default_factory=dict)
+
+    def fits(self, other: _Connector) -> bool:
+        """True if all inputs of one are outputs of the other, and what both have agrees."""
+        ways = ((self.output, other.input), (other.output, self.input))
+        shared = [give.keys() & take.keys() for give, take in ways]
+        return any(
+            names and give.keys() >= take.keys()
+            for names, (give, take) in zip(shared, ways, strict=True)
+        ) and all(
+            fits(give[name], take[name])
+            for names, (give, take) in zip(shared, ways, strict=True)
+            for name in names
+        )
+
+
+def _partners(descriptions: Descriptions, driven: Set[Port]) -> dict[Port, Port]:
+    """Partners among the connectors none of whose inputs is `driven`, both ways."""
+    found: dict[Port, _Connector] = {}
+    for component, description in descriptions.items():
+        for variable in description.of_causality("input", "output"):
+            group, dot, last = variable.name.rpartition(".")
+            if dot:
+                port = Port(component, group)
+                members = getattr(found.setdefault(port, _Connector(port)), variable.causality)
+                members[last] = variable
+    by_name: dict[str, list[_Connector]] = {}
+    fed = set(map(group_of, driven))
+    for port, connector in found.items():
+        if port not in fed:
+            by_name.setdefault(port.variable.rpartition(".")[2], []).append(connector)
+    pairs = [
+        (a.port, b.port)
+        for same in by_name.values()
+        for a, b in combinations(same, 2)
+        if a.port.component != b.port.component and a.fits(b)
+    ]
+    rivals = Counter(port for pair in pairs for port in pair)
+    return {
+        end: other
+        for a, b in pairs
+        for end, other in ((a, b), (b, a))
+        if rivals[a] == rivals[b] == 1
+    }
+
+
+def _pair(end: Port, partner: Port) -> str:
+    return "'{} <-> {}'".format(*sorted((end, partner)))
+
+
+def _left_out(ends: Iterable[Port], partners: Partners) -> str:
+    """The missing connections of connectors, in brackets; empty if none are known."""
+    pairs = sorted({_pair(end, partners[end]) for end in ends if end in partners})
+    seem = "seems" if len(pairs) == 1 else "seem"
+    return f" ({', '.join(pairs)} {seem} to be left out)" if pairs else ""
+
+
+def _alone(descriptions: Descriptions, linked: set[str], partners: Partners) -> Iterator[str]:
     """Warnings of components without any connection, where there are several components."""
     alone = [
         name
@@ -124,27 +212,18 @@ def _alone(descriptions: Descriptions, linked: set[str], pairs: list[Pair]) -> I
         yield f"{', '.join(alone)}: no component is connected with another"
         return
     for name in alone:
-        left_out = _left_out(
-            [pair for pair in pairs if name in {end.component for end in pair.ends}]
-        )
-        yield (f"{name} is connected with nothing: it does not interact with the others{left_out}")
+        left_out = _left_out((end for end in partners if end.component == name), partners)
+        yield f"{name} is connected with nothing: it does not interact with the others{left_out}"
 
 
-def _left_out(pairs: list[Pair]) -> str:
-    """The missing connections in brackets; empty if none are known."""
-    seem = "seems" if len(pairs) == 1 else "seem"
-    return f" ({', '.join(map(str, pairs))} {seem} to be left out)" if pairs else ""
-
-
-def _fed_by_nobody(description: Description, ports: list[Port], pairs: list[Pair]) -> str:
+def _fed_by_nobody(description: Description, ports: list[Port], partners: Partners) -> str:
     """The warning of the unconnected inputs `ports` of one component."""
     names: dict[str, str] = {}
     for port in ports:
         base, bracket, _ = port.variable.partition("[")
         name = f"{base}[…]" if bracket else base
         names.setdefault(name, start_text(description.variables[port.variable]))
-    groups = {group_of(port) for port in ports}
-    left_out = _left_out([pair for pair in pairs if groups & set(pair.ends)])
+    left_out = _left_out(map(group_of, ports), partners)
     if len(names) == 1:
         ((name, value),) = names.items()
         return (
@@ -172,38 +251,30 @@ def _halves(
     for load in loads:
         last = load.variable.rpartition(".")[2]
         wanted = descriptions[load.component].variables[load.variable]
-        for here, there in sorted(pairs):
+        for there in sorted(there for here, there in pairs if here == group_of(load)):
             source = Port(there.component, f"{there.variable}.{last}")
             known = descriptions[there.component].variables.get(source.variable)
-            if here != group_of(load) or known is None or known.causality != "output":
-                continue
-            if fits(known, wanted):
+            if known is not None and known.causality == "output" and fits(known, wanted):
                 yield load, source
                 break
 
 
 def _dead_ends(
-    system: System,
-    descriptions: Descriptions,
-    wiring: Wiring,
-    loads: list[Port],
-    known: set[str],
+    descriptions: Descriptions, wiring: Wiring, loads: list[Port], known: Set[str]
 ) -> Iterator[str]:
     """Warnings of components that could drive idle loads of a multibody FMU, and drive nothing.
 
-    They depend on that FMU. Those `known` are left out.
+    They depend on that FMU. Those `known` give something, or have other warnings.
     """
     graph: nx.DiGraph[str] = nx.DiGraph()
     graph.add_nodes_from(descriptions)
     graph.add_edges_from((k.source.component, k.target.component) for k in wiring.links)
-    taken = {link.source.component for link in wiring.all_links}
-    taken |= {text.partition(".")[0] for text in system.outputs.values()}
     for name, description in descriptions.items():
-        if name in known | taken or not graph.in_degree(name):
+        if name in known or not graph.in_degree(name):
             continue
         before = nx.ancestors(graph, name)
         candidates = [
-            (output, load)
+            (output.name, load)
             for load in loads
             if load.component in before
             for output in description.of_causality("output")
@@ -211,32 +282,16 @@ def _dead_ends(
         ]
         if candidates:
             driven = ", ".join(dict.fromkeys(load.component for _, load in candidates))
+            alike = [
+                f": '{name}.{output} -> {load}' seems to be left out"
+                for output, load in candidates
+                if output.rpartition(".")[2] == load.variable.rpartition(".")[2]
+            ]
             yield (
                 f"{name} takes inputs, but none of its outputs is connected, and loads of "
-                f"{driven} are connected to nothing{_suggested(name, descriptions, candidates)}; "
+                f"{driven} are connected to nothing{alike[0] if len(alike) == 1 else ''}; "
                 "if it only watches, name its outputs under outputs:"
             )
-
-
-def _suggested(
-    name: str, descriptions: Descriptions, candidates: list[tuple[Variable, Port]]
-) -> str:
-    """The connection from component `name` that is left out, if names and units leave only one."""
-    known = [
-        (output, load)
-        for output, load in candidates
-        if output.dimension and descriptions[load.component].variables[load.variable].dimension
-    ]
-    of_name = [
-        (output, load)
-        for output, load in candidates
-        if output.name.rpartition(".")[2] == load.variable.rpartition(".")[2]
-    ]
-    for found in (of_name, known if len(known) == len(candidates) else []):
-        if len(found) == 1:
-            ((output, load),) = found
-            return f": '{name}.{output.name} -> {load}' seems to be left out"
-    return ""
 
 
 def unconnected_parameters(
