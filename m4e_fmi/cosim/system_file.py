@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints
 
-from m4e_fmi.cosim.ssp.package import SUFFIX
 from m4e_fmi.cosim.ssp.parameters import read_parameter_set
 from m4e_fmi.cosim.ssp.read import read_ssp
 from m4e_fmi.cosim.system.component import (
@@ -30,7 +29,7 @@ from m4e_fmi.cosim.system.simulation import (
 from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
 from m4e_fmi.files.document import Document, Location, Section
-from m4e_fmi.files.file_kinds import SYSTEM, as_path, check_keys
+from m4e_fmi.files.file_kinds import SSP_SUFFIX, SYSTEM, as_path, check_keys
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
@@ -83,7 +82,7 @@ COMMON = tuple(_ComponentSection.model_fields)
 
 def load_system(path: str | Path) -> System:
     """The system in a YAML file or an SSP package; InputError with all problems found in it."""
-    if as_path(path).suffix.lower() == SUFFIX:
+    if as_path(path).suffix.lower() == SSP_SUFFIX:
         return read_ssp(path)
     return read_system(Document.load(path))
 
