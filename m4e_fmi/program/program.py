@@ -176,7 +176,7 @@ class Program:
     def dependencies(self, node: int) -> frozenset[str]:
         """Names of the inputs, states and parameters (and `time`) that a node depends on."""
         known = self._dependencies.get(node)
-        return self.tape.symbols_of_each([node])[node] if known is None else known
+        return self.tape.symbols_of(node) if known is None else known
 
     @cached_property
     def _dependencies(self) -> dict[int, frozenset[str]]:

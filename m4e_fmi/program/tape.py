@@ -206,8 +206,12 @@ class Tape:
         """All nodes that `roots` need, themselves included, in order of execution."""
         return needed(self, roots, known=())
 
+    def symbols_of(self, root: int) -> frozenset[str]:
+        """Names of the symbols that node `root` depends on (structurally)."""
+        return self.symbols_of_each([root])[root]
+
     def symbols_of_each(self, roots: Iterable[int]) -> dict[int, frozenset[str]]:
-        """Names of the symbols that nodes depend on (structurally), in one pass over the tape."""
+        """`symbols_of` for many roots, in one pass over the tape."""
         roots = set(roots)
         names: list[str] = []
         bits: dict[int, int] = {}  # the names that a node depends on, as bits of a whole number

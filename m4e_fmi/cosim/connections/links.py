@@ -12,7 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from m4e_fmi.fmu.importer.reading import Variable
+import numpy as np
+
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.shown import short
 from m4e_fmi.units import parse_unit
@@ -55,6 +57,14 @@ class Port:
         component, _, variable = text.partition(".")
         return cls(component, variable)
 
+    def derivatives(self, descriptions: Mapping[str, Description]) -> list[Port]:
+        """The output itself and, if its FMU declares them, its first and second derivative."""
+        declared = descriptions[self.component].output_derivatives
+        chain: list[Port] = [self]
+        while len(chain) < 3 and chain[-1].variable in declared:
+            chain.append(Port(self.component, declared[chain[-1].variable]))
+        return chain
+
     def __str__(self) -> str:
         return f"{self.component}.{self.variable}"
 
@@ -78,7 +88,7 @@ class Link:
     kind: str = REAL
 
     @property
-    def ends(self) -> tuple[Port, Port]:
+    def ends(self) -> Ends:
         """Source and target."""
         return self.source, self.target
 
@@ -99,6 +109,72 @@ class Link:
 
     def __str__(self) -> str:
         return f"{self.source} -> {self.target}"
+
+
+Ends = tuple[Port, Port]
+"""Source and target of a link, by which it is known while its factor and offset change."""
+PLAIN = 1.0, -0.0
+"""Factor and offset that leave every value as it is, to the last bit."""
+
+
+class InputScales:
+    """Factor and offset of links whose inputs get factor·v + offset, v in their sources' units.
+
+    A link is known by its ends. Those that are to be followed may change: operations that use them
+    change with them.
+    """
+
+    def __init__(self) -> None:
+        self._of: dict[Ends, tuple[float, float]] = {}
+        self._added: dict[Ends, float] = {}
+        self._followed: set[Ends] = set()
+        self._uses: list[tuple[list[Ends], np.ndarray, np.ndarray | None]] = []
+
+    def set(self, link: Ends, factor: float, offset: float) -> None:
+        """From now on, a link gives factor·v + offset, in its input's unit."""
+        self._of[link] = factor, offset + self._added.get(link, 0.0)
+        for links, factors, offsets in self._uses:
+            for k, used in enumerate(links):
+                if used == link:
+                    factors[k] = factor
+                    if offsets is not None:
+                        offsets[k] = self._of[link][1]
+
+    def add(self, link: Ends, amount: float) -> None:
+        """From now on, a link that is followed gives an `amount` more, in its input's unit."""
+        factor, offset = self._of[link]
+        self._added[link] = amount
+        self.set(link, factor, offset)
+
+    def follow(self, link: Ends) -> None:
+        """The factor and the offset of a link are going to change: before they are used."""
+        self._of.setdefault(link, PLAIN)
+        self._followed.add(link)
+
+    def factor(self, link: Ends) -> float:
+        """The factor of a link, in its input's unit over its source's."""
+        return self._of.get(link, PLAIN)[0]
+
+    def of(self, links: Sequence[Ends]) -> tuple[np.ndarray, np.ndarray] | None:
+        """Factors and offsets (n_links,), in the inputs' over the sources' units; None if plain."""
+        if self._of.keys().isdisjoint(links):
+            return None
+        pairs = np.array([self._of.get(link, PLAIN) for link in links])
+        factors, offsets = pairs[:, 0].copy(), pairs[:, 1].copy()
+        self._use(links, factors, offsets)
+        return factors, offsets
+
+    def of_derivatives(self, links: Sequence[Ends]) -> np.ndarray | None:
+        """Factors (n_links,) of a time derivative of each, as `of` has them, in the same units."""
+        if self._of.keys().isdisjoint(links):
+            return None
+        factors = np.array([self.factor(link) for link in links])
+        self._use(links, factors, None)
+        return factors
+
+    def _use(self, links: Sequence[Ends], factors: np.ndarray, offsets: np.ndarray | None) -> None:
+        if not self._followed.isdisjoint(links):
+            self._uses.append((list(links), factors, offsets))
 
 
 @dataclass(frozen=True)

@@ -230,7 +230,7 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> G
         later = described.dependencies.get(port.variable, frozenset())
         return later | (initially & tuned[port.component])
 
-    chains = (derivative_chain(descriptions, link.source) for link in wiring.links)
+    chains = (link.source.derivatives(descriptions) for link in wiring.links)
     ends = _ends(descriptions, wiring.links)
     needed = dict.fromkeys((*(port for chain in chains for port in chain), *ends))
     return instant_graph(wiring.links, list(needed), now)
@@ -267,15 +267,6 @@ def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Ite
             is_real = (variable.causality, variable.type) == ("output", "Real")
             if is_real and variable.name in described.dependencies and variable.name not in turns:
                 yield Port(name, variable.name)
-
-
-def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
-    """The output `port` and, as far as its FMU declares them, its first and second derivative."""
-    derivatives = descriptions[port.component].output_derivatives
-    chain = [port]
-    while len(chain) < 3 and chain[-1].variable in derivatives:
-        chain.append(Port(port.component, derivatives[chain[-1].variable]))
-    return chain
 
 
 def execution_order(

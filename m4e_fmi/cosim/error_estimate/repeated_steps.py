@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 
 from m4e_fmi.cosim.error_estimate.step_times import among
-from m4e_fmi.cosim.exchange.events import ended
 from m4e_fmi.cosim.exchange.failures import EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
@@ -167,7 +166,7 @@ class RepeatedRun:
             if network.settle() or loop.state.halt:
                 made = (loop.state.now - now) // size
             if loop.state.now < now + made * size:
-                raise RunError(ended(network.instances.values()))
+                raise RunError(network.ended)
             if made:
                 return self._values[:made].copy()
         self._step(now, size, jumps)

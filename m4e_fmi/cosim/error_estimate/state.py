@@ -14,7 +14,7 @@ from m4e_fmi.cosim.error_estimate.report import over
 from m4e_fmi.cosim.error_estimate.roughness import RoughnessSnapshot
 from m4e_fmi.cosim.error_estimate.stretch import Followed, Stretch
 from m4e_fmi.cosim.error_estimate.windows import Told, throughout
-from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
+from m4e_fmi.cosim.exchange.network import NetworkSnapshot
 from m4e_fmi.files.encoding import LIVE
 
 LITTLE = 1 / 3

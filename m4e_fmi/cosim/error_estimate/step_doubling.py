@@ -54,8 +54,7 @@ from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot, StepDoublin
 from m4e_fmi.cosim.error_estimate.stretch import Stretch
 from m4e_fmi.cosim.error_estimate.stretch_errors import StretchErrors
 from m4e_fmi.cosim.exchange.failures import LostError
-from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import Change, Network
+from m4e_fmi.cosim.exchange.network import Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND

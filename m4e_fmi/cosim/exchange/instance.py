@@ -15,6 +15,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.links import InputScales
 from m4e_fmi.cosim.exchange.failures import (
     ANSWERS,
     KEEP,
@@ -47,7 +48,6 @@ from m4e_fmi.fmu.importer.calls import (
     Value,
 )
 from m4e_fmi.fmu.importer.calls.access import RawComponent
-from m4e_fmi.fmu.importer.calls.scaled import InputScales
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL

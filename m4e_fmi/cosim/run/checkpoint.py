@@ -30,8 +30,7 @@ from typing import TypeVar
 from m4e_fmi.cosim.error_estimate.report import Spans
 from m4e_fmi.cosim.error_estimate.state import StepDoublingSnapshot
 from m4e_fmi.cosim.exchange.fmu_log import Kinds, Warn
-from m4e_fmi.cosim.exchange.layout import OWN_PLACES, NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.network import OWN_PLACES, Network, NetworkSnapshot
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark

@@ -35,7 +35,6 @@ from m4e_fmi.cosim.monitoring.instability import Stability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
-from m4e_fmi.cosim.run.notes import discarded_at_every_length
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
 from m4e_fmi.cosim.stepping.algorithm import (
     Algorithm,
@@ -331,7 +330,7 @@ class Run:
             self.time_loop.advance(room if room <= most else int(most))
             self.network.flush()
         except RunError as failure:
-            error = discarded_at_every_length(failure, self.time_loop, self.simulation.step_size)
+            error = self.time_loop.explained(failure)
             told = self.stability.explained(error, self.results)
             if told is failure:
                 raise

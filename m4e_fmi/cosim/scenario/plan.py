@@ -110,7 +110,6 @@ class Planner:
     problems: list[Problem] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._targets = {link.target: link for link in self.wiring.links}
         self._variables = {name: d.variables for name, d in self.descriptions.items()}
 
     def actions(self) -> tuple[PlannedAction, ...]:
@@ -229,8 +228,9 @@ class Planner:
 
     def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
         why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"
-        if port in self._targets:
-            why = f"is connected to {self._targets[port].source}"
+        sources = [link.source for link in self.wiring.links if link.target == port]
+        if sources:
+            why = f"is connected to {sources[-1]}"
             remedy = "'replace' gives its taker another value"
         elif not why and ramp and variable.type != REAL:
             why, remedy = f"is of type {variable.type}", "a ramp needs a Real; use 'set'"

@@ -19,8 +19,6 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.structure import STEPPED, how_known
-from m4e_fmi.cosim.exchange.events import telling
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
 from m4e_fmi.cosim.exchange.schedule import Schedule, StepLoop
@@ -171,13 +169,13 @@ def step_loop(
     the algorithm is not `Scheduled`, loops are solved, or FMUs may have events. The loop ends where
     a value changes that is not Real.
     """
-    exchange = network.operations
-    instances = network.instances.values()
-    has_events = any(instance.description.has_events for instance in instances)
-    if exchange is None or has_events or not isinstance(algorithm, Scheduled):
+    if not isinstance(algorithm, Scheduled):
+        return None
+    exchange, instances = network.operations, network.instances.values()
+    if exchange is None or any(instance.description.has_events for instance in instances):
         return None
     step = Schedule([*algorithm.operations, *exchange, *noted])
-    return StepLoop(step, rows, every=every, telling=telling(instances), stops=network.stops)
+    return StepLoop(step, rows, every=every, telling=network.telling, stops=network.stops)
 
 
 def made(name: str, network: Network) -> Algorithm:
@@ -196,20 +194,10 @@ def made(name: str, network: Network) -> Algorithm:
             "loops",
         )
     algorithm: Algorithm = descriptor.make(network)
-    delayed = [str(link) for link in network.links if link.delayed]
-    described = {name: instance.description for name, instance in network.instances.items()}
-    stepped = dict.fromkeys(
-        str(port)
-        for port in (link.source for link in network.links)
-        if how_known(described[port.component], port.variable) == STEPPED
-    )
     notes = [
-        f"{late[0]}{f' (and {len(late) - 1} more)' * (len(late) > 1)} {what}: first order, half "
+        f"{late[0]}{f' (and {len(late) - 1} more)' * (len(late) > 1)} {why}: first order, half "
         "the step leaves half the error"
-        for late, what in (
-            (delayed, "has the value of the previous step"),
-            (list(stepped), "shows its FMU's inputs only after the next step"),
-        )
+        for why, late in network.late.items()
         if late
     ]
     if notes:

@@ -323,7 +323,7 @@ def _results(group: str, folder: Path, fmu: Path) -> Iterable[Mapping[str, objec
     """Findings of a group, why there is nothing to check, what failed to run."""
     module = import_module(f"{PACKAGE}.{MODULES[group]}")
     check = getattr(module, f"check_{group}", None) or module.check
-    subject = FmuUnderTest.read(fmu)
+    subject = FmuUnderTest(fmu)
     version, known = subject.raw.fmiVersion, folder / FACTS
     facts = json.loads(known.read_text()) if known.exists() else {}
     context = Context(subject, CallJournal(_file(folder, group, "journal")), folder, **facts)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from support.python_executor import PythonExecutor
 
+from m4e_fmi.cosim.exchange.arrivals import ROWS
 from m4e_fmi.cosim.exchange.operations import Choose, Monitor
-from m4e_fmi.cosim.exchange.rereading import ROWS
 from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, NativeExecutor
 
 NAN, INF = np.nan, np.inf
