@@ -37,7 +37,7 @@ from m4e_fmi.cosim.system.connection_text import Connection
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
 from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.errors import InputError, suggestion
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.reading import Description, read_description
 from m4e_fmi.units import Unit
 

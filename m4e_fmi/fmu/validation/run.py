@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.opening import Unpacked, check_archive
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent, kill, kill_children, set_apart
 from m4e_fmi.fmu.validation.description import description_findings
