@@ -22,7 +22,7 @@ from ruamel.yaml.constructor import DuplicateKeyError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.events import ScalarEvent
 
-from m4e_fmi.errors import YAML_SUFFIXES, InputError, Problem, suggestion
+from m4e_fmi.errors import YAML_SUFFIXES, InputError, Problem, missing_file
 from m4e_fmi.files.file_kinds import YAML_FILE, as_path, check_named, check_suffix
 from m4e_fmi.files.files_read import TooLongError, read_text
 from m4e_fmi.files.limits import (
@@ -47,6 +47,8 @@ from m4e_fmi.shown import cleaned, one_line
 _HALF = re.compile(r"[\ud800-\udfff]")
 _LONGEST_SOURCE = 200
 """Characters of a line that are shown with a problem."""
+__all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
+_MOST_PRUNINGS = 20
 
 
 class Place(NamedTuple):
@@ -214,11 +216,6 @@ def _sequence(node: CommentedSeq, location: Location, places: Places) -> list[ob
     return items
 
 
-__all__ = ["Document", "Location", "Section", "SectionType", "rejected", "rejected_at"]
-
-_MOST_PRUNINGS = 20
-
-
 class Document:
     """A YAML file: plain data, and where each piece of it stands."""
 
@@ -239,9 +236,7 @@ class Document:
         except TooLongError as error:
             reason, remedy = str(error), "put long tables into files of their own"
         except FileNotFoundError:
-            here = path.parent if path.parent.is_dir() else Path()
-            names = [p.name for suffix in YAML_SUFFIXES for p in here.glob(f"*{suffix}")]
-            reason, remedy = "no such file", suggestion(path.name, names)
+            reason, remedy = "no such file", missing_file(path)[1]
         except UnicodeDecodeError as error:
             reason = f"cannot be read: byte {error.start + 1} is not valid UTF-8"
             remedy = "models, systems and parameter sets are text: save it as UTF-8"

@@ -11,11 +11,11 @@ from m4e_fmi.errors import InputError, is_file
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
 _CODE = "Python code"
-URDF_SUFFIX = ".urdf"
+URDF_SUFFIX, SSP_SUFFIX = ".urdf", ".ssp"
 _OF_SUFFIX = {
     URDF_SUFFIX: MODEL,
     ".fmu": FMU,
-    ".ssp": _PACKAGE,
+    SSP_SUFFIX: _PACKAGE,
     ".nc": _RESULTS,
     ".py": _CODE,
 }

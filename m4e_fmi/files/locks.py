@@ -2,22 +2,34 @@
 
 `claimed` is for files that a process writes for as long as it runs: nobody else may write them
 meanwhile. It also removes the hidden files that dead processes have left beside them.
+
+Temporary folders are removed by the next process if this one is killed. They are in one folder per
+process, named by a token. The process holds a lock file with the same token while it lives; its
+number would not do, as another process may have it by now.
 """
 
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 import platform
+import re
+import shutil
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Generator
+import uuid
+import weakref
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.writing import cannot_write, remove_leftovers
+from m4e_fmi.signals import held
 
 LOCK, ROWS = ".m4e-lock", ".m4e-rows"
 """Suffixes of hidden files beside results: their lock, and their rows until the first step is
@@ -31,6 +43,9 @@ _HOST = platform.node()
 
 _held: dict[Path, int] = {}
 """Lock files of this process, and the threads that hold them."""
+PREFIX = "m4e_fmi_"
+_OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})(\.lock)?$")
+_changing = threading.RLock()  # the garbage collector may remove one meanwhile
 
 
 class Lock:
@@ -154,4 +169,96 @@ def _sweep(folder: Path) -> None:
             lock = Lock.take(file, sure=True)
             if lock is not None:
                 _remove_rows(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
+                lock.release()
+
+
+@dataclass
+class _Place:
+    """The folder of this process in another, with `count` temporary ones in it."""
+
+    folder: Path
+    lock: Lock
+    count: int = 0
+    numbers: Iterator[int] = field(default_factory=itertools.count)
+
+
+_places: dict[tuple[Path, int], _Place] = {}
+"""By folder and process: a forked one has none."""
+
+
+class TemporaryFolder:
+    """A new empty folder at `path`, in `parent` (the system's for temporary files if None).
+
+    It is removed with its contents: by `remove`, at the end of a ``with`` block or of the
+    interpreter, or when another process makes one in `parent` after this one was killed. OSError if
+    it cannot be made.
+    """
+
+    def __init__(self, parent: Path | None = None) -> None:
+        parent = (parent or Path(tempfile.gettempdir())).absolute()
+        with held(), _changing:
+            place = _place(parent)
+            place.count += 1
+            try:
+                self.path = place.folder / str(next(place.numbers))
+                place.folder.mkdir(mode=0o700, exist_ok=True)  # others may have tidied up
+                self.path.mkdir(mode=0o700)
+            except OSError:
+                place.count -= 1
+                _leave(parent)
+                raise
+            self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
+
+    def remove(self) -> None:
+        """Remove the folder, as far as its files can be removed."""
+        self._finalizer()
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.remove()
+
+
+def _place(parent: Path) -> _Place:
+    """The place of this process in `parent`; a new one removes those of dead processes first."""
+    key = parent, os.getpid()
+    if key not in _places:
+        _remove_dead(parent)
+        folder = parent / f"{PREFIX}{uuid.uuid4().hex}"
+        lock = Lock.take(folder.with_suffix(".lock"), patience=PATIENCE)
+        if lock is None:
+            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
+        _places[key] = _Place(folder, lock)
+    return _places[key]
+
+
+def _leave(parent: Path) -> None:
+    """Give the place up if there is no folder in it."""
+    key = parent, os.getpid()
+    if _places[key].count == 0:
+        place = _places.pop(key)
+        shutil.rmtree(place.folder, ignore_errors=True)
+        place.lock.release()
+
+
+def _remove(folder: Path, process: int) -> None:
+    if process != os.getpid():  # forked: it is the other's
+        return
+    with held():
+        shutil.rmtree(folder, ignore_errors=True)
+        with _changing:
+            parent = folder.parent.parent
+            _places[parent, process].count -= 1
+            _leave(parent)
+
+
+def _remove_dead(parent: Path) -> None:
+    own = {place.folder for place in _places.values()}
+    with suppress(OSError):
+        found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
+        for folder in {path.with_suffix("") for path in found} - own:
+            lock = Lock.take(folder.with_suffix(".lock"), sure=True)
+            if lock:
+                shutil.rmtree(folder, ignore_errors=True)
                 lock.release()

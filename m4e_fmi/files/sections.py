@@ -21,6 +21,31 @@ from m4e_fmi.units import TOO_LARGE, parse_quantity, parse_unit, parse_unit_like
 
 Location = tuple[str | int, ...]
 """Keys and indices (from 0) that lead to a value from the top of a file, or of a section."""
+_MOST_TAGS = 6
+_PLAIN_WORDS = {
+    "string_type": "text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "dict_type": "'key: value' lines",
+    "model_type": "'key: value' lines",
+    "model_attributes_type": "'key: value' lines",
+    "tuple_type": "a list",
+    "list_type": "a list",
+}
+_SHAPES = ("dict_type", "model_type", "model_attributes_type", "tuple_type", "list_type")
+"""Errors of a value as a whole that should be a list or a section."""
+_OF_UNIONS = re.compile(r"(tuple|list|dict|union)\[")
+_LIMITS = {
+    "greater_than": "above",
+    "greater_than_equal": "not below",
+    "less_than": "below",
+    "less_than_equal": "not above",
+}
+"""Words for the limits of numbers that are out of range."""
 
 
 class Section(BaseModel):
@@ -134,33 +159,6 @@ def tags_most_alike(kinds: Iterable[object], given: Iterable[str]) -> set[str]:
     shared = [(len(fields_of(kind).keys() & given), kind) for kind in kinds]
     most = max((count for count, _ in shared), default=0)
     return {tag for count, kind in shared if count == most for tag in tags(kind)}
-
-
-_MOST_TAGS = 6
-_PLAIN_WORDS = {
-    "string_type": "text",
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "dict_type": "'key: value' lines",
-    "model_type": "'key: value' lines",
-    "model_attributes_type": "'key: value' lines",
-    "tuple_type": "a list",
-    "list_type": "a list",
-}
-_SHAPES = ("dict_type", "model_type", "model_attributes_type", "tuple_type", "list_type")
-"""Errors of a value as a whole that should be a list or a section."""
-_OF_UNIONS = re.compile(r"(tuple|list|dict|union)\[")
-_LIMITS = {
-    "greater_than": "above",
-    "greater_than_equal": "not below",
-    "less_than": "below",
-    "less_than_equal": "not above",
-}
-"""Words for the limits of numbers that are out of range."""
 
 
 class Complaint(NamedTuple):

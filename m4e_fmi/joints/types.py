@@ -19,6 +19,11 @@ from m4e_fmi.space import (
     unit,
 )
 
+OWN_ANGLE = Component(TURN + Y, relative=False)
+TURNS = tuple(Component(TURN + axis, relative=False) for axis in range(TURN))
+PLANAR_FREEDOMS = tuple(Component(index) for index in PLANE)
+FREEDOMS = tuple(Component(index) for index in SPACE)
+
 
 class Fixed(JointType):
     """A weld: the child moves with its parent, without any coordinate."""
@@ -57,9 +62,6 @@ class Prismatic(JointType):
         )
 
 
-OWN_ANGLE = Component(TURN + Y, relative=False)
-
-
 class Revolute(JointType):
     """A hinge: its coordinate is the angle of the child against its parent, about the axis."""
 
@@ -92,9 +94,6 @@ class PlanarRevolute(Revolute):
             local_arm=mount.vector("joint_to_child"),
             freedoms=(OWN_ANGLE,),
         )
-
-
-TURNS = tuple(Component(TURN + axis, relative=False) for axis in range(TURN))
 
 
 class Spherical(JointType):
@@ -168,10 +167,6 @@ class Planar(JointType):
         """Frame with its origin at the joint, as far as it has slid."""
         axis, first = mount.axis("axis"), mount.axis("direction")
         return turned(mount, [axis], [first, cross(axis, first)])
-
-
-PLANAR_FREEDOMS = tuple(Component(index) for index in PLANE)
-FREEDOMS = tuple(Component(index) for index in SPACE)
 
 
 class PlanarFloating(JointType):

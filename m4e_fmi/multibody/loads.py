@@ -50,8 +50,6 @@ from m4e_fmi.space import (
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
-_Spring = TensionSpring | TorsionSpring
-_Damper = TensionDamper | TorsionDamper
 
 FORCES, MOMENTS = ("force_x", "force_y", "force_z"), ("moment_x", "moment", "moment_z")
 

@@ -33,6 +33,8 @@ from m4e_fmi.space import AXES, PLANE, SPACE, Vector, Y, minus
 
 RELATIVE_ANGLE = "Phi"
 """Letter of a coordinate that could be an absolute angle and is a relative one."""
+Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
+"""The value of a table by its name, itself, and the time."""
 
 
 @dataclass(frozen=True)
@@ -150,10 +152,6 @@ def _distances(model: Model) -> dict[str, int]:
 def _rate_name(name: str) -> str:
     letter, number = name.split("_")
     return f"{letter}D_{number}"
-
-
-Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
-"""The value of a table by its name, itself, and the time."""
 
 
 def frames(

@@ -24,6 +24,27 @@ from m4e_fmi.units import Unit, parse_unit
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
+LEAST_NINES = 3
+"""Of a mark, as -9999 or 999.9."""
+BEYOND = 2.0
+"""Magnitude of a mark, over the largest of the other values, at least."""
+BESIDE = 2
+"""Rows on each side of one, of whose median a spike is far."""
+OF_SPREAD, OF_USUAL, OF_ALL = 5.0, 20.0, 1.0
+"""Distance of a spike from that median, at least: over the spread of the rows around, over the
+median of all such distances, over the standard deviation of all values."""
+REMEDY = "they count as measured; if they are not, leave their entries empty"
+MOTIONS = {
+    **dict.fromkeys(("surge", "x"), "surge"),
+    **dict.fromkeys(("sway", "y"), "sway"),
+    **dict.fromkeys(("heave", "z"), "heave"),
+    **dict.fromkeys(("roll", "phi"), "roll"),
+    **dict.fromkeys(("pitch", "theta"), "pitch"),
+    **dict.fromkeys(("yaw", "psi"), "yaw"),
+}
+"""Motions by the last word of a name."""
+LEAVE_OUT = "leave such rows out: a gap is told, and does no harm"
+TURNS = ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
@@ -129,13 +150,7 @@ def _seconds(path: Path, column: Quantity, notes: list[str]) -> np.ndarray:
     if column.unit is None:
         notes.append(f"column {column.name!r} says no unit: taken as s")
         return column.values
-    try:
-        unit = parse_unit(column.unit)
-    except ValueError as error:
-        raise InputError.single(f"{column.name!r}: {error}", "expected s", str(path)) from None
-    if not unit.same_dimension(parse_unit("s")):
-        message = f"{column.name!r} is in {column.unit}, expected a time"
-        raise InputError.single(message, "call it 'time [s]'", str(path))
+    unit = _unit(path, column.name, column.unit, ("s",), "a time", "call it 'time [s]'")
     if unit.factor != 1.0:
         notes.append(f"time converted from {column.unit} to s")
     return column.values * unit.factor
@@ -157,18 +172,6 @@ def _check_times(path: Path, time: np.ndarray, lines: Sequence[int] | None) -> N
     ]  # fmt: skip
     if problems or not len(time):
         raise InputError(shortened(problems) or [Problem("has no rows", "", str(path))])
-
-
-LEAST_NINES = 3
-"""Of a mark, as -9999 or 999.9."""
-BEYOND = 2.0
-"""Magnitude of a mark, over the largest of the other values, at least."""
-BESIDE = 2
-"""Rows on each side of one, of whose median a spike is far."""
-OF_SPREAD, OF_USUAL, OF_ALL = 5.0, 20.0, 1.0
-"""Distance of a spike from that median, at least: over the spread of the rows around, over the
-median of all such distances, over the standard deviation of all values."""
-REMEDY = "they count as measured; if they are not, leave their entries empty"
 
 
 def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) -> Iterator[str]:
@@ -227,19 +230,6 @@ def _spikes(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return (away > OF_SPREAD * spread) & (away > beyond)
 
 
-MOTIONS = {
-    **dict.fromkeys(("surge", "x"), "surge"),
-    **dict.fromkeys(("sway", "y"), "sway"),
-    **dict.fromkeys(("heave", "z"), "heave"),
-    **dict.fromkeys(("roll", "phi"), "roll"),
-    **dict.fromkeys(("pitch", "theta"), "pitch"),
-    **dict.fromkeys(("yaw", "psi"), "yaw"),
-}
-"""Motions by the last word of a name."""
-LEAVE_OUT = "leave such rows out: a gap is told, and does no harm"
-TURNS = ("roll", "pitch", "yaw")
-
-
 @dataclass(frozen=True)
 class Measured:
     """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
@@ -268,7 +258,8 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
     found, is_table = read_compared(path), path.suffix.lower() in SUFFIXES
     numbers = {n: one for n, one in found.quantities.items() if not one.held}
     chosen = _column(path, numbers, name) if is_table else _variable(path, numbers, name)
-    motion, notes = _motion(chosen.name), [*found.notes] if is_table else []
+    motion = MOTIONS.get(re.split(r"[\s._]+", chosen.name.lower())[-1], "")
+    notes = [*found.notes] if is_table else []
     if chosen.unit is None and motion in TURNS:
         message = f"column {chosen.name!r} does not say its unit, deg or rad"
         remedy = f"name it '{chosen.name} [deg]' or '{chosen.name} [rad]'"
@@ -276,7 +267,14 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
     if chosen.unit is None:
         notes.append(f"column {chosen.name!r} says no unit: taken as m")
     text = chosen.unit or "m"
-    unit = _length_or_angle(path, chosen.name, text)
+    unit = _unit(
+        path,
+        chosen.name,
+        text,
+        ("m", "rad"),
+        "a length or an angle",
+        "choose another column or variable",
+    )
     doubted = tuple(doubts(found.time, chosen.values, text)) if is_table else ()
     known = np.isfinite(chosen.values)
     if not (known.all() or is_table):
@@ -295,11 +293,6 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
         (*notes, *doubted),
         doubted,
     )
-
-
-def _motion(name: str) -> str:
-    words = re.split(r"[\s._]+", name.lower())
-    return MOTIONS.get(words[-1], "")
 
 
 def _column(path: Path, columns: Mapping[str, Quantity], name: str | None) -> Quantity:
@@ -328,14 +321,16 @@ def _variable(path: Path, variables: Mapping[str, Quantity], name: str | None) -
     return variables[name]
 
 
-def _length_or_angle(path: Path, name: str, text: str) -> Unit:
-    """The unit `text` if it is one of a length or an angle; else InputError."""
+def _unit(
+    path: Path, name: str, text: str, alike: Sequence[str], expected: str, remedy: str
+) -> Unit:
+    """The unit `text` of a column if it is of the dimension of one `alike`; else InputError."""
     try:
         unit = parse_unit(text)
     except ValueError as error:
         message = f"{name!r}: {error}"
-        raise InputError.single(message, "expected a length or an angle", str(path)) from None
-    if not any(unit.same_dimension(parse_unit(one)) for one in ("m", "rad")):
-        message = f"{name!r} is in {text}, expected a length or an angle"
-        raise InputError.single(message, "choose another column or variable", str(path))
+        raise InputError.single(message, f"expected {expected}", str(path)) from None
+    if not any(unit.same_dimension(parse_unit(one)) for one in alike):
+        message = f"{name!r} is in {text}, expected {expected}"
+        raise InputError.single(message, remedy, str(path))
     return unit

@@ -60,6 +60,12 @@ _COMMA_BEFORE_BLANK = r",\d+(?=\s+[-+.\d])"
 """Commas of seconds, in columns that are separated by blanks."""
 _NUMBERS = re.compile(r"[-+.,;\deE\s\"]*")
 REMEDY = "write dates as 2026-03-01 12:00:00.250, or seconds since the first row"
+_MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
+_MOST_ABOVE = 1000
+"""Lines above the first row of numbers."""
+_TOA5_LINES = 4
+"""Lines above the rows of a file that begins with TOA5, Campbell Scientific's form of tables."""
+_NAMES_OF_MARKS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
 
 
 @dataclass(frozen=True)
@@ -171,13 +177,6 @@ def beginning(text: str) -> str:
     return repr(one_line(text)[:LONGEST_SHOWN])
 
 
-_MISSING = ("", "nan", "na", "n/a", "null", "none", "-")
-_MOST_ABOVE = 1000
-"""Lines above the first row of numbers."""
-_TOA5_LINES = 4
-"""Lines above the rows of a file that begins with TOA5, Campbell Scientific's form of tables."""
-
-
 @dataclass(frozen=True)
 class Quantity:
     """Values (n,) of a variable over time, nan in gaps; `unit` is None if the file does not say.
@@ -261,7 +260,6 @@ _FORMS = (
     _Form(";"), _Form(";", ","), _Form("\t"), _Form("\t", ","), _Form(","), _Form(None),
     _Form(None, ","),
 )  # fmt: skip
-_NAMES_OF_MARKS = {";": "semicolons", "\t": "tabs", ",": "commas", None: "blanks"}
 
 
 def read_foreign_table(path: Path) -> ForeignTable:

@@ -33,6 +33,8 @@ TEXT = "str"
 """The kind of texts, in place of a type of NumPy."""
 KINDS = (TEXT, *(f"{sign}{size}" for sign in "iu" for size in (1, 2, 4, 8)), "f4", "f8")
 """All kinds of recorded variables."""
+SCENE = "scene"
+"""The attribute with what an animation shows, which is for programs only."""
 
 
 @dataclass(frozen=True)
@@ -129,10 +131,6 @@ def recorded_as(file_type: type[str] | np.dtype, attributes: Mapping[str, ArrayL
     numbers = np.atleast_1d(attributes["flag_values"]).tolist()
     items = dict(zip(names, numbers, strict=False))
     return Recorded("Boolean", kind) if items == TRUTH else Recorded("Enumeration", kind, items)
-
-
-SCENE = "scene"
-"""The attribute with what an animation shows, which is for programs only."""
 
 
 class Series(np.ndarray):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from m4e_fmi.cosim.system_file import load_system
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan

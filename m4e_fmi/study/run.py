@@ -12,8 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.files.locks import claimed
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset

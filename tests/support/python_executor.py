@@ -204,11 +204,11 @@ def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
-"""As in the runtime's monitor.c."""
+"""As in the runtime's loop.c."""
 
 
 def _monitor(o: op.Monitor) -> Action:
-    """`m4e_monitor` of the runtime's loop.h."""
+    """`monitor` of the runtime's loop.c."""
     value, first, second, third, level, largest = o.past[:-1].reshape(6, -1)
     wait = o.past[-1:]
 

@@ -21,7 +21,7 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals threads units errors shown files coupling_algorithms program space joints model "
+        "signals threads lazy units errors shown files coupling_algorithms program space joints model "
         "multibody results statistics runtime simulate fmu analysis code_hash doctor report cosim "
         "study notebook cli __main__"
     ),

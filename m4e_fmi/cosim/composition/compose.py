@@ -28,6 +28,8 @@ from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
 IN_WAVES = "make_in_waves"
 """Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
+ORIGIN = "equilibrium"
+"""Who gives the start values, in messages and results."""
 
 
 def system_program(
@@ -259,10 +261,6 @@ def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> In
     if error.is_singular:  # for a run, too
         remedy = "look at the gains around the loop, its signs and its start values"
     return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])
-
-
-ORIGIN = "equilibrium"
-"""Who gives the start values, in messages and results."""
 
 
 def at_equilibrium(

@@ -20,9 +20,8 @@ from m4e_fmi.cosim.preparation.components import (
     ready_fmus,
     takes_long,
 )
-from m4e_fmi.cosim.preparation.doubtful_values import is_of_waves
-from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.prepare import described
+from m4e_fmi.cosim.preparation.doubtful_values import is_of
+from m4e_fmi.cosim.preparation.prepare import available, described, hosts
 from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
@@ -38,6 +37,8 @@ from m4e_fmi.model import load_model
 from m4e_fmi.program import Program
 
 Made = Program | PythonSource
+LONGEST = 1e6
+"""Time [s] for which FMUs are told to run: some make no step beyond it."""
 
 
 @dataclass(frozen=True)
@@ -208,10 +209,6 @@ def _no_equations(system: System, component: Component) -> Problem:
     return system.problem(("components", component.name), message, remedy)
 
 
-LONGEST = 1e6
-"""Time [s] for which FMUs are told to run: some make no step beyond it."""
-
-
 def stand_ins(
     system: System,
     settled: Collection[str],
@@ -271,7 +268,7 @@ def _in_still_water(component: Component) -> Component:
     calm = getattr(source.config, "in_still_water", None) if isinstance(source, Kind) else None
     if not isinstance(source, Kind) or calm is None:
         return component
-    start = {name: value for name, value in component.start.items() if not is_of_waves(name)}
+    start = {name: value for name, value in component.start.items() if not is_of(name, "waves")}
     return replace(component, source=replace(source, config=calm()), start=start)
 
 

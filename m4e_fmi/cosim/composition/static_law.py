@@ -31,6 +31,15 @@ TOLERANCE = 1e-5
 SWING = TOLERANCE**0.5
 """Swing, in the same way, about a mean that is the rest: what is not linear moves the mean of a
 swing s by s² of its size, which is `TOLERANCE` then."""
+LARGEST_STEP, SHARE = 0.1, 1e-3
+"""First step of differences: of the input's nominal value, or of its value if that is more."""
+MOST_HALVINGS = 12
+ACCURATE = 1e-3
+"""Error of a column of K, over its largest entry of the same unit, at which the step is kept."""
+EVEN = 0.1
+"""Half the difference of the slopes to both sides, in the same way, above which there is a kink."""
+ROUGH = 0.02
+"""The same, from which it is told."""
 
 
 @dataclass(frozen=True)
@@ -147,17 +156,6 @@ def _mean(part: np.ndarray) -> np.ndarray:
     """The mean (n,) of rows (s, n), by Hann's window: parts of a period hardly count."""
     weights = np.hanning(len(part) + 2)[1:-1]
     return weights @ part / weights.sum()
-
-
-LARGEST_STEP, SHARE = 0.1, 1e-3
-"""First step of differences: of the input's nominal value, or of its value if that is more."""
-MOST_HALVINGS = 12
-ACCURATE = 1e-3
-"""Error of a column of K, over its largest entry of the same unit, at which the step is kept."""
-EVEN = 0.1
-"""Half the difference of the slopes to both sides, in the same way, above which there is a kink."""
-ROUGH = 0.02
-"""The same, from which it is told."""
 
 
 @dataclass(frozen=True)

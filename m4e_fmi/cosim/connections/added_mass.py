@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from m4e_fmi.cosim.connections.links import ELEMENT, Link, Port, Variables, Wiring
 from m4e_fmi.cosim.system.system import System
@@ -26,6 +25,7 @@ BODY = "body."
 
 Pairs = frozenset[tuple[str, str]]
 """Bodies of a hydrodynamics component, each with the body of a model that it is connected with."""
+FLAG = "'added_mass: true'"
 
 
 def added_mass_bodies(variables: Mapping[str, Variable]) -> dict[str, tuple[str, str]]:
@@ -102,59 +102,29 @@ def body_order_problems(
         joined = pairs.get((source.component, target.component))
         if link.connection in told or joined is None or given is None or taken is None:
             continue
-        pairing = _Pairing(
-            source.component,
-            target.component,
-            in_order(bodies[source.component]),
-            in_order(bodies[target.component]),
-            joined,
-        )
+        rows = in_order(bodies[source.component]), in_order(bodies[target.component])
         for body, other in zip(given, taken, strict=True):
-            if pairing.excludes(body, other, idle=(source.component, body) not in used):
-                told.add(link.connection)
-                at = ("connections", link.connection)
-                yield system.problem(at, pairing.message(body, other), pairing.remedy)
-                break
-
-
-@dataclass(frozen=True)
-class _Pairing:
-    """Two components, the bodies of their matrices in order, and the `pairs` that are connected."""
-
-    water: str
-    model: str
-    given: Sequence[str]
-    taken: Sequence[str]
-    pairs: Pairs
-
-    def excludes(self, body: str, other: str, *, idle: bool) -> bool:
-        """True if `other` of the model is not `body` in the water; `idle` if nothing moves that."""
-        if (body, other) in self.pairs:
-            return False
-        return idle or any(body == water or other == name for water, name in self.pairs)
-
-    def message(self, body: str, other: str) -> str:
-        """Both orders, and the first bodies that differ."""
-        return (
-            f"the added mass of {self.water}.{body} would act on {self.model}.{BODY}{other}, with "
-            f"which it is not connected: rows of {self.water} are for {', '.join(self.given)}, "
-            f"those of {self.model} for {', '.join(self.taken)}"
-        )
-
-    @property
-    def remedy(self) -> str:
-        """The order that is right, or how the bodies would be the same."""
-        of_water: Mapping[str, str] = {name: body for body, name in sorted(self.pairs)}
-        order = [of_water.get(name, "") for name in self.taken]
-        if sorted(order) == sorted(self.given):
-            return f"write the bodies of {self.water!r} in the order {', '.join(order)}"
-        return (
-            f"connect each body of {self.water!r}, and in the model write 'added_mass: true' at "
-            "the bodies that these are connected with, at no others"
-        )
-
-
-FLAG = "'added_mass: true'"
+            idle = (source.component, body) not in used
+            elsewhere = any(body == water or other == name for water, name in joined)
+            if (body, other) in joined or not (idle or elsewhere):
+                continue
+            told.add(link.connection)
+            message = (
+                f"the added mass of {source.component}.{body} would act on "
+                f"{target.component}.{BODY}{other}, with which it is not connected: rows of "
+                f"{source.component} are for {', '.join(rows[0])}, those of {target.component} "
+                f"for {', '.join(rows[1])}"
+            )
+            of_water = {name: water for water, name in sorted(joined)}
+            order = [of_water.get(name, "") for name in rows[1]]
+            remedy = f"write the bodies of {source.component!r} in the order {', '.join(order)}"
+            if sorted(order) != sorted(rows[0]):
+                remedy = (
+                    f"connect each body of {source.component!r}, and in the model write "
+                    "'added_mass: true' at the bodies that these are connected with, at no others"
+                )
+            yield system.problem(("connections", link.connection), message, remedy)
+            break
 
 
 def without_added_mass(descriptions: Mapping[str, Description], wiring: Wiring) -> list[str]:

@@ -28,6 +28,10 @@ from m4e_fmi.fmu.importer.type_rules import misfit
 
 CONSTANT_TO_INPUT = ("calculatedParameter", "input")
 CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
+WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
+OFFERED = ".neutral_mass"
+MOST_OFFERS = 3
+"""Hydrodynamics bodies that are suggested."""
 
 
 def link_problems(system: System, variables: Variables, links: Iterable[Link]) -> Iterable[Problem]:
@@ -66,50 +70,43 @@ def double_load_problems(
 
     That is told of two components which take the height of one body.
     """
-    moved: dict[Port, list[Link]] = {}
-    for link in links:
-        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
-            moved.setdefault(link.source, []).append(link)
-    for source, takers in moved.items():
+    for source, takers in moved_together(links).items():
         for link, other in permutations(takers, 2):
             body, one, two = (
                 str(p).removesuffix(".z") for p in (source, link.target, other.target)
             )
             place = ("connections", other.connection)
-            if doubled := _doubled(variables, link.target, other.target):
+            # `link` leads to the hull with the pressure at its true pose, `other` to linear loads
+            exact, linear = (k.target.variable.removesuffix("z") for k in (link, other))
+            known = variables[link.target.component].keys()
+            loads = variables[other.target.component].keys()
+            in_waves = {f"{exact}wetted_volume", f"{exact}froude_krylov_force_z"} <= known
+            doubled = []
+            if f"{exact}wetted_volume" in known and f"{linear}buoyancy_force_z" in loads:
+                doubled.append("hydrostatics")
+            parts = {f"{linear}excitation_force_z", f"{linear}froude_krylov_force_z"}
+            if in_waves and not parts.isdisjoint(loads):
+                doubled.append("froude_krylov")
+            if doubled:
                 message = f"{' and '.join(doubled)} of {body} count twice, in {one} and {two}"
                 switches = ", ".join(f"{name}: none" for name in doubled)
                 remedy = f"write 'loads: {{{switches}}}' at {other.target.component}"
                 yield system.problem(place, message, remedy)
-            if _drifts_twice(variables, link.target, other.target):
+            drifts = (f"{linear}drift_force_", f"{linear}drift_moment_")
+            if in_waves and any(name.startswith(drifts) for name in loads):
                 message = f"second-order drift of {body} counts twice: waves on the wetted hull "
                 message += f"in {one} make some of that in {two}"
                 remedy = f"remove 'drift' of the body at {other.target.component}, or the waves of "
                 yield system.problem(place, message, f"{remedy}{link.target.component}")
 
 
-def _doubled(variables: Variables, exact: Port, linear: Port) -> list[str]:
-    """Loads that are in the pressure on the hull at `exact` and linear at `linear`, both `….z`."""
-    hull, body = (port.variable.removesuffix("z") for port in (exact, linear))
-    known, others = variables[exact.component], variables[linear.component]
-    found = []
-    if f"{hull}wetted_volume" in known and f"{body}buoyancy_force_z" in others:
-        found.append("hydrostatics")
-    parts = (f"{body}excitation_force_z", f"{body}froude_krylov_force_z")
-    exact_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"} <= known.keys()
-    if exact_waves and any(name in others for name in parts):
-        found.append("froude_krylov")
-    return found
-
-
-def _drifts_twice(variables: Variables, exact: Port, slow: Port) -> bool:
-    """True if the hull at `exact` is in waves and the body at `slow` has drift, both `….z`."""
-    hull, body = (port.variable.removesuffix("z") for port in (exact, slow))
-    drifts = (f"{body}drift_force_", f"{body}drift_moment_")
-    in_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"}
-    return in_waves <= variables[exact.component].keys() and any(
-        name.startswith(drifts) for name in variables[slow.component]
-    )
+def moved_together(links: Iterable[Link]) -> dict[Port, list[Link]]:
+    """Links to heights that components take, by the height of the body that they follow."""
+    moved: dict[Port, list[Link]] = {}
+    for link in links:
+        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
+            moved.setdefault(link.source, []).append(link)
+    return moved
 
 
 def input_derivative_problems(
@@ -152,12 +149,6 @@ def outer_port_problems(
         elif port in driven:
             message = f"{at[1]!r} stands for {text}, which is connected"
             yield system.problem(at, message, "name an unconnected input")
-
-
-WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
-OFFERED = ".neutral_mass"
-MOST_OFFERS = 3
-"""Hydrodynamics bodies that are suggested."""
 
 
 def unset_masses(

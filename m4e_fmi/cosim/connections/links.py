@@ -27,6 +27,21 @@ BUS = "bus"
 """Causality of a signal: it may be source and target."""
 Variables = Mapping[str, Mapping[str, Variable]]
 """Variables by component (or bus) and name."""
+AXES = (
+    ("force_x", "vx", "x"),
+    ("force_y", "vy", "y"),
+    ("force_z", "vz", "z"),
+    ("moment_x", "omega_x", ""),
+    ("moment_y", "omega", "theta"),
+    ("moment_z", "omega_z", ""),
+)
+"""Force, the velocity it works on, and the coordinate of that velocity, in one connector.
+
+Angular velocities of bodies in space are not the rates of any angles.
+"""
+_FORCES = {force for force, _, _ in AXES}
+LOADS = tuple(map(parse_unit, ("N", "N.m")))
+MATRIX = "added_mass"
 
 
 @dataclass(frozen=True, order=True)
@@ -256,23 +271,6 @@ def conversion(give: Variable, take: Variable) -> tuple[float, float]:
     factor = give.dimension.factor / take.dimension.factor
     shift = (give.offset - take.offset) / take.dimension.factor
     return (1.0 if abs(factor - 1) < SAME_UNIT else factor), shift
-
-
-AXES = (
-    ("force_x", "vx", "x"),
-    ("force_y", "vy", "y"),
-    ("force_z", "vz", "z"),
-    ("moment_x", "omega_x", ""),
-    ("moment_y", "omega", "theta"),
-    ("moment_z", "omega_z", ""),
-)
-"""Force, the velocity it works on, and the coordinate of that velocity, in one connector.
-
-Angular velocities of bodies in space are not the rates of any angles.
-"""
-_FORCES = {force for force, _, _ in AXES}
-LOADS = tuple(map(parse_unit, ("N", "N.m")))
-MATRIX = "added_mass"
 
 
 def power_bonds(

@@ -177,7 +177,7 @@ def _partners(descriptions: Descriptions, driven: Set[Port]) -> dict[Port, Port]
         (a.port, b.port)
         for same in by_name.values()
         for a, b in combinations(same, 2)
-        if a.port.component != b.port.component and a.fits(b)
+        if (a.input or b.input) and a.port.component != b.port.component and a.fits(b)
     ]
     rivals = Counter(port for pair in pairs for port in pair)
     return {

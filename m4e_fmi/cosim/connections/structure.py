@@ -37,6 +37,8 @@ STATED = "declared in the system file"
 PROBED = "probed"
 STEPPED = "probed; one step late"
 ASSUMED = "assumed"
+Graph: TypeAlias = "nx.DiGraph[Port]"
+"""Ports, with an edge to each port that waits for another."""
 
 
 def how_known(description: Description, output: str) -> str:
@@ -97,10 +99,6 @@ def dependency_problems(
                     remedy = suggestion(name, inputs, "inputs")
                     message = f"{component.name!r} has no input {name!r}, on which {output} depends"
                     yield system.problem(at, message, remedy)
-
-
-Graph: TypeAlias = "nx.DiGraph[Port]"
-"""Ports, with an edge to each port that waits for another."""
 
 
 @dataclass(frozen=True)

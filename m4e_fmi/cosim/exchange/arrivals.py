@@ -24,6 +24,9 @@ from m4e_fmi.cosim.exchange.operations import Choose, Gather, Get, GetTyped, gat
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import DISCRETE, REAL
 
+Groups = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
+"""Reals that are recorded, other Reals, and outputs that are not Real."""
+_NONE: Groups = ((), (), ())
 ROWS = 6
 """Readings of an output: see `Choose`."""
 Reading = Get | GetTyped
@@ -107,11 +110,6 @@ class Arrivals:
     def has(self, transfer: Transfer) -> bool:
         """True if this part of the exchange reads the early outputs of a component."""
         return self._early.get((transfer.component, transfer.discrete)) is transfer
-
-
-Groups = tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
-"""Reals that are recorded, other Reals, and outputs that are not Real."""
-_NONE: Groups = ((), (), ())
 
 
 def _groups(description: Description, names: Sequence[str], kept: Collection[str]) -> Groups:

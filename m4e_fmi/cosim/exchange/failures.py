@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.recording import size_text
+from m4e_fmi.cosim.connections.prepared import size_text
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 Tell = Callable[[str], object]
 WARNING = "warning"
 """How lines of progress begin that matter to everyone who uses what is built."""
+NATIVE = True
+"""True if programs become native FMUs by default; Python code never does."""
 
 
 def silent(_: str) -> None:
@@ -195,10 +197,6 @@ def _without_memory(component: Component, description: Description) -> Component
     known = description.variables
     start = {n: value for n, value in component.start.items() if n in known or "[" not in n}
     return replace(component, start=start)
-
-
-NATIVE = True
-"""True if programs become native FMUs by default; Python code never does."""
 
 
 def fmu_files(

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.link_checks import moved_together
 from m4e_fmi.cosim.connections.links import Axis, Link, Port, Wiring, conversion
 from m4e_fmi.cosim.connections.structure import Structure, Transfer
 from m4e_fmi.cosim.system.component import Component, Kind, ModelFile, kind_module
@@ -27,6 +28,17 @@ from m4e_fmi.report.drawing.space.hulls import Hull
 
 RAMP = "ramp_time"
 """Last word of parameters that are the time in which a sea grows from nothing [s]."""
+DRAG = ("drag_", "linear_drag_")
+"""Beginnings of the last names of a hull's drag coefficients; `drag_force_…` are outputs."""
+DISPLACED = "displaced"
+DOWN = np.array([0.01234, 0.02718, -1.0])
+"""Direction of rays that seldom meet an edge; downwards, as hulls may be open at the top."""
+UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
+SHARED = {"waves": "sea", "current": "stream"}
+"""Sections that components of one sea share, and the YAML anchors that remedies propose."""
+SAME = 1e-3
+"""Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
+Descriptions = Mapping[str, Description]
 
 
 def ramps(system: System, descriptions: Mapping[str, Description]) -> dict[str, float]:
@@ -105,31 +117,18 @@ def _written(axis: Axis, descriptions: Mapping[str, Description]) -> float:
     return link.factor / conversion(give, take)[0]
 
 
-DRAG = ("drag_", "linear_drag_")
-"""Beginnings of the last names of a hull's drag coefficients; `drag_force_…` are outputs."""
-
-
 def double_drag(
     system: System, descriptions: Mapping[str, Description], wiring: Wiring
 ) -> Iterator[str]:
     """A line on each two components that move with one body and both have drag on it."""
-    for source, takers in moved_together(wiring).items():
-        acting = [port for port in takers if _has_drag(system, descriptions, port)]
+    for source, takers in moved_together(wiring.links).items():
+        acting = [k.target for k in takers if _has_drag(system, descriptions, k.target)]
         for one, other in combinations(acting, 2):
             body, first, second = (str(p).removesuffix(".z") for p in (source, one, other))
             yield (
                 f"{first} and {second} both have drag on {body}: right for different parts of it; "
                 "of the same part leave it to one of them"
             )
-
-
-def moved_together(wiring: Wiring) -> dict[Port, list[Port]]:
-    """Heights that components take, by the height of the body that they follow."""
-    moved: dict[Port, list[Port]] = {}
-    for link in wiring.links:
-        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
-            moved.setdefault(link.source, []).append(link.target)
-    return moved
 
 
 def _has_drag(system: System, descriptions: Mapping[str, Description], port: Port) -> bool:
@@ -152,18 +151,14 @@ def _has_drag(system: System, descriptions: Mapping[str, Description], port: Por
     return not coefficients or any(value != 0.0 for value in values)
 
 
-DISPLACED = "displaced"
-DOWN = np.array([0.01234, 0.02718, -1.0])
-"""Direction of rays that seldom meet an edge; downwards, as hulls may be open at the top."""
-
-
 def double_buoyancy(system: System, wiring: Wiring) -> Iterator[str]:
     """A line on each two components on one body of which one has parts within a hull of the other.
 
     Parts of a surface, such as members, are within it where any of their corners is.
     """
-    for source, takers in moved_together(wiring).items():
-        surfaces = {port: _displaced(system, port) for port in takers} if len(takers) > 1 else {}
+    for source, takers in moved_together(wiring.links).items():
+        ports = [link.target for link in takers] if len(takers) > 1 else []
+        surfaces = {port: _displaced(system, port) for port in ports}
         for one, other in permutations(surfaces, 2):
             names = [
                 name
@@ -218,17 +213,6 @@ def _reach_into(part: Hull, hull: Hull) -> bool:
     return False
 
 
-UNITS = {"density": "kg/m3", "depth": "m", "gravity": "m/s2"}
-WAVES = "wave"
-"""Beginning of the names of parameters of waves."""
-SHARED = {"waves": "sea", "current": "stream"}
-"""Sections that components of one sea share, and the YAML anchors that remedies propose."""
-SAME = 1e-3
-"""Relative difference that is none: 9.80665 and 9.81 m/s2 are the same gravity."""
-
-Descriptions = Mapping[str, Description]
-
-
 def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> list[str]:
     """Water, waves and gravity that differ between two components; a line each, with places."""
     found = ((c.name, _section(c, "water")) for c in system.components)
@@ -257,7 +241,7 @@ def _seas(system: System, key: str) -> Iterator[str]:
     the component would not feel one.
     """
     seas = {
-        c.name: (section, {name: x for name, x in c.start.items() if _is_of(name, key)})
+        c.name: (section, {name: x for name, x in c.start.items() if is_of(name, key)})
         for c in system.components
         if (section := _section(c, key)) not in ("none", None) or key in _may_be_left_out(c)
     }
@@ -288,14 +272,9 @@ def _may_be_left_out(component: Component) -> tuple[str, ...]:
     return ("current",) if getattr(source.config, "feels_current", True) else ()
 
 
-def _is_of(name: str, key: str) -> bool:
+def is_of(name: str, key: str) -> bool:
     """True of the `name` of a parameter of waves or a current."""
-    return re.split(r"[.[]", name)[0] == (WAVES if key == "waves" else key)
-
-
-def is_of_waves(name: str) -> bool:
-    """True of the `name` of a parameter of waves."""
-    return _is_of(name, "waves")
+    return re.split(r"[.[]", name)[0] == ("wave" if key == "waves" else key)
 
 
 def _weights(

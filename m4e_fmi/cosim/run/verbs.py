@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.recording import thinned
+from m4e_fmi.cosim.connections.prepared import Prepared, thinned
 from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.preparation.prepare import prepare

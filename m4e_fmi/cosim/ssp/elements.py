@@ -30,6 +30,8 @@ Signal = tuple[Path, str]
 """A connector, by its element's path and its name."""
 TYPES = ("Real", "Integer", "Boolean", "String", "Enumeration", "Binary")
 ROLES = {"input": "in", "parameter": "in", "output": "out", "calculatedParameter": "out"}
+UnitOf = Callable[[Signal], Definition | None]
+"""The unit that a signal is known to be in."""
 
 
 @dataclass(frozen=True)
@@ -131,10 +133,6 @@ def _connectors(
             package.reject(item, f"two connectors are called {name!r}", "rename one")
         found[name] = Connector(name, item.get("kind"), types[0] if types else None, unit, item)
     return found
-
-
-UnitOf = Callable[[Signal], Definition | None]
-"""The unit that a signal is known to be in."""
 
 
 @dataclass(frozen=True)

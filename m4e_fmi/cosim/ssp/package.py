@@ -53,7 +53,6 @@ OSP = "com.opensimulationplatform"
 OSP_SPACE = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
 GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry",
             "GraphicalElements")  # fmt: skip
-SUFFIX = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
 
 

@@ -2,7 +2,7 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: which connections are one of ours (``a.m <-> b.end``), buses, through which values are
+annotations: connections as they were written (``a.m <-> b.end``), buses, through which values are
 connected from end to end, how to step, the components' own steps included, and the scenario; the
 system's step alone also in the words of the Open Simulation Platform.
 """
@@ -139,7 +139,9 @@ def _description(
         keys = {"step_size": components[name].step_size, "dependencies": needs}
         if keys := {key: value for key, value in keys.items() if value}:
             _annotate(component, keys)  # for which SSP has no place
-    _connections(prepared, element)
+    connections = _connections(prepared, element)
+    if connections:
+        told = {"connections": connections, **told}
     _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
@@ -187,29 +189,28 @@ def _connectors(
             kind.set("name", enumerations[tuple(variable.items.items())])
 
 
-def _connections(prepared: Prepared, parent: Element) -> None:
+def _connections(prepared: Prepared, parent: Element) -> list[str]:
+    """Write all links; texts of connections that mean the same, without buses."""
     system, links = prepared.system, prepared.wiring.all_links
     outer = [(None, name, *text.split(".", 1)) for name, t in system.inputs.items() for text in t]
     outer += [(*text.split(".", 1), None, name) for name, text in system.outputs.items()]
     if not links and not outer:
-        return
+        return []
     connections = etree.SubElement(parent, f"{SSD}Connections")
     for ends in outer:
         _connection(connections, *ends)
+    texts: list[str] = []
     for index, text in enumerate(system.connections):
         members = [link for link in links if link.connection == index]
         written = parse_connection(text)
         components = {end.partition(".")[0] for end in (written.left, written.right)}
         direct = components.issuperset(port.component for link in members for port in link.ends)
-        for link in members:
-            way = written if direct else _from_end_to_end(link, prepared)
+        ways = [written if direct else _from_end_to_end(link, prepared) for link in members]
+        for link, way in zip(members, ways, strict=True):
             ends = (text for port in link.ends for text in (port.component, port.variable))
-            element = _connection(connections, *ends)
-            _transform(element, way)
-            whole = members if direct else [link]
-            if not _stands_alone(way, whole):
-                content = {"connection": text if direct else str(way), "of": len(whole)}
-                _annotate(element, content)
+            _transform(_connection(connections, *ends), way)
+        texts += [text] if direct else map(str, ways)
+    return texts
 
 
 def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
@@ -229,13 +230,6 @@ def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
         units_ignored=ignored,
         delayed=link.delayed,
     )
-
-
-def _stands_alone(written: Connection, members: list[Link]) -> bool:
-    """True if the one link says all that the text does."""
-    if written.both_ways or written.delayed or len(members) != 1:
-        return False
-    return (written.left, written.right) == (str(members[0].source), str(members[0].target))
 
 
 def _connection(parent: Element, *ends: str | None) -> Element:

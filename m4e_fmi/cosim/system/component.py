@@ -33,6 +33,9 @@ _MEMORY = re.compile(rf"(\d{{1,6}}(?:\.\d{{1,6}})?) *({'|'.join(_BYTES)})")
 _SIZES = "write a number and its unit, as '500 MB' or '2 GiB'"
 LEAST_MEMORY = 10**8
 """Bytes that a worker needs before it has loaded an FMU."""
+KIND_GROUP = "m4e_fmi.fmus"
+StartValue = float | int | bool | str | Quantity
+Start = Mapping[str, StartValue]
 
 
 def _positive(given: float | None) -> float | None:
@@ -109,11 +112,6 @@ def check_process(component: str, process: str | None, limits: Limits) -> None:
     if process == HERE and limits:
         message = f"component {component!r}: there are no limits for an FMU in this process"
         raise InputError.single(message, "leave out `limits`, or `process: here`")
-
-
-KIND_GROUP = "m4e_fmi.fmus"
-StartValue = float | int | bool | str | Quantity
-Start = Mapping[str, StartValue]
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,13 @@ TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank bef
 """Remedy for a text that is not a duration."""
 DIGITS = 5e-6
 """Relative error of a step written in decimals: 0.000333333 s is a third of 1 ms."""
+ODD = 1e-3
+"""Nanoseconds by which a time may miss whole ones for being a number in floating point."""
+TOLERANCES = ("tolerance", "coupling_tolerance")
+CHECKPOINTS = ("checkpoint_interval", "checkpoint_wall_interval")
+OPTIONAL = ("output_interval", *CHECKPOINTS, *TOLERANCES)
+NUMBERS = ("stop_time", "step_size", "start_time", *OPTIONAL)
+"""Settings of a simulation that are numbers."""
 
 
 def nanoseconds(time: float) -> int:
@@ -196,16 +203,6 @@ def _written(time: Fraction) -> str:
     return f"{text} s" if Fraction(text) == time else f"{time} s"
 
 
-ODD = 1e-3
-"""Nanoseconds by which a time may miss whole ones for being a number in floating point."""
-
-TOLERANCES = ("tolerance", "coupling_tolerance")
-CHECKPOINTS = ("checkpoint_interval", "checkpoint_wall_interval")
-OPTIONAL = ("output_interval", *CHECKPOINTS, *TOLERANCES)
-NUMBERS = ("stop_time", "step_size", "start_time", *OPTIONAL)
-"""Settings of a simulation that are numbers."""
-
-
 @dataclass(frozen=True)
 class Simulation:
     """Times [s], algorithm and tolerances of a run.
@@ -275,7 +272,7 @@ class Simulation:
             except InputError as error:
                 problems += error.problems
         if not problems:
-            problems = [*_time_problems(self), *_interval_problems(self), *_other_problems(self)]
+            problems = list(_problems(self))
         if not problems:
             span = self.stop_time - self.start_time
             intervals = {"output_interval": self.output_interval, "step_size": self.step_size}
@@ -348,8 +345,8 @@ def _problem(key: str, message: str, remedy: str) -> Problem:
     return Problem(message, remedy, keys=(key,))
 
 
-def _time_problems(simulation: Simulation) -> Iterator[Problem]:
-    """Problems of start time, stop time and step."""
+def _problems(simulation: Simulation) -> Iterator[Problem]:
+    """Problems of the times, the tolerances, the checkpoints and the algorithm."""
     span = simulation.stop_time - simulation.start_time
     step = simulation.step_size
     if not (math.isfinite(span) and span > 0):
@@ -364,20 +361,12 @@ def _time_problems(simulation: Simulation) -> Iterator[Problem]:
     elif span > 0 and step > span:
         text = f"step_size {step:g} s is longer than the run of {span:g} s"
         yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
-
-
-def _interval_problems(simulation: Simulation) -> Iterator[Problem]:
-    """The problem of an output interval that is not a multiple of the step."""
-    interval, step = simulation.output_interval, simulation.step_size
-    if interval is None:
-        return
-    if not abs(interval) <= LONGEST_RUN:
+    interval = simulation.output_interval
+    if interval is not None and not abs(interval) <= LONGEST_RUN:
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         yield _problem("output_interval", text, "leave it out for a row after every step")
-    elif step <= LONGEST_RUN and step * NS_PER_SECOND >= 1:
+    elif interval is not None and step <= LONGEST_RUN and not _is_multiple(interval, step):
         count = nanoseconds(interval) / simulation.step_ns
-        if count >= 1 and count == int(count):
-            return
         text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
         remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
         if not is_whole(step):
@@ -388,10 +377,6 @@ def _interval_problems(simulation: Simulation) -> Iterator[Problem]:
             nearest = _fitting(step, interval)
             remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
         yield _problem("output_interval", text, remedy)
-
-
-def _other_problems(simulation: Simulation) -> Iterator[Problem]:
-    """Problems of the tolerances, the checkpoints and the algorithm."""
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
         if interval is not None and not 0 < interval <= LONGEST_RUN:
@@ -405,6 +390,12 @@ def _other_problems(simulation: Simulation) -> Iterator[Problem]:
     if simulation.algorithm not in algorithm_names():
         text = f"unknown algorithm {simulation.algorithm!r}"
         yield _problem("algorithm", text, suggestion(simulation.algorithm, algorithm_names()))
+
+
+def _is_multiple(interval: float, step: float) -> bool:
+    """True if `interval` is a multiple of `step`, or `step` [s] is less than a nanosecond."""
+    whole, part = nanoseconds(interval), nanoseconds(step)
+    return step * NS_PER_SECOND < 1 or (whole >= part and whole % part == 0)
 
 
 def is_whole(time: float) -> bool:

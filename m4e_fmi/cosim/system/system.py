@@ -18,6 +18,8 @@ from m4e_fmi.shown import Displayed, listing
 
 Amount = float | str
 """A number in the unit of its signal, or a text with a unit of its own: ``"2 cm"``."""
+KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
+"""The kinds of actions."""
 
 
 def _several(written: object) -> object:
@@ -26,9 +28,6 @@ def _several(written: object) -> object:
 
 Names = Annotated[tuple[str, ...], BeforeValidator(_several)]
 """One name, or a list of names."""
-
-KINDS = ("set", "ramp", "freeze", "offset", "replace", "broken_line")
-"""The kinds of actions."""
 
 
 def _key(field: str) -> str:

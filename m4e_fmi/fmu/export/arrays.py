@@ -73,18 +73,14 @@ class Grouped:
         return "; ".join(texts)
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where a scalar is: value reference of its variable, and element, counting from 1."""
-
-    reference: int
-    element: int
+Place = tuple[int, int]
+"""Where a scalar is: value reference of its variable, and element, counting from 1."""
 
 
 def places(variables: Sequence[Grouped]) -> dict[str, Place]:
     """Name of each scalar → its place. Value references count the variables from 0."""
     return {
-        member.name: Place(reference, element)
+        member.name: (reference, element)
         for reference, variable in enumerate(variables)
         for element, member in enumerate(variable.members, start=1)
     }
@@ -145,11 +141,9 @@ def layout_files(description: ModelDescription, variables: Sequence[Grouped]) ->
         lines.append(" ".join(str(numbers[m.name]) for m in variable.members))
         initial = variable.first.causality == "calculatedParameter"
         for member in variable.members:
-            here = place[member.name]
             for name, kind in dependencies(member, initial=initial) or ():
-                on = place[name]
-                line = f"{here.reference} {here.element} {on.reference} {on.element}"
-                needs.append(f"{line} {KIND_NUMBERS[kind]}")
+                indices = (*place[member.name], *place[name], KIND_NUMBERS[kind])
+                needs.append(" ".join(map(str, indices)))
     texts = {"variables.txt": lines, "dependencies.txt": needs}
     return {
         f"resources/{name}": "".join(f"{x}\n" for x in text).encode()

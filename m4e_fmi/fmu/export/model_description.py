@@ -271,7 +271,7 @@ def _numbers(variables: Sequence[Grouped], form: Form) -> dict[str, int]:
     In FMI 2.0 its place, from 1; in FMI 3.0 its value reference, which is its place from 0.
     """
     first = 1 if form.is_2 else 0
-    return {name: first + place.reference for name, place in places(variables).items()}
+    return {name: first + reference for name, (reference, _) in places(variables).items()}
 
 
 def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> None:
@@ -383,9 +383,7 @@ def _state_rates(description: ModelDescription, variables: Sequence[Grouped]) ->
     by_name = {v.name: v for v in description.variables}
     rate_of = {by_name[name].derivative_of: name for name in description.derivatives}
     return [
-        variables[place[rate_of[v.first.name]].reference]
-        for v in variables
-        if v.first.name in rate_of
+        variables[place[rate_of[v.first.name]][0]] for v in variables if v.first.name in rate_of
     ]
 
 

@@ -29,7 +29,7 @@ from m4e_fmi.fmu.export.native_fmu import PROGRAM, model_file
 from m4e_fmi.fmu.export.selection import GROUPS
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
+from m4e_fmi.runtime import declarations, integrators
 from m4e_fmi.runtime.library import library_path
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
@@ -78,8 +78,7 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         modules={
             "program_slave.py": EMBEDDED / "program_slave.py",
             "declarations.py": Path(declarations.__file__),
-            "dormand_prince.py": Path(dormand_prince.__file__),
-            "runge_kutta.py": Path(runge_kutta.__file__),
+            "integrators.py": Path(integrators.__file__),
         },
         data=data,
     )

@@ -28,7 +28,7 @@ from m4e_fmi.errors import (
 )
 from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_kinds import FMU, check_suffix
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.files.xml_text import check_size, check_xml
 
 MODEL_DESCRIPTION = "modelDescription.xml"

@@ -49,6 +49,8 @@ PATIENCE = 8.0
 GUARD = b"\x5a\xa5guard\x7f" * 4
 """Stands behind every array the FMU writes into."""
 
+SavedState = tuple[float, ctypes.c_void_p]
+"""Time [s] of a saved state, and the FMU's pointer to it."""
 _Fill = Callable[[np.ndarray], Status]
 """Writes all elements of an array (n,), and tells the status."""
 
@@ -381,16 +383,17 @@ class Probe:
 
     # ---- state ----
 
-    def save(self) -> ctypes.c_void_p:
+    def save(self) -> SavedState:
         """A saved state of the instance."""
         state = ctypes.c_void_p()
         self.fmu.do("GetFMUstate", ctypes.byref(state))
-        return state
+        return self.time, state
 
-    def restore(self, state: ctypes.c_void_p) -> None:
-        """Bring the instance back to a saved state."""
+    def restore(self, saved: SavedState) -> None:
+        """Return the instance to a saved state."""
+        self.time, state = saved
         self.fmu.do("SetFMUstate", state)
 
-    def free_state(self, state: ctypes.c_void_p) -> None:
+    def free_state(self, saved: SavedState) -> None:
         """Free a saved state."""
-        self.fmu.do("FreeFMUstate", ctypes.byref(state))
+        self.fmu.do("FreeFMUstate", ctypes.byref(saved[1]))

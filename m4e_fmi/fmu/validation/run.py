@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.opening import Unpacked, check_archive
 from m4e_fmi.fmu.importer.worker.keeper import end_with_parent, kill, kill_children, set_apart
 from m4e_fmi.fmu.validation.description import description_findings
@@ -323,7 +323,7 @@ def _results(group: str, folder: Path, fmu: Path) -> Iterable[Mapping[str, objec
     """Findings of a group, why there is nothing to check, what failed to run."""
     module = import_module(f"{PACKAGE}.{MODULES[group]}")
     check = getattr(module, f"check_{group}", None) or module.check
-    subject = FmuUnderTest.read(fmu)
+    subject = FmuUnderTest(fmu)
     version, known = subject.raw.fmiVersion, folder / FACTS
     facts = json.loads(known.read_text()) if known.exists() else {}
     context = Context(subject, CallJournal(_file(folder, group, "journal")), folder, **facts)

@@ -34,8 +34,12 @@ from m4e_fmi.multibody.closed_form import (
 )
 from m4e_fmi.multibody.declaration import inputs_of
 from m4e_fmi.multibody.recording import add_outputs
-from m4e_fmi.multibody.symbolic.code import Language, equations_code
-from m4e_fmi.multibody.symbolic.printing import equations_text, notebook_latex
+from m4e_fmi.multibody.symbolic.printing import (
+    Language,
+    equations_code,
+    equations_text,
+    notebook_latex,
+)
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import Displayed, listing
@@ -218,7 +222,7 @@ class Equations(Displayed):
         return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
 
     def code(self, language: Language = "python") -> str:
-        """M and f as source of a function in Python or C: see `code.equations_code`."""
+        """M and f as source of a function in Python or C: see `printing.equations_code`."""
         return equations_code(self, language)
 
     def _repr_latex_(self) -> str | None:

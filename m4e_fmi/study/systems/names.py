@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from m4e_fmi.cosim.connections.recording import chosen
+from m4e_fmi.cosim.connections.prepared import chosen
 from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import single_problems

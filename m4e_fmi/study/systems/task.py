@@ -24,7 +24,7 @@ from m4e_fmi.cosim.run.run import Options
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.errors import M4eError, RunError
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted

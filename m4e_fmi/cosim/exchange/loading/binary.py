@@ -30,8 +30,7 @@ from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.opening import Unpacked, remedy_for
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.worker import Host, Worker
-from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
+from m4e_fmi.fmu.importer.worker import Host, Worker, proxies
 from m4e_fmi.threads import PROCESS
 
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
@@ -138,7 +137,14 @@ class Hosted(Binary):
     def __init__(self, description: Description, files: Files, *, origin: str, host: Host) -> None:
         self.in_use = 0
         self.files, self._description, self._origin = files, description, origin
-        kind, identifier = CLASSES[description.version], description.identifier
+        kind = CLASSES[description.version]
+        _keep_signatures(kind)
+        self._functions = proxies(
+            kind,
+            identifier=description.identifier,
+            guid=description.guid,
+            folder=str(files.folder),
+        )
         try:
             self.worker = Worker(
                 origin,
@@ -146,15 +152,12 @@ class Hosted(Binary):
                 files.working_folder(),
                 clear=str(files.folder.parent),
                 library=str(files.library_path),
-                needed=needed(kind, identifier),
-                functions=callable_names(identifier, description.version),
+                needed=self._functions.dll.asked_for,
+                functions=self._functions.dll.callable_names(),
             )
         except OSError as error:
             raise _not_started(origin, error) from error
         files.workers.append(self.worker)
-        self._functions = proxies(
-            kind, identifier=identifier, guid=description.guid, folder=str(files.folder)
-        )
         self._waits = True
 
     @property

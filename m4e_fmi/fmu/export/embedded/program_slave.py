@@ -18,8 +18,7 @@ from pathlib import Path
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
 from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed too
-from .dormand_prince import DormandPrince  # type: ignore[import]
-from .runge_kutta import RungeKutta  # type: ignore[import]
+from .integrators import DormandPrince, RungeKutta  # type: ignore[import]
 from .slave_base import M4eSlave, Saved
 
 LAYOUT, LIBRARY, PROGRAM = "layout.json", f"runtime.{sys.platform}", "model.m4e"

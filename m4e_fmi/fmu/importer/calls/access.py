@@ -1,6 +1,6 @@
 """Variables of one FMU that are read and set together, of any type, elements of arrays among them.
 
-The runtime's typed.h does the work; its structures are here. Each value lies in a cell of 64 bits:
+The runtime's fmus.h does the work; its structures are here. Each value lies in a cell of 64 bits:
 a float64 where all variables are Reals that are moved as they are, else an int64. A text is kept
 once, so that a number stands for it. FMI 3.0 moves whole arrays: the buffer of a part, which has
 the variables of one type, holds all elements of all its arrays, and those that are not wanted keep
@@ -95,7 +95,7 @@ class Arrays:
         return sum(self.sizes)
 
 
-LAYOUTS: dict[str, tuple[int, Any]] = {
+LAYOUTS: dict[str, tuple[int, str | type]] = {
     "I8": (0, "i1"),
     "U8": (1, "u1"),
     "I16": (2, "i2"),
@@ -108,7 +108,7 @@ LAYOUTS: dict[str, tuple[int, Any]] = {
     "F64": (9, "f8"),
     "TEXT": (10, np.uintp),
 }
-"""How values lie in memory: name, number in typed.h, and type of NumPy."""
+"""How values lie in memory: name, number in fmus.h, and type of NumPy."""
 
 
 class RawComponent(ctypes.Structure):

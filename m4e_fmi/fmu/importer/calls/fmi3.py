@@ -1,8 +1,8 @@
 """FMI 3.0: arrays as their elements, event mode in co-simulation where the FMU has it.
 
 Events within a step end it early: the whole system's, or, where that cannot be, the FMU goes on
-after its event. The runtime's component_3.h makes steps, and typed.h moves values: Float64 apart
-from Float32, and discrete ones in event mode.
+after its event. The runtime's fmus.h makes steps, and moves values: Float64 apart from Float32, and
+discrete ones in event mode.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
 from m4e_fmi.fmu.importer.reading import Variable
 
 EARLY, RESTLESS = 16, 17
-"""Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
+"""Further answers to a step, of the runtime's fmus.h: an event within it, the simulation was
 to end before it, events without end."""
 
 NEAR = 1.5e-9

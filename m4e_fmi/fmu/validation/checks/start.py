@@ -208,7 +208,7 @@ def _saves(probe: Probe) -> None:
 
 def _serialises(probe: Probe) -> None:
     state = probe.save()
-    if not probe.fmu.state_size(state):
+    if not probe.fmu.state_size(state[1]):
         raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
     probe.free_state(state)
 

@@ -1,15 +1,54 @@
-/* Variables of FMUs for a master's loop: Integers, Booleans, enumerations and Strings of any version
-   of FMI, and Reals of FMI 3.0.
+/* FMUs for a master's loop: values of variables of any type, and FMUs of FMI 3.0, of which the loop
+   knows the functions as those of FMI 2.0.
+
+   m4e_do_step_3, m4e_save_3 and m4e_restore_3 stand for fmi2DoStep, fmi2GetFMUstate and
+   fmi2SetFMUstate; their first argument is a component. m4e_get_3 and m4e_set_3 stand for
+   fmi2GetReal and fmi2SetReal; theirs is an access, and references are not used.
 
    Each value lies in a cell of 64 bits: a whole number (unsigned ones of 64 bits by their bits), a
    Boolean as 0 or 1, a String as its place among the texts, a Real as a double. Reals take values
    of other cells, too. */
-#ifndef M4E_TYPED_H
-#define M4E_TYPED_H
+#ifndef M4E_FMUS_H
+#define M4E_FMUS_H
 
-#include "component_3.h"
+#include "m4e.h"
 
-enum { M4E_DOES_NOT_FIT = -2 }; /* beside the statuses of FMI: a value is none of the type */
+enum { /* beside the statuses of FMI */
+    M4E_DOES_NOT_FIT = -2, /* a value is none of the type */
+    M4E_EARLY = 16,        /* an event within the step: it goes up to `reached`, for now */
+    M4E_RESTLESS           /* events without end */
+};
+
+typedef struct {
+    void *instance;
+    void (*do_step)(void), (*enter_event_mode)(void);
+    void (*update_discrete_states)(void), (*enter_step_mode)(void);
+    void (*get_state)(void), (*set_state)(void);
+    int32_t has_events; /* it is used with event mode */
+    int32_t stepping;   /* initialization is over */
+    int32_t goes_on;    /* after an event within a step, to its end */
+    double next_event;  /* s; infinite if none is known */
+    double reached;     /* s, the last successful time */
+    double ended;       /* s, when it asked for the end of the simulation; infinite if it did not:
+                           steps after that do nothing */
+    uint64_t interruptions; /* events within steps, after which it went on */
+    uint64_t handled;       /* times in event mode */
+    void (*begin_step)(void); /* of an FMU in another process: asks for a step, which `do_step` then
+                                 awaits; else NULL */
+} m4e_component_3;
+
+/* The FMU's state, and what is known of its events then. */
+typedef struct {
+    void *state;
+    double next_event, reached, ended;
+    uint64_t interruptions;
+} m4e_state_3;
+
+M4E_API int m4e_do_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_begin_step_3(void *component, double t, double h, int no_return);
+M4E_API int m4e_save_3(void *component, void **state); /* *state is an m4e_state_3 already */
+M4E_API int m4e_restore_3(void *component, void *state);
+
 enum { /* how values of a type lie in memory */
     M4E_I8, M4E_U8, M4E_I16, M4E_U16, M4E_I32, M4E_U32, M4E_I64, M4E_U64, M4E_F32, M4E_F64, M4E_TEXT
 };
@@ -60,7 +99,6 @@ typedef struct {
 
 M4E_API int m4e_get_typed(m4e_access *access, int64_t *cells);
 M4E_API int m4e_set_typed(m4e_access *access, const int64_t *cells);
-/* The same for Reals, as fmi2GetReal and fmi2SetReal are called; references are not used. */
 M4E_API int m4e_get_3(void *access, const uint32_t *references, size_t count, double *values);
 M4E_API int m4e_set_3(void *access, const uint32_t *references, size_t count, const double *values);
 
