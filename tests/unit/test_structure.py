@@ -21,9 +21,9 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals threads lazy units errors shown files coupling_algorithms program space joints model "
-        "multibody results statistics runtime simulate fmu analysis code_hash doctor report cosim "
-        "study notebook cli __main__"
+        "signals threads lazy units errors shown files coupling_algorithms program space joints "
+        "model multibody results statistics runtime simulate fmu analysis code_hash doctor report "
+        "cosim study notebook cli __main__"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
