@@ -17,7 +17,7 @@ import pytest
 from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
 from m4e_fmi.cosim.exchange.operations import LOST, Operation
-from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, State
+from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, LoopState
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.fmu.importer.calls.access import guarded
 
@@ -60,7 +60,7 @@ class PythonExecutor:
         return 0, 0
 
 
-def run_loop(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> int:
+def run_loop(step: PythonExecutor, row: PythonExecutor, state: LoopState, steps: int) -> int:
     """Status of `steps` steps, as of `m4e_loop` of the runtime's loop.h.
 
     They end early if another thread has asked for a halt, or one of the `ends` is finite.

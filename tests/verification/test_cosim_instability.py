@@ -12,7 +12,7 @@ import pytest
 from support.small_systems import Fmus, system
 
 from m4e_fmi.cosim import Simulation, System, load, run, start
-from m4e_fmi.cosim.monitoring.instability import Stability
+from m4e_fmi.cosim.monitoring.instability import Instability
 from m4e_fmi.errors import RunError
 
 
@@ -71,7 +71,7 @@ def test_an_fmu_that_fails_by_itself_after_something_grew(
     fused = pair(c_fmu, settings, second="fuse", stiffness=40.0)
     for file in (None, tmp_path / "r.nc"):
         if file:  # no look falls into the growth: the rows tell
-            monkeypatch.setattr(Stability, "look", lambda *_: None)
+            monkeypatch.setattr(Instability, "look", lambda *_: None)
         error = failure(fused, file)
         assert error.message.startswith("unstable: a.body.m.")
         assert "; then b (fuse.fmu): the step from t = " in error.message

@@ -145,7 +145,7 @@ class _Component:
 
 
 @dataclass(frozen=True)
-class Signal:
+class _Source:
     """Where the values of one source stand in `Network.values`.
 
     `stepped` is its end-of-step value, None if its component steps later; `rate` and `curvature`
@@ -225,7 +225,7 @@ class Signal:
 
 
 def _held(
-    names: Sequence[str], signals: Sequence[Signal], moved: Mapping[str, str], share: float
+    names: Sequence[str], signals: Sequence[_Source], moved: Mapping[str, str], share: float
 ) -> list[Formula]:
     """Formulas of the values held in a piece of the step that begins at this share of it.
 
@@ -243,14 +243,14 @@ def _held(
     return formulas
 
 
-def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
+def _signal(network: Network, link: Link, before: Container[str]) -> _Source:
     """The source of a link, as seen by its target's component."""
     known = network.held_place(link)
     if known is not None:
-        return Signal(known, known, stepped=None, rate=None, curvature=None, stays=True)
+        return _Source(known, known, stepped=None, rate=None, curvature=None, stays=True)
     now, *rates = (network.index(port) for port in network.derivatives(link.source))
     rate, curvature = (*rates, None, None)[:2]
-    return Signal(
+    return _Source(
         now=now,
         before=network.before + now,
         stepped=network.stepped + now if link.source.component in before else None,

@@ -215,7 +215,7 @@ class Discrete:
         for port in self._delayed:
             self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
-    def kept(self) -> Kept:
+    def snapshot(self) -> Kept:
         """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
@@ -237,7 +237,7 @@ class Discrete:
             if variable.type == "String" and not 0 <= cell < len(self.texts):
                 raise ValueError(f"text {cell} of {port}")
 
-    def bring(self, kept: Kept) -> None:
+    def restore(self, kept: Kept) -> None:
         """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
         cells, before, echo = kept
         self.cells[:], self._before[:], self._echo = cells, before, list(echo)

@@ -60,7 +60,7 @@ class LostError(RunError):
     """The process of an FMU is gone."""
 
 
-class Warned(ctypes.Structure):
+class WarnedSteps(ctypes.Structure):
     """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
 
     _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]

@@ -23,7 +23,7 @@ from m4e_fmi.cosim.exchange.failures import (
     EndWithinError,
     EventWithinError,
     Explanation,
-    Warned,
+    WarnedSteps,
     failed_step,
     value_out_of_range,
     worker_lost,
@@ -81,7 +81,7 @@ class Instance:
         self.description = description
         self._told_name = name + suffix
         self._messages = Messages(listener, self._told_name)
-        self.warned = Warned()
+        self.warned = WarnedSteps()
         self.spent: np.ndarray | None = None
         self.time = self._start = 0.0
         self._broken = self._initialised = False

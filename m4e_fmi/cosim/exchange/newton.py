@@ -48,7 +48,7 @@ OF_NOMINAL = 0.01
 Residual = Callable[[np.ndarray], np.ndarray]
 
 
-class Jacobian(Protocol):
+class _Jacobian(Protocol):
     """Unknowns x and the residual there → matrix of its derivatives.
 
     `again` if one was found for this solution before, and was not good enough.
@@ -84,7 +84,7 @@ class QuasiNewton:
         self._matrix = None
 
     def solve(
-        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
+        self, residual: Residual, jacobian: _Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 

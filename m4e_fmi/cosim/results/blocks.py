@@ -26,7 +26,7 @@ _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
            for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip
 
 
-class Block:
+class ComponentBlock:
     """Room for `rows` of some variables of a component, Real or not, filled by `operations`.
 
     `limited` are the columns that have a range; `outside` has a warning for each of them that was
@@ -118,12 +118,12 @@ class ScenarioBlock:
 
 def blocks(
     network: Network, component: str, variables: Sequence[Variable], rows: int
-) -> list[Block]:
+) -> list[ComponentBlock]:
     """The blocks of a component: one of Reals, and one of other variables if there are any."""
     reals = [v for v in variables if v.type == "Real"]
     others = [v for v in variables if v.type != "Real"]
-    found = [Block(network, component, reals, rows)]
-    return [*found, Block(network, component, others, rows)] if others else found
+    found = [ComponentBlock(network, component, reals, rows)]
+    return [*found, ComponentBlock(network, component, others, rows)] if others else found
 
 
 def _column(variable: Variable) -> Column:

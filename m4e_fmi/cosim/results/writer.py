@@ -19,7 +19,7 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.schedule import Schedule
-from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
+from m4e_fmi.cosim.results.blocks import ComponentBlock, ScenarioBlock, blocks
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS
 from m4e_fmi.files.writing import cannot_write
@@ -95,7 +95,7 @@ class ResultsWriter:
             for block in blocks(network, name, recorded[name], self._block)
         ]
         self._limited = [block for block in self._blocks if block.limited]
-        self._groups: list[Block | ScenarioBlock] = [*self._blocks]
+        self._groups: list[ComponentBlock | ScenarioBlock] = [*self._blocks]
         if network.scenario:
             self._groups.append(ScenarioBlock(network, self._block))
         self._times = np.zeros((self._block, 1))

@@ -31,7 +31,7 @@ from m4e_fmi.cosim.exchange.interruption import (
 )
 from m4e_fmi.cosim.exchange.loading.binary import PYTHON, Binary, binaries
 from m4e_fmi.cosim.exchange.network import Change, Network
-from m4e_fmi.cosim.monitoring.instability import Stability
+from m4e_fmi.cosim.monitoring.instability import Instability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
@@ -220,7 +220,7 @@ class Run:
             singly=bool(self.options.observers) or self.options.changeable,
             hopeless=lambda: self.stability.is_lost(),
         )
-        self.stability = Stability(self.network, self.simulation, self._stated)
+        self.stability = Instability(self.network, self.simulation, self._stated)
         self.journal.clock = lambda: self.time_loop.time
         if self.options.checkpoint:
             self._resume(self.options.checkpoint)

@@ -14,7 +14,7 @@ from m4e_fmi.cosim.connections.links import Port
 from m4e_fmi.cosim.exchange.failures import DiscardedError, EndWithinError, EventWithinError
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.schedule import Schedule, State, StepLoop
+from m4e_fmi.cosim.exchange.schedule import LoopState, Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.stepping.algorithm import (
     Algorithm,
@@ -145,7 +145,7 @@ class TimeLoop:
         self._time_events = TimeEvents(network)
         self._has_time_events = bool(self._time_events)
         self._note = Schedule(watcher.operations if watcher else ())
-        self._running: State | None = None
+        self._running: LoopState | None = None
         start = self._start
         self.position = Position(start, start, 0, 0, NEVER, Switches(), 0, start, NEVER, 1)
 
