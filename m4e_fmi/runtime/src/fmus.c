@@ -180,12 +180,6 @@ static int move(const m4e_access *a, const m4e_part *p, void (*f)(void)) {
     return ((transfer *)f)(instance, p->references, p->reference_count, p->buffer);
 }
 
-static int64_t cell_of(double real) {
-    int64_t cell;
-    memcpy(&cell, &real, sizeof cell);
-    return cell;
-}
-
 static int64_t cell_at(const m4e_part *p, uint32_t k, m4e_texts *texts) {
     const void *b = p->buffer;
     switch (p->layout) {
@@ -195,11 +189,33 @@ static int64_t cell_at(const m4e_part *p, uint32_t k, m4e_texts *texts) {
     case M4E_U16: return ((const uint16_t *)b)[k];
     case M4E_I32: return ((const int32_t *)b)[k];
     case M4E_U32: return ((const uint32_t *)b)[k];
-    case M4E_F32: return cell_of(((const float *)b)[k]);
-    case M4E_F64: return cell_of(((const double *)b)[k]);
+    case M4E_F32: {
+        const double real = ((const float *)b)[k];
+        int64_t cell;
+        memcpy(&cell, &real, sizeof cell);
+        return cell;
+    }
     case M4E_TEXT: return m4e_text_place(texts, ((const char *const *)b)[k]);
     default: return ((const int64_t *)b)[k];
     }
+}
+
+/* Doubles that are their cells, as most values are: from the buffer, and into it, where it is told
+   if one was another. */
+static void get_doubles(const m4e_part *p, double *values) {
+    const double *buffer = p->buffer;
+    for (uint64_t i = 0; i < p->count; ++i) values[p->members[i]] = buffer[p->places[i]];
+}
+
+static int put_doubles(const m4e_part *p, const double *values) {
+    double *buffer = p->buffer;
+    int other = 0;
+    for (uint64_t i = 0; i < p->count; ++i) {
+        const double value = values[p->members[i]];
+        other |= buffer[p->places[i]] != value;
+        buffer[p->places[i]] = value;
+    }
+    return other;
 }
 
 int m4e_get_typed(m4e_access *a, int64_t *cells) {
@@ -210,6 +226,10 @@ int m4e_get_typed(m4e_access *a, int64_t *cells) {
         a->failed = n;
         if (status > WARNING) return status;
         if (status > worst) worst = status;
+        if (p->layout == M4E_F64) {
+            get_doubles(p, (double *)(void *)cells);
+            continue;
+        }
         for (uint64_t i = 0; i < p->count; ++i) {
             const int64_t value = cell_at(p, p->places[i], a->texts);
             const int64_t cell = p->truth ? value != 0 : value;
@@ -257,6 +277,10 @@ static int fill(m4e_access *a, const m4e_part *p, const int64_t *cells, int look
     if (p->partial || look) {
         const int status = move(a, p, p->get);
         if (status > WARNING) return status;
+    }
+    if (!a->taken && p->layout == M4E_F64) {
+        *changed = put_doubles(p, (const double *)(const void *)cells);
+        return 0;
     }
     *changed = 0;
     for (uint64_t i = 0; i < p->count; ++i) {
