@@ -217,7 +217,7 @@ class StepDoublingEstimator:
             raise
 
     def _close(self) -> None:
-        """Repeat the open stretch in steps of other lengths, as far as its errors are wanted."""
+        """Repeat the open stretch in steps of other lengths, for the errors that are wanted."""
         state = self._state
         stretch, state.stretch = state.stretch, None
         if stretch is None or not stretch.steps:

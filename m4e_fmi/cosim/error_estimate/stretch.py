@@ -35,7 +35,7 @@ class Stretch:
     steps: int = 0
 
     def check(self) -> None:
-        """ValueError if this is none that a run has made."""
+        """ValueError if no run can have made this stretch."""
         columns = {value.shape[1] for value in self.values if value.ndim == 2}
         rows = sum(len(value) for value in self.values if value.ndim == 2)
         kinks = [kink for found in self.kinks for kink in found.tolist()]

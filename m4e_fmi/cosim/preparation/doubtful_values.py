@@ -262,7 +262,7 @@ def _seas(system: System, key: str) -> Iterator[str]:
 
 
 def _may_be_left_out(component: Component) -> tuple[str, ...]:
-    """Keys whose absence means that there is none of it.
+    """Keys whose absence means that the effect is absent.
 
     A configuration whose `feels_current` is False may leave out the current of others.
     """

@@ -103,7 +103,7 @@ def _system(
 
 
 def _member(package: Package, element: Element) -> str:
-    """The FMU of a component, empty if there is none that can be used."""
+    """The FMU of a component, empty without a usable one."""
     kind = element.get("type", FMU_TYPES[0])
     name = element.get("name")
     if kind not in FMU_TYPES:
