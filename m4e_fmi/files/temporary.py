@@ -66,7 +66,7 @@ class TemporaryFolder:
             self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
 
     def remove(self) -> None:
-        """Remove the folder, as far as its files can be removed."""
+        """Remove the folder and all files that can be removed."""
         self._finalizer()
 
     def __enter__(self) -> Path:
