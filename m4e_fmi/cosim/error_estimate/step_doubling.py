@@ -195,7 +195,7 @@ class StepDoublingEstimator:
             stretch.kinks.append(stretch.steps + sudden)
         if jumped or not same:
             self._roughness.forget()
-        stretch.go_on(steps, size)
+        stretch.extend(steps, size)
         if within:
             stretch.kinks.append(stretch.steps + np.array([-1, 0]))  # it may show after the step
             stretch.within.append(stretch.last)

@@ -60,7 +60,7 @@ class Stretch:
         within = set(self.within)
         return [time for time in self.jumps if time not in within]
 
-    def go_on(self, steps: int, size: int) -> None:
+    def extend(self, steps: int, size: int) -> None:
         """Add so many steps of `size` [ns]."""
         if self.runs and self.runs[-1][0] == size:
             self.runs[-1] = size, self.runs[-1][1] + steps

@@ -215,7 +215,7 @@ class Discrete:
         for port in self._delayed:
             self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
-    def kept(self) -> Kept:
+    def snapshot(self) -> Kept:
         """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
@@ -237,8 +237,8 @@ class Discrete:
             if variable.type == "String" and not 0 <= cell < len(self.texts):
                 raise ValueError(f"text {cell} of {port}")
 
-    def bring(self, kept: Kept) -> None:
-        """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
+    def restore(self, kept: Kept) -> None:
+        """Restore `kept`, cells (n_cells,) in the outputs' units; already set in the FMUs."""
         cells, before, echo = kept
         self.cells[:], self._before[:], self._echo = cells, before, list(echo)
         self.changed[0] = 0.0 if (self.values != self._before).any() else np.inf

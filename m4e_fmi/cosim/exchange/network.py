@@ -559,7 +559,7 @@ class Network:
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(part.snapshot() for part in self._loops)
-        copies = self.values.copy(), self.inputs.copy(), self.discrete.kept()
+        copies = self.values.copy(), self.inputs.copy(), self.discrete.snapshot()
         rest = self.roughness, self.scenario.snapshot()
         return NetworkSnapshot(place, self.time, self.last, *copies, loops, *rest)
 
@@ -581,7 +581,7 @@ class Network:
         self.time, self.last = point.time, point.last
         self.values[:] = point.values
         self.inputs[:] = point.inputs
-        self.discrete.bring(point.discrete)
+        self.discrete.restore(point.discrete)
         self.roughness = point.roughness
         self.scenario.restore(point.scenario)
         for loop, kept in zip(self._loops, point.loops, strict=True):

@@ -51,10 +51,10 @@ class Schedule:
             instance.events.ended = math.inf  # in a step that is made again
         status, index = self.executor.perform(time, size, row)
         if status:
-            self.go_on(status, index, time, size, row)
+            self.complete(status, index, time, size, row)
         self.arrive(time + size)
 
-    def go_on(self, status: int, index: int, time: float, size: float, row: int) -> None:
+    def complete(self, status: int, index: int, time: float, size: float, row: int) -> None:
         """Perform the rest if the operation failed by which an FMU asks for the end of the run.
 
         So it is if the FMU has come to the end of the step; in that, nothing is set any more.
@@ -148,16 +148,16 @@ class StepLoop:
         if status and state.in_row:
             self.row.fail(status, state.failed, now, 0.0, state.written)
         if status:
-            self._go_on(status, now, size)
+            self._complete(status, now, size)
 
-    def _go_on(self, status: int, now: float, size: float) -> None:
+    def _complete(self, status: int, now: float, size: float) -> None:
         """Complete the step if it is one in which an FMU asks for the end; `Schedule.fail` if not.
 
         What it left out as it did not seem to end at a row is read now.
         """
         state, step = self.state, self.step
         at_row = state.since + 1 >= state.every or state.now + state.size >= state.rows_from
-        step.go_on(status, state.failed, now, size, state.noted)
+        step.complete(status, state.failed, now, size, state.noted)
         if not at_row:
             done = step.operations[: state.failed]
             reading = [o for o in done if isinstance(o, op.Get | op.GetTyped) and o.in_rows]

@@ -263,7 +263,7 @@ def _outcome(run: Run, *, failed: bool = False) -> Outcome:
         certificate=certificate,
         messages=run.journal.messages(network.instances.values()),
         warnings=warnings,
-        scenario=network.scenario.told(),
+        scenario=network.scenario.summary(),
     )
 
 

@@ -284,7 +284,7 @@ class Scenario:
         planned = (action.planned for action in self._actions)
         return tuple(a.name for a in planned if any(setting.within for setting in a.settings))
 
-    def told(self) -> tuple[str, ...]:
+    def summary(self) -> tuple[str, ...]:
         """When each action began and ended, one line each."""
         return tuple(map(str, self._actions))
 

@@ -248,7 +248,7 @@ class StepHalving:
         """Step all components from `time` by `size` [s], in two halves."""
         network, algorithm = self._network, self._algorithm
         self._start = network.snapshot(_HALVES)
-        _, before, echo = network.discrete.kept()
+        _, before, echo = network.discrete.snapshot()
         algorithm.step(time, size)
         network.advance(time + size)
         whole = network.values[: self._count].copy()
@@ -264,7 +264,7 @@ class StepHalving:
         self.end[:] = network.values[: self._count]
         self.change[:] = (whole - self.end) / (2.0**self.order - 1)
         network.values[:] = middle  # the master makes the end the present point
-        network.discrete.bring((discrete, before, echo))
+        network.discrete.restore((discrete, before, echo))
         network.time = time + half
 
     def undo(self) -> None:

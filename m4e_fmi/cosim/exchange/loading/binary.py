@@ -152,7 +152,7 @@ class Hosted(Binary):
                 files.working_folder(),
                 clear=str(files.folder.parent),
                 library=str(files.library_path),
-                needed=self._functions.dll.asked_for,
+                needed=self._functions.dll.required_functions,
                 functions=self._functions.dll.callable_names(),
             )
         except OSError as error:
