@@ -233,12 +233,12 @@ def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Si
                 interrupted=left.append,
             )
     except SimulationError as error:
-        note = _kept(error.simulation, f"failed: {error.message}", output, source, options)
+        note = _write_partial(error.simulation, f"failed: {error.message}", output, source, options)
         raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
     except (KeyboardInterrupt, Terminated) as error:
         ended = str(error) or "interrupted"
         for simulation in left:
-            error.add_note(_kept(simulation, ended, output, source, options))
+            error.add_note(_write_partial(simulation, ended, output, source, options))
         raise
 
 
@@ -264,7 +264,7 @@ def _picture(
         print_files([made])
 
 
-def _kept(
+def _write_partial(
     simulation: Simulation, ended: str, output: Path, source: _Source, options: argparse.Namespace
 ) -> str:
     """The place of the rows of a simulation that `ended` early, which are written here.

@@ -2,8 +2,8 @@
 
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
-Start reading at `system/` (what is coupled), then `connections/` (what follows from it),
-`exchange/` and `time_loop/`, `algorithms/` (how a step is made), and `error_estimate/`. `run/`
+Start reading at `system/` (components and connections), then `connections/` (order of exchange),
+`exchange/` and `time_loop/`, `algorithms/` (methods of stepping), and `error_estimate/`. `run/`
 runs it all. See docs/architecture.md.
 """
 

@@ -331,7 +331,7 @@ def _remedy(entry: str) -> str:
 
 
 def _number(row: Sequence[str], place: int) -> float:
-    """The number in a row, nan if there is none."""
+    """The number in a row, nan without one."""
     try:
         return float(row[place])
     except (ValueError, IndexError):

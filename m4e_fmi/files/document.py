@@ -67,7 +67,7 @@ Places = dict[Location, Place]
 def read_yaml(text: str, path: Path) -> tuple[dict[str | int, object], Places]:
     """Data and places of a YAML 1.2 text; InputError if it is not a YAML mapping.
 
-    `path` is named in messages. Nobody changes what is returned: others may get it, too.
+    `path` is named in messages. Callers must not change the returned objects: they are shared.
     """
     places: Places = {}
     try:
@@ -341,7 +341,7 @@ class Document:
 
 
 def _wrong_part(data: object, error: ErrorDetails) -> Location:
-    """Location of what is to be left out of `data` for an error of pydantic's; () for all of it."""
+    """Location of the part of `data` to leave out for an error of pydantic's; () for all of it."""
     location, value = found_at(data, tuple(error["loc"]))
     if error["type"] == "extra_forbidden" or isinstance(value, (dict, list)):
         return location

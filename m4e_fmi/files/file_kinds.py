@@ -49,10 +49,10 @@ def check_suffix(path: Path, expected: str) -> None:
 
 
 def check_named(path: Path, suffixes: tuple[str, ...], kind: str) -> None:
-    """InputError for an existing file whose suffix is none of those of its `kind`.
+    """InputError for an existing file whose suffix does not fit its `kind`.
 
-    Messages quote files, and a file that another one names may be anything: only files that are of
-    their kind by name are read.
+    Messages quote files, and a file that another one names may have any content: only files with a
+    suffix of their kind are read.
     """
     if is_file(path) and path.suffix.lower() not in suffixes:
         message = f"is no {kind} by its name"

@@ -58,10 +58,10 @@ class Lock:
     def take(cls, path: Path, *, patience: float = 0.0, sure: bool = False) -> Lock | None:
         """The lock at `path`, with this process's number and machine in the file.
 
-        None if another holds it for longer than `patience` [s]: those who remove what is left of
-        dead processes hold any for a moment. Where the file system has no locks, nothing can be
-        known of others: the lock is had there, but None if it is to be `sure`. OSError if there can
-        be no file.
+        None if another holds it for longer than `patience` [s]: processes that clean up after dead
+        ones hold any lock for a moment. On a file system without locks, other holders are unknown:
+        the lock is given, or None if it must be `sure`. OSError if the file cannot be
+        made.
         """
         until = time.monotonic() + patience
         for _ in range(_TRIALS):
@@ -122,7 +122,7 @@ def claimed(path: str | Path) -> Generator[Path]:
     """The absolute form of `path`, which nobody else writes during the block.
 
     RunError, which names the process, if another one (or another thread) has claimed it; or if
-    there can be no file in its folder, which is made if there is none. Within the block the same
+    no file can be made in its folder. A missing folder is made. Within the block the same
     thread may claim it again.
     """
     place = Path(path).resolve()

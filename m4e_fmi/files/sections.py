@@ -78,7 +78,7 @@ def rejected(message: str, remedy: str = "") -> PydanticCustomError:
 
 
 def rejected_at(place: Location, message: str, remedy: str) -> InitErrorDetails:
-    """The error of what is rejected at a `place` below a section, for a ValidationError."""
+    """The error of a value rejected at a `place` below a section, for a ValidationError."""
     return InitErrorDetails(type=rejected(message, remedy), loc=place, input=None)
 
 
@@ -196,10 +196,10 @@ def complaints(
 
 
 def _of_meant_types(cases: list[_Case]) -> list[_Case]:
-    """The cases without those of types that were not meant, where a value may be of several.
+    """The cases without those of types that were not meant, if a value may have several types.
 
-    A list is none for which a section is expected, and the other way round, if another of the types
-    has found something wrong within it.
+    A wrong shape (a list for a section, or the reverse) is left out if another of the types has
+    found an error within the value.
     """
     inner = [case for case in cases if case.type not in _SHAPES]
 

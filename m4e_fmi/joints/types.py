@@ -141,7 +141,7 @@ class Cylindrical(JointType):
     axes = ("axis",)
 
     def frame(self, mount: Mount) -> Frame:
-        """Frame with its origin at the joint, as far as it has slid."""
+        """Frame with its origin at the joint, displaced by its slide."""
         axis = mount.axis("axis")
         return turned(mount, [axis], [axis])
 
@@ -164,7 +164,7 @@ class Planar(JointType):
     axes = ("axis",)
 
     def frame(self, mount: Mount) -> Frame:
-        """Frame with its origin at the joint, as far as it has slid."""
+        """Frame with its origin at the joint, displaced by its slide."""
         axis, first = mount.axis("axis"), mount.axis("direction")
         return turned(mount, [axis], [first, cross(axis, first)])
 

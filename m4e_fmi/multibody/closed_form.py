@@ -1,7 +1,7 @@
 """Mass matrix and forcing of Eq. (5), written with composite bodies; reactions of the joints.
 
-Bᵀ(𝓜 + A)B is never multiplied out. What hangs on a link has a mass, a first moment about its
-origin and, as far as it turns with the link, a second moment; of a subtree on a hinge only its mass
+Bᵀ(𝓜 + A)B is never multiplied out. The bodies on a link have a mass, a first moment about its
+origin and, those that turn with the link, a second moment; of a subtree on a hinge only its mass
 matters, at the hinge. With these an entry of the dry mass matrix is one scalar product, of the
 momentum that the inner body's coordinate sees and that of the outer one. The forcing is one pass
 outwards with u̇ = 0 and one inwards. Added mass, which may couple bodies, is added by columns of B.
@@ -16,7 +16,7 @@ absolute angle.
 
 The reaction of every joint on its child follows from accelerations by Newton and Euler, from the
 leaves to the ground. With the true acceleration a of a body's centre of gravity, its angular
-acceleration α, the loads F, M on it, gravity and the water's A v̇ of added mass, what is left of
+acceleration α, the loads F, M on it, gravity and the water's A v̇ of added mass, the remainder of
 
     m a = F + m g + R − Σ over children R_child − A v̇,        J α = …
 

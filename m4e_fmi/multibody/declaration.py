@@ -39,7 +39,7 @@ class Described(Protocol):
 
     @property
     def description(self) -> str:
-        """The author's description, empty if there is none."""
+        """The author's description, or an empty text."""
         ...
 
 
@@ -119,9 +119,9 @@ def inputs_of(
     *,
     chosen: Container[str] | None = None,
 ) -> dict[str, AnyScalar]:
-    """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None.
+    """Inputs as fields of `Scalars`; those `chosen`, or all if `chosen` has the value None.
 
-    `scalar` makes the scalar that stands for one.
+    `scalar` makes the scalar of an input.
     """
 
     def force(element: Described, name: str, unit: str, text: str) -> AnyScalar:
@@ -215,7 +215,7 @@ def _start_values(link: Link, values: Values) -> dict[str, float]:
 
 
 def _nominal(model: Model) -> dict[str, float]:
-    """Orders of magnitude of the motion, by unit: of the longest arm l (1 m if there is none), of
+    """Orders of magnitude of the motion, by unit: of the longest arm l (1 m without arms), of
     one radian, and of these in the time √(l/g) of a pendulum of that length (1 s without gravity).
     """
     values = parameter_values(model.parameters)

@@ -86,7 +86,7 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
     """The Program of a model, or of the model file at a path.
 
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
-    joint; only those named in `inputs` unless that is None, the others are zero. States: q and u.
+    joint; only those named in `inputs` if given, the others are zero. States: q and u.
     Outputs: motion of bodies and points, reactions of joints, forces and power of the loads,
     energies.
     Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.

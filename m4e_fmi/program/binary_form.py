@@ -265,7 +265,7 @@ def save_program(program: Program, path: str | Path) -> None:
 
 
 def load_program(path: str | Path) -> Program:
-    """The program in a file; InputError if there is none, or if it is damaged or foreign."""
+    """The program in a file; InputError if the file is missing, damaged or of another kind."""
     try:
         data = read_bytes(path, largest=LARGEST_PROGRAM)
     except TooLongError as error:

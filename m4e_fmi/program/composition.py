@@ -305,7 +305,7 @@ def _in_order(graph: Graph) -> list[list[Place]]:
 
 
 def _cuts(loop: Graph, members: Sequence[Place]) -> list[Place]:
-    """Places without which the loop is none, few of them: those with most neighbours first."""
+    """A few places that cut the loop when removed: those with most neighbours first."""
     import networkx as nx
 
     cuts: list[Place] = []

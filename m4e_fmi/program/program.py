@@ -49,8 +49,8 @@ class Variable:
 class Solution(Protocol):
     """A part of a program that solves equations, and how their solution changes.
 
-    A program that has one has cheaper derivatives: they go through the `balance` and one more solve
-    with what is factored already, instead of through the factoring.
+    A program with a Solution has cheaper derivatives: they go through the `balance` and one more
+    solve with the existing factors, instead of through the factoring.
     """
 
     @property
@@ -67,7 +67,7 @@ class Solution(Protocol):
         ...
 
     def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
-        """Change of the unknowns for a `drive`; 0 where there is none."""
+        """Change of the unknowns for a `drive`; 0 for unchanged ones."""
         ...
 
 
@@ -109,7 +109,8 @@ class LocalLaw(Protocol):
 class Loop:
     """An algebraic loop of a composed program, solved for the `inputs` that cut it.
 
-    `shares` are nodes of what is left of the terms of each pivot [1]: at zero the loop is singular.
+    `shares` are nodes of each pivot's remaining share of its terms [1]: at zero the loop is
+    singular.
     """
 
     inputs: tuple[str, ...]

@@ -2,8 +2,8 @@
 
 The form is taken from the last row: columns are separated by semicolons, tabs, commas or blanks.
 Rows of numbers follow the names of the columns; a row of units may be between them. Lines above the
-names are left out, empty entries and ``nan`` are gaps. What is not clear is
-refused, by its line.
+names are left out, empty entries and ``nan`` are gaps. Ambiguous content is
+refused, with its line number.
 
 Dates and times of day become seconds from the first row. Understood are ISO 8601
 (``2026-03-01T12:00:00.25Z``), its parts with a blank or in columns of their own, and times of day
@@ -88,8 +88,8 @@ class Clock:
 def without_clock(path: Path, rows: Sequence[Line]) -> tuple[list[Line], Clock | None]:
     """The rows with `PLACE` for dates and times of day, and these; None where the last has none.
 
-    Rows before the first that has one are headings, and stay. InputError with the lines of those
-    that have none behind it, and of dates that are none or not those of ISO 8601.
+    Rows before the first with a date or time are headings, and stay. InputError with the lines of
+    later rows without one, and of invalid dates or dates not in ISO 8601.
     """
     end, last = rows[-1] if rows else (0, "")
     if _OTHER.search(last):
@@ -179,7 +179,7 @@ def beginning(text: str) -> str:
 
 @dataclass(frozen=True)
 class Quantity:
-    """Values (n,) of a variable over time, nan in gaps; `unit` is None if the file does not say.
+    """Values (n,) of a variable over time, nan in gaps; `unit` None if the file has none.
 
     `held` is true of whole numbers and truth values, which hold from row to row.
     """

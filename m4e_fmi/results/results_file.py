@@ -170,7 +170,7 @@ def _load(path: Path) -> Results:
 
 
 def _kind(head: bytes) -> str:
-    """The kind of a file that begins with `head`, as far as it can be told."""
+    """The kind of a file that begins with `head`, if it can be recognised."""
     for magic, kind in _OTHERS.items():
         if head.startswith(magic):
             return kind

@@ -104,7 +104,7 @@ class RowFile:
         self._put(0, head)
 
     def move(self, path: Path) -> None:
-        """Go on at `path`, in the same folder, in place of what is there."""
+        """Continue at `path`, in the same folder; an existing file is replaced."""
         self._file.close()  # Windows moves no open file
         self.path.replace(path)
         self.path = path
@@ -166,7 +166,7 @@ class RowFile:
             self._commit(count)
 
     def end(self, text: str, closing: Mapping[str, str] | None = None) -> None:
-        """Say how the run has ended, and `closing`, further attributes, as far as there is room."""
+        """Write how the run has ended, and `closing`, further attributes, those that fit."""
         self._put(self._places[CLOSING], _closing(closing or {}))
         self._put(self._places[ENDED], _ended(text))
         os.fsync(self._file.fileno())

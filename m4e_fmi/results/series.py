@@ -63,7 +63,7 @@ class Recorded:
         """Names of values: of an enumeration and of Booleans."""
         return TRUTH if self.type == "Boolean" else self.items
 
-    def told(self, value: str | float) -> str:
+    def text(self, value: str | float) -> str:
         """A value as text: by its name if it has one."""
         if self.is_text:
             return repr(value)

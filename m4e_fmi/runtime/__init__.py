@@ -1,4 +1,4 @@
-"""Running a program: the C library, and integrators in plain Python where there is none.
+"""Running a program: the C library, and integrators in plain Python for use without it.
 
 `src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `engine`
 runs a program, `kernel` writes its blocks in C. `declarations` and `integrators` use the standard

@@ -22,7 +22,7 @@ METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
 BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3, "timely": 4}
 
 
-def kept(states: int) -> int:
+def snapshot_size(states: int) -> int:
     """Numbers that `m4e_keep` writes of so many states: M4E_KEPT of m4e.h."""
     return 4 + 10 * states
 

@@ -177,11 +177,11 @@ class Engine:
         return len(values), (ctypes.c_uint32 * max(1, len(values)))(*values)
 
     def compile(self) -> bool:
-        """Use compiled blocks from now on, as far as they pay; False where none is.
+        """Use compiled blocks from now on, where they pay; False if no block is compiled.
 
-        That is so without a C compiler, and for programs whose blocks all have more than 5,000
+        That happens without a C compiler, and for programs whose blocks all have more than 5,000
         operations (`kernel.LARGEST`), as of chains of some 15 joints in space: compiling would
-        take longer than it saves. Both are interpreted, with the same bits.
+        take longer than it saves. Such programs are interpreted, with the same bits.
         """
         blocks = {
             f"m4e_kernel_{name}": self.library.m4e_model_block(self.handle, which).contents
@@ -302,7 +302,7 @@ class Engine:
 def _with_outputs(
     program: Program, outputs: Sequence[str] | None, watches: Sequence[Watch]
 ) -> Program:
-    """The program with the outputs that are asked for or watched; with all if `outputs` is None."""
+    """The program with the requested and watched outputs; all outputs if `outputs` are None."""
     if outputs is None:
         return program
     wanted = {*outputs, *(w.name for w in watches)}

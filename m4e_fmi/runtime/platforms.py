@@ -78,7 +78,7 @@ def library_file(library: str, platform: Platform) -> str:
 
 
 def packaged(library: str, platform: Platform, beside: str = "") -> Path | None:
-    """The library that the package has for a platform, or what is beside it; None if not there."""
+    """The packaged library for a platform, or the file `beside` it; None if missing or outdated."""
     path = FOLDER / library_file(library, platform)
     path = path.with_name(beside) if beside else path
     digest = path.with_name(DIGEST)
@@ -124,7 +124,7 @@ def compile_libraries(platforms: Iterable[Platform], folder: Path) -> None:
 
 
 def chosen(names: str) -> list[Platform]:
-    """Platforms by a list of names with commas, or "all"; ValueError names one that is none."""
+    """Platforms by a list of names with commas, or "all"; ValueError with unknown names."""
     if names == "all":
         return list(PLATFORMS.values())
     unknown = [name for name in names.split(",") if name not in PLATFORMS]

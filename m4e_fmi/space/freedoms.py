@@ -180,8 +180,8 @@ Freedom = Component | Twist
 class Elimination:
     """The acceleration of one coordinate of a joint, eliminated from an inertia.
 
-    It is driven by what acts along its `freedom`, and is then (… − `row` · a) of what is left of
-    (a, α); its own effect on the body is `column`. Both are by component.
+    It is a part driven by the effort along its `freedom`, minus `row` · (a, α), the remaining
+    motion; its own effect on the body is `column`. Both are by component.
     """
 
     freedom: Freedom
@@ -190,7 +190,7 @@ class Elimination:
     column: dict[int, AnyScalar]
 
     def value(self, free: AnyScalar, motion: Sequence[AnyScalar]) -> AnyScalar:
-        """The acceleration, with its part `free` of what is left and with the motion (a, α)."""
+        """The acceleration from its driven part `free` and the remaining `motion` (a, α)."""
         for c, weight in self.row.items():
             free = minus(free, times(weight, motion[c]))
         return free

@@ -146,7 +146,7 @@ def _records(
                 by_key |= found
                 for run, record in batch.items():
                     for line in _lines(record):
-                        tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
+                        tell(f"{WARNING}{line} (in the run of {work.study.grid.label(run)})")
                 done += sum(own[key] for key in found)
                 if progress:
                     progress(done, count)

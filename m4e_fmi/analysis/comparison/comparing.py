@@ -80,7 +80,7 @@ def compare(
         tolerance=tolerance,
         only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
         only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
-        notes=(*notes, *left_over, *_told(found)),
+        notes=(*notes, *left_over, *_grouped_notes(found)),
         lacking=lacking,
     )
 
@@ -203,7 +203,7 @@ def _doubts(one: Quantity, file: ComparedFile) -> list[str]:
     return [f"{file.path.name}: {text}" for text in doubts(file.time, one.values, one.unit or "1")]
 
 
-def _told(found: Mapping[str, Difference]) -> list[str]:
+def _grouped_notes(found: Mapping[str, Difference]) -> list[str]:
     """Notes on matching, interpolation and gaps, those of several variables together."""
     by_text: dict[str, list[str]] = {}
     for name, one in found.items():

@@ -45,7 +45,7 @@ class _Column:
     units_ignored: bool = False
 
     @property
-    def told(self) -> str:
+    def change(self) -> str:
         """The change of the values, for a note; empty if there is none."""
         text = "" if self.factor == 1.0 else f" * {self.factor:.9g}"
         if self.offset:
@@ -90,7 +90,7 @@ def matched(
     if problems:
         raise InputError(dict.fromkeys(problems))
     found = {name: columns[text] for text, name in mapping.items()}
-    notes = {name: column.told for name, column in found.items() if column.told}
+    notes = {name: column.change for name, column in found.items() if column.change}
     for name in reference.quantities:
         if name in taken:
             continue

@@ -1,30 +1,29 @@
-"""Two passes per step: all components step, go back, and step again with inputs known better.
+"""Two passes per step: all components step, go back, and step again with better inputs.
 
-In the first pass inputs are predicted (see `pieces`), and replaced by what is found as
-components step one after the other. Then all return to the start of the step, and make it again
-with inputs that follow the parabola through the values found at its start, middle and end. In the
-very first step, where nothing is known of the past, there are three passes. Components that are not
+In the first pass inputs are predicted (see `pieces`), and replaced by computed values as
+components step one after the other. Then all return to the start of the step, and repeat it with
+inputs that follow the parabola through the values computed at its start, middle and end. The very
+first step has no past values and takes three passes. Components that are not
 part of any cycle of connections step once, after those that they depend on.
 
-Order. Predicted inputs are off by O(H³), so what the first pass finds is off by O(H⁴) in states
+Order. Predicted inputs are off by O(H³), so the first pass is off by O(H⁴) in states
 and O(H³) in outputs with feed-through. The mean of the parabola is that of Simpson's rule, and the
 inputs act by their mean and first moment: third order, and mostly fourth. On the two-mass
 oscillator the error at H = 0.1 s is 2e-6; that of `gauss_seidel` is 6e-3. A step costs four FMU
 steps of half the length where inputs are followed, and eight of a quarter where they are held.
 
-What it does without:
+Limitations:
 
-- rollback (`canGetAndSetFMUstate`). An FMU that cannot go back steps once, after the others' first
-  pass, with the inputs these have found; the others then correct theirs. That is second order.
-  Where no FMU of a cycle can go back there is nothing to correct, and `gauss_seidel` is used.
-- algebraic loops. They are solved at communication points, but not within a step: two passes make
-  an error larger by the square of what a loop multiplies it by. There `gauss_seidel` is used, too.
-- inputs that are followed (`canInterpolateInputs`). An FMU that holds its inputs gets values that
-  act like that parabola, and needs more steps for it; an FMU that moves one input along another
-  stays at second order.
+- FMUs without rollback (`canGetAndSetFMUstate`) step once, after the others' first pass, with the
+  inputs found there; the others then correct theirs. That is second order. If no FMU of a cycle
+  can go back, nothing can be corrected, and `gauss_seidel` is used.
+- Algebraic loops are solved at communication points, but not within a step: two passes multiply
+  an error by the square of the loop's gain. There, too, `gauss_seidel` is used.
+- FMUs that hold their inputs (no `canInterpolateInputs`) get values that act like that parabola,
+  and need more steps for it; an FMU that moves one input along another stays at second order.
 
 `change` is the difference that the last pass made to the outputs at the end of the step: an
-estimate of the error of the pass before, and larger than that of the result.
+estimate of the error of the pass before, which is larger than that of the result.
 """
 
 from __future__ import annotations

@@ -146,11 +146,11 @@ class _Component:
 
 @dataclass(frozen=True)
 class _Source:
-    """Where the values of one source stand in `Network.values`.
+    """Positions of the values of one source in `Network.values`.
 
     `stepped` is its end-of-step value, None if its component steps later; `rate` and `curvature`
-    are its declared first and second time derivative now, None if there is none. One that `stays`
-    is the same all through the step.
+    are its declared first and second time derivative now, None if not declared. The value is
+    constant within the step if `stays`.
     """
 
     now: int

@@ -162,7 +162,7 @@ def _program(
 def _started(
     system: System, programs: Mapping[str, Program], descriptions: Mapping[str, Description]
 ) -> Iterator[tuple[str, Program]]:
-    """The programs with the start values of the system, as far as they have the variables."""
+    """The programs with those start values of the system whose variables they have."""
     given = {c.name: c for c in system.components}
     for name, program in programs.items():
         known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
@@ -179,9 +179,9 @@ def _inner_links(
     *,
     delays: bool,
 ) -> list[Link]:
-    """Links between two programs; InputError with those that are delayed, unless `delays` may be.
+    """Links between two programs; InputError with the delayed ones unless `delays` are allowed.
 
-    Of static laws, delays mean nothing, and what is not Real stays as it is.
+    Delays have no effect on static laws, and outputs of laws that are not Real stay constant.
     """
     inner = [
         link
@@ -268,9 +268,9 @@ def at_equilibrium(
 ) -> System:
     """The system, with all states of its equations at the equilibrium found from its start values.
 
-    What is no equation is settled with what it takes there, as a run initialises it; of an FMU that
-    comes to rest only after its start, `tell` gets a warning, as it gets one line of what moved
-    most. Inputs that nothing is connected to keep their start values; loads that depend on time are
+    Components without equations are settled with their inputs there, as a run initialises them;
+    `tell` gets a warning if an FMU comes to rest only after its start, and one line about the
+    largest movements. Unconnected inputs keep their start values; loads that depend on time are
     those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
     """
     tell = tell or silent

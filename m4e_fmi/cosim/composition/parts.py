@@ -72,10 +72,10 @@ def look_at(
     tell: Tell,
     drawn: Callable[[Component, Tell], Made | None] | None = None,
 ) -> Parts:
-    """All components, those that are no FMU as `drawn`, or as a run has them where that is None.
+    """All components, those that are not FMUs as `drawn`, or as in a run without `drawn`.
 
-    What takes long is made last, and not at all if something else is wrong. InputError with all
-    problems of the system.
+    Components that take long are made last, and only if there are no other problems. InputError
+    with all problems of the system.
     """
     drafts = checked_inputs(system)
     problems = list(_unknown(system, named))
@@ -120,9 +120,9 @@ def _looked_at(
     *,
     unread: Collection[str],
 ) -> tuple[Made | None, Description]:
-    """A component as it is made (None: an FMU) and described; from `drafts` where it is there.
+    """A component as it is made (None: an FMU) and described; taken from `drafts` if present.
 
-    FMUs of ours are the programs that they carry, but for those that are `unread`.
+    FMUs built by this package become the programs that they carry, except those in `unread`.
     """
     name, source = component.name, component.source
     if isinstance(source, FmuFile):

@@ -137,10 +137,10 @@ class AtRest:
 
 
 def _is_steady(seen: np.ndarray, limits: np.ndarray) -> bool:
-    """True if outputs only swing, by little, about a mean that does not change.
+    """True if outputs only swing, by little, about a constant mean.
 
-    `seen` (s + 1, n) are the outputs over s steps, `limits` (n,) the changes that are none, in
-    their units. The means of the second quarter and of both halves of the second half agree, and
+    `seen` (s + 1, n) are the outputs over s steps, `limits` (n,) the negligible changes, in
+    their units. The means of the second, third and fourth quarter agree, and
     the swing does not grow.
     """
     quarter = len(seen) // 4

@@ -73,15 +73,15 @@ def error_estimator(
     order: int,
     changeable: bool,
 ) -> ErrorEstimator | str:
-    """The estimator for a run of `network` by an algorithm of this `order`, or why there is none.
+    """The estimator for a run of `network` by an algorithm of this `order`, or the reason for none.
 
-    `make` makes the algorithm anew; `second` makes a second network, at the start time. In a
+    `make` makes another algorithm; `second` makes a second network, at the start time. In a
     `changeable` run, values may be set between the steps. With actions of a scenario whose values
     are held within steps, the order is 1.
 
-    A longer step of a component that is not sampled makes an error of first order, of its length
-    and not of the system's. A second network at half the step makes that half as long, too: what
-    it differs by is half of that error, and more of those of higher order.
+    A longer step of a component that is not sampled makes an error of first order in its own
+    length, not in the system's. A second network at half the step halves that length, too: the
+    difference is half of that error, and a larger share of errors of higher order.
     """
     held = bool(network.scenario.held)
     order = 1 if held else order

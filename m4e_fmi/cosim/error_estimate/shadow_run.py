@@ -191,7 +191,7 @@ class ShadowRun:
             self._follow()
 
     def _follow(self) -> None:
-        """Make the steps up to where the run is, as far as they are whole; compare."""
+        """Make all whole steps up to the time of the run; compare."""
         loop, now = self._time_loop, round(self._network.time * NS_PER_SECOND)
         at = loop.position
         try:

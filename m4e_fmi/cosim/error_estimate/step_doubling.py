@@ -195,7 +195,7 @@ class StepDoublingEstimator:
             stretch.kinks.append(stretch.steps + sudden)
         if jumped or not same:
             self._roughness.forget()
-        stretch.go_on(steps, size)
+        stretch.extend(steps, size)
         if within:
             stretch.kinks.append(stretch.steps + np.array([-1, 0]))  # it may show after the step
             stretch.within.append(stretch.last)
@@ -217,7 +217,7 @@ class StepDoublingEstimator:
             raise
 
     def _close(self) -> None:
-        """Repeat the open stretch in steps of other lengths, as far as its errors are wanted."""
+        """Repeat the open stretch in steps of other lengths, for the errors that are wanted."""
         state = self._state
         stretch, state.stretch = state.stretch, None
         if stretch is None or not stretch.steps:

@@ -35,7 +35,7 @@ class Stretch:
     steps: int = 0
 
     def check(self) -> None:
-        """ValueError if this is none that a run has made."""
+        """ValueError if no run can have made this stretch."""
         columns = {value.shape[1] for value in self.values if value.ndim == 2}
         rows = sum(len(value) for value in self.values if value.ndim == 2)
         kinks = [kink for found in self.kinks for kink in found.tolist()]
@@ -60,7 +60,7 @@ class Stretch:
         within = set(self.within)
         return [time for time in self.jumps if time not in within]
 
-    def go_on(self, steps: int, size: int) -> None:
+    def extend(self, steps: int, size: int) -> None:
         """Add so many steps of `size` [ns]."""
         if self.runs and self.runs[-1][0] == size:
             self.runs[-1] = size, self.runs[-1][1] + steps

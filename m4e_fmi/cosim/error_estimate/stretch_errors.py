@@ -84,7 +84,7 @@ class StretchErrors:
         return why
 
     def _smooth(self, stretch: Stretch, run: Recorded, kinks: np.ndarray) -> np.ndarray:
-        """Largest fourth differences away from `kinks` (k,) and jumps; 0 of what is unmonitored."""
+        """Largest fourth differences away from `kinks` (k,) and jumps; 0 if not monitored."""
         if not len(kinks) and not stretch.jumps and len(stretch.runs) == 1:
             return self._roughness.largest
         largest = np.zeros_like(self._roughness.largest)

@@ -20,9 +20,9 @@ LEAST, MOST = 0.05, 1.0
 class Told:
     """Largest errors (n_pieces, n_sources) in the pieces of a window of `span` from `begin` [ns].
 
-    They are in the sources' units; half the step would leave the share `left` of them. The window
-    `speaks` for all steps up to the next that does, but for those that do not: these count for
-    themselves alone.
+    They are in the sources' units; half the step would leave the share `left` of them. A window
+    that `speaks` stands for all steps up to the next that speaks; windows between them that do not
+    speak stand for their own steps only.
     """
 
     errors: np.ndarray

@@ -85,7 +85,7 @@ class Discrete:
         self.rereadings = rereadings(twice, self.cells[readings:], self._reading)
 
     def __bool__(self) -> bool:
-        """True if there are such values."""
+        """True if there are values to exchange."""
         return bool(self.outputs)
 
     def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:

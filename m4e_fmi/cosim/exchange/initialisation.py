@@ -21,8 +21,8 @@ class Initialisation:
 
     After `run`, `found` has the Real outputs in their own units, `discrete` the others; `given` are
     the values that links to Real inputs have carried, in the units of their sources. FMUs of FMI
-    1.0 are initialised by their first transfer that reads outputs: `arrive` is called with the
-    component's name and what is `given` straight after that, and these components are in `arrived`.
+    1.0 are initialised by their first transfer that reads outputs: right after that, `arrive` is
+    called with the component's name and `given`, and these components are in `arrived`.
     """
 
     def __init__(

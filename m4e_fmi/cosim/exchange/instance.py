@@ -145,7 +145,7 @@ class Instance:
 
     @not_lost()
     def set_values(self, values: Mapping[str, Value]) -> None:
-        """Set variables of any type by name, as far as FMI lets them be set at this time."""
+        """Set variables of any type by name, those that FMI allows to be set at this time."""
         if values:
             self._usable.set_values(values)
 
@@ -354,7 +354,7 @@ class Instance:
 
     @not_lost()
     def close(self) -> None:
-        """Terminate and free as far as the FMU's condition allows; a refusal is a message."""
+        """Terminate and free, if the FMU's condition allows it; a refusal becomes a message."""
         fmu, states = self._fmu, list(self._states.values())
         self._states.clear()
         if fmu.component is None:

@@ -289,7 +289,7 @@ class Network:
     def read(self, name: str) -> Any:
         """The present value of ``component.variable``, exchanged or not, in its own type.
 
-        UnknownNameError, a KeyError, if there is none of this name.
+        UnknownNameError, a KeyError, for an unknown name.
         """
         port = Port.named(name)
         description = self._descriptions.get(port.component)

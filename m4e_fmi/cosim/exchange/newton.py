@@ -90,7 +90,7 @@ class QuasiNewton:
 
         `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian` may
         enlarge them in place. An unknown is as large as x and f(x) are, there.
-        The last call of `residual` is the one at the zero. NotConvergedError if there is none.
+        The last call of `residual` is the one at the zero. NotConvergedError if no zero is found.
         """
         r = residual(x)
         least = np.maximum(np.abs(x), np.abs(x + r))
@@ -125,9 +125,9 @@ class QuasiNewton:
 
 
 def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Of the linear equations; the smallest that fits best if they are singular.
+    """Solution of the linear equations; the smallest least-squares solution if they are singular.
 
-    Elimination keeps apart what is not connected: a motion that symmetry forbids stays zero.
+    Elimination does not mix unconnected unknowns: a motion that symmetry forbids stays zero.
     """
     try:
         found = np.linalg.solve(matrix, right)

@@ -228,7 +228,7 @@ class LoopState(ctypes.Structure):
 
 @cache
 def loop_library() -> ctypes.CDLL:
-    """The C library, which performs all operations; RunError if there is none."""
+    """The C library, which performs all operations; RunError without it."""
     found = library()
     if found is None:
         raise RunError(
@@ -277,8 +277,8 @@ class NativeExecutor:
 def _begun_early(operations: Sequence[Operation]) -> list[int]:
     """Numbers of the operations (from 1) in their order, negative where a step only begins.
 
-    A step in another process begins as soon as all before it on its component is done. So
-    components step side by side as far as they do not wait for each other's values.
+    A step in another process begins as soon as all earlier operations on its component are done. So
+    components step in parallel unless they wait for each other's values.
     """
     first: list[int] = []
     behind: list[list[int]] = []

@@ -1,10 +1,10 @@
 """Instability of a coupled run: when it is stopped, and the message (criterion: results/growth).
 
-Exchanged outputs are looked at now and then. Where one has become `HUGE` by growth without bound
-(`m4e_fmi.results.growth`), the run ends there. Where an FMU fails, or gives no number, the looks
-and the rows of the results tell if something had grown so before. A run that reaches its stop
-time while something grows says so. Where the coupling error that the run states is small, the
-steps are not the cause, and the remedy is none of theirs.
+Exchanged outputs are checked at intervals. When one has become `HUGE` by growth without bound
+(`m4e_fmi.results.growth`), the run ends. When an FMU fails, or returns no number, these checks
+and the rows of the results show if an output had grown so before. A run that reaches its stop
+time while an output grows gives a warning. If the coupling error of the run is small, the
+steps are not the cause, and the remedy does not concern them.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ class Instability:
         port = _port(grown.name)
         instance = self._network.instances[port.component]
         variable = instance.description.variables[port.variable]
-        return grown.told(variable.description, variable.unit)
+        return grown.text(variable.description, variable.unit)
 
     def _remedy(self, grown: Growth) -> str:
         """Remedies, the likeliest first."""

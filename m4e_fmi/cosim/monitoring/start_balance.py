@@ -216,7 +216,7 @@ class _Mobility:
 
     @cached_property
     def connected(self) -> np.ndarray:
-        """Accelerations (m,) by the connected forces, but for those of the water."""
+        """Accelerations (m,) by the connected forces, without those of the water."""
         total = np.zeros(len(self.outputs))
         for link in self.wiring.all_links:
             component, name = link.target.component, link.target.variable

@@ -1,9 +1,9 @@
-"""The FMU of every component: found, or built where what it is made from has changed.
+"""The FMU of every component: found, or built if its sources have changed.
 
-Inputs are checked before anything is built. FMUs that are there are read. What is quick to make is
-made, in memory: a `Draft`, which is then written as an FMU. The `check` of a kind that takes long
-finds its problems, and returns a program with the variables that its FMU will have. When all of
-these are right, connections, start values and the scenario are checked against them.
+Inputs are checked before anything is built. Existing FMUs are read. Programs that are quick to make
+are made in memory: a `Draft`, which is then written as an FMU. The `check` of a kind that takes
+long finds its problems, and returns a program with the variables that its FMU will have. When all
+of these are right, connections, start values and the scenario are checked against them.
 """
 
 from __future__ import annotations
@@ -152,9 +152,9 @@ def checked_inputs(system: System, *, ready: Mapping[str, Path] | None = None) -
 
 
 def expected_descriptions(system: System) -> dict[str, Description]:
-    """Descriptions of the FMUs that the components of a right system are or will be.
+    """Descriptions of the FMUs that the components of a correct system are or will be.
 
-    Those of kinds that take long lack what is found by the computation.
+    Those of kinds that take long lack the results of the computation.
     """
     found = {c.name: _looked_at(system, c, None, {}) for c in system.components}
     components = {c.name: c for c in system.components}

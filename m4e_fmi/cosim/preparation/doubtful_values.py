@@ -223,7 +223,7 @@ def differing(system: System, descriptions: Descriptions, wiring: Wiring) -> lis
             a, b = getattr(one, key, None), getattr(other, key, None)
             if a is not None and b is not None and not _same(a, b):
                 differences.append(
-                    f"{_told(system, first, key, a)}, {_told(system, second, key, b)} {unit}: "
+                    f"{_text(system, first, key, a)}, {_text(system, second, key, b)} {unit}: "
                     "components in one water need the same"
                 )
     return [
@@ -262,7 +262,7 @@ def _seas(system: System, key: str) -> Iterator[str]:
 
 
 def _may_be_left_out(component: Component) -> tuple[str, ...]:
-    """Keys whose absence means that there is none of it.
+    """Keys whose absence means that the effect is absent.
 
     A configuration whose `feels_current` is False may leave out the current of others.
     """
@@ -290,7 +290,7 @@ def _weights(
         if not _same(gravity, there):
             yield (
                 f"the gravity of {model}'s model is {gravity:g}, "
-                f"{_told(system, water, 'gravity', there)} m/s2: bodies of the mass of the "
+                f"{_text(system, water, 'gravity', there)} m/s2: bodies of the mass of the "
                 "displaced water do not float; make them equal"
             )
 
@@ -323,7 +323,7 @@ def _same(a: float | None, b: float | None) -> bool:
     return a is None or b is None or a == b or math.isclose(a, b, rel_tol=SAME)
 
 
-def _told(system: System, component: str, key: str, value: float) -> str:
+def _text(system: System, component: str, key: str, value: float) -> str:
     """A value and its place."""
     text = "deep" if math.isinf(value) else f"{value:g}"
     return f"{component}.water.{key} is {text}{_line(system, component, 'water', key)}"

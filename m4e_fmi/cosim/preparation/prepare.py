@@ -1,8 +1,8 @@
-"""From a System to one that can run: build what is missing, read the FMUs, connect, check.
+"""From a System to one that can run: build missing FMUs, read the FMUs, connect, check.
 
-Components run in processes of their own if their FMUs were not built here. An FMU was if its record
-beside it says so and fits its content, or if its library is, to the last byte, the one that all
-native FMUs of this package have. What an FMU says of itself counts for nothing.
+Components run in separate processes if their FMUs were not built here. An FMU was built here if the
+record beside it says so and fits its content, or if its library has the same bytes as that of all
+native FMUs of this package. Statements of an FMU about itself are not trusted.
 """
 
 from __future__ import annotations
@@ -57,11 +57,11 @@ def prepare(
     drafts: Mapping[str, Draft] | None = None,
     fmus: Mapping[str, ReadyFmu] | None = None,
 ) -> Prepared:
-    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
+    """Build missing FMUs (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     `system` may be the path of a system's file, whose notes `tell` receives. `drafts` are those
     of a system whose inputs have been checked (`waiting`), `fmus` the FMUs of all components if
-    they are there already.
+    they exist already.
 
     InputError with all problems of the FMU files, else of connections and start values, else of
     components' own steps, else of the scenario; RunError for a build that failed, or without the C
@@ -153,9 +153,9 @@ def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, 
 
 
 def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host], list[str]]:
-    """Those `hosts` that this machine can have, all or none, and a warning if it is none.
+    """All `hosts` if this machine can start processes, else no hosts and a warning.
 
-    InputError if it is none, and a component asks for a process or for limits.
+    InputError if it cannot, and a component asks for a process or for limits.
     """
     if not hosts or hasattr(os, "fork"):
         return dict(hosts), []

@@ -260,11 +260,11 @@ class ResultsWriter:
     def close(
         self, ended: str, closing: Callable[[], Mapping[str, str]] = dict, *, failed: bool = False
     ) -> None:
-        """Write what is left and how the run has `ended`, and close the file.
+        """Write the last rows and how the run has `ended`, and close the file.
 
         `closing` gives further attributes when all rows are on the disk. A run that has `failed`
-        before its first step does not replace results that are there. RunError if the disk does not
-        take the rows. A signal that is `held` is let through once they are on the disk.
+        before its first step does not replace existing results. RunError if the rows cannot be
+        written. A signal that is `held` is delivered once they are on the disk.
         """
         try:
             own = self._file.path == self.path or not self.path.exists()
@@ -290,7 +290,7 @@ class ResultsWriter:
             self._write({**self._attributes, "ended": ended, **further})
 
     def _write(self, attributes: Mapping[str, str]) -> None:
-        """Write the netCDF-4 file, or tell why there is none."""
+        """Write the netCDF-4 file, or tell why it cannot be written."""
         count, folder = self._count, self.path.parent
         vanished = not folder.is_dir()
         in_memory = count == self.row

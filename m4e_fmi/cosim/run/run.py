@@ -94,9 +94,9 @@ class Run:
     """Owns the instances of a system from `with` to the end of the block; it begins with `begin`.
 
     Rows go to `results`, the states of a run of this `identity` to `checkpoints`, if they are set
-    before. `estimator` repeats steps for the certificate; `unwatched` is why there is none.
-    `is_stepping` is True while steps are made, and where they were left unfinished. `warnings` are
-    those from before the first step; the `outcome` is there when the run has ended without error.
+    before. `estimator` repeats steps for the certificate; `unwatched` is the reason without one.
+    `is_stepping` is True while steps are made, and after unfinished steps. `warnings` are
+    those from before the first step; `outcome` is set when the run has ended without error.
     """
 
     def __init__(self, prepared: Prepared, options: Options | None = None) -> None:

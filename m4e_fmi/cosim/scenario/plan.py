@@ -102,7 +102,7 @@ class PlannedAction:
 
 @dataclass
 class Planner:
-    """Makes planned actions of those of a system; `problems` are what is wrong with them."""
+    """Makes planned actions from the actions of a system; `problems` are the errors in them."""
 
     system: System
     descriptions: Mapping[str, Description]

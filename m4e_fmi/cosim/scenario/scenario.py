@@ -83,7 +83,7 @@ class _Running:
 
     @property
     def next(self) -> int:
-        """The time [ns] of its beginning or end, as far as it is known; NEVER if it is not."""
+        """The time [ns] of its beginning or end; NEVER while unknown."""
         if self.began is None:
             return NEVER if self.planned.at is None else self.planned.at
         duration = self.planned.duration

@@ -103,7 +103,7 @@ def _system(
 
 
 def _member(package: Package, element: Element) -> str:
-    """The FMU of a component, empty if there is none that can be used."""
+    """The FMU of a component, empty without a usable one."""
     kind = element.get("type", FMU_TYPES[0])
     name = element.get("name")
     if kind not in FMU_TYPES:
@@ -182,7 +182,7 @@ def _edge(package: Package, system: Node, element: Element) -> Edge | None:
     (start, gives), (end, takes) = (e for e in ends if e is not None)
     if gives == "in" or takes == "out":
         if gives == "out" or takes == "in":
-            message = f"{_told(start)} and {_told(end)} are connected, but both "
+            message = f"{_dotted(start)} and {_dotted(end)} are connected, but both "
             message += "take" if gives == "in" else "give"
             package.reject(element, message + " a value", "connect an output with an input")
             return None
@@ -193,7 +193,7 @@ def _edge(package: Package, system: Node, element: Element) -> Edge | None:
             factor = float(child.get("factor", 1.0))
             offset = float(child.get("offset", 0.0))
         elif str(child.tag).endswith("MappingTransformation"):
-            message = f"{child.tag.removeprefix(SSC)} on the connection to {_told(end)}"
+            message = f"{child.tag.removeprefix(SSC)} on the connection to {_dotted(end)}"
             package.reject(element, message, "only linear transformations of Reals are read")
     ignored = element.get("suppressUnitConversion", "false") in ("true", "1")
     return Edge(start, end, factor, offset, ignored, element)
@@ -220,8 +220,8 @@ def follow(package: Package, edges: list[Edge], units: UnitOf) -> list[Flow]:
     for edge in edges:
         other = into.setdefault(edge.end, edge)
         if other is not edge:
-            message = f"{_told(edge.end)} has two sources: {_told(other.start)} and "
-            package.reject(edge.element, message + _told(edge.start), "drop one connection")
+            message = f"{_dotted(edge.end)} has two sources: {_dotted(other.start)} and "
+            package.reject(edge.element, message + _dotted(edge.start), "drop one connection")
     passing = {edge.start for edge in edges}
     flows = []
     for sink in into:
@@ -237,13 +237,13 @@ def _flow(package: Package, into: dict[Signal, Edge], sink: Signal, units: UnitO
     at = sink
     while at in into:
         if into[at] in edges:
-            package.reject(into[at].element, f"connections lead from {_told(at)} back to itself")
+            package.reject(into[at].element, f"connections lead from {_dotted(at)} back to itself")
             return None
         edges.append(into[at])
         at = into[at].start
     ignored = {edge.units_ignored for edge in edges}
     if len(ignored) > 1:
-        message = f"units are converted on a part of the way to {_told(sink)} only"
+        message = f"units are converted on a part of the way to {_dotted(sink)} only"
         package.reject(edges[-1].element, message, "set suppressUnitConversion on all or none")
         return None
     factor, offset = 1.0, 0.0
@@ -252,7 +252,7 @@ def _flow(package: Package, into: dict[Signal, Edge], sink: Signal, units: UnitO
             converted = not (True in ignored or edge.end == sink)  # it is in the sink's unit there
             scale = _scale(units(edge.end) or units(at), units(sink)) if converted else 1.0
             if scale is None or (units(edge.end) is None and scale != 1.0):
-                message = f"an offset on the way to {_told(sink)}, where the unit is not known"
+                message = f"an offset on the way to {_dotted(sink)}, where the unit is not known"
                 remedy = "give the connector at the end of this connection its unit"
                 package.reject(edge.element, message, remedy)
                 return None
@@ -272,5 +272,5 @@ def _scale(give: Definition | None, take: Definition | None) -> float | None:
     return give.unit.factor / take.unit.factor
 
 
-def _told(signal: Signal) -> str:
+def _dotted(signal: Signal) -> str:
     return ".".join((*signal[0], signal[1]))

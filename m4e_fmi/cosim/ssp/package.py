@@ -57,9 +57,9 @@ GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "Syste
 
 
 class Package:
-    """A folder of files inside an archive; `problems` and `notes` collect what is found in them.
+    """A folder of files inside an archive; `problems` and `notes` collect the findings in them.
 
-    InputError at once if the archive is not readable, or should not be read.
+    InputError at once if the archive is not readable, or not safe to read.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -91,7 +91,7 @@ class Package:
         return Problem(message, remedy, file, element.sourceline or 0)
 
     def note(self, text: str) -> None:
-        """Note what is left out or changed."""
+        """Note a part that is left out or changed."""
         self.notes.setdefault(text)
 
     def pieces(self, name: str) -> Iterator[bytes]:

@@ -291,7 +291,7 @@ def _text(flow: Flow, names: dict[Path, str]) -> str:
 
 
 def _annotation(element: Element) -> dict[str, Any]:
-    """Content of our own annotation of an element, empty if there is none."""
+    """Content of our own annotation of an element, empty without one."""
     for annotation in element.findall(f"{SSD}Annotations/{SSC}Annotation"):
         if annotation.get("type") == OWN and len(annotation):
             try:

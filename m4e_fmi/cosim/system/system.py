@@ -181,8 +181,8 @@ class System(Displayed):
     ) -> System:
         """The same system with other start values and simulation settings.
 
-        `start` maps ``component.variable`` to a value; settings that are None stay as they are.
-        `origin` is who gives them, in messages and results, "Python" if it is empty; the values of
+        `start` maps ``component.variable`` to a value; settings left None stay unchanged.
+        `origin` names their source in messages and results, "Python" if it is empty; the values of
         a ParameterSet are from its file. InputError with all components that do not exist, and
         settings that do not fit.
         """

@@ -39,7 +39,7 @@ SHORT = 1e-3
 
 
 class Watcher(Protocol):
-    """Looks at every step of a run; where many are made at once, as far as there is `room`.
+    """Checks every step of a run; if many are made at once, no more than `room` allows.
 
     Its `operations` are performed after each step, in rows of a block.
     """

@@ -224,7 +224,7 @@ def _group_of(found: Mapping[str, Grouped]) -> dict[str, Grouped]:
 
 
 def _unfit(found: Mapping[str, Grouped], variables: Collection[FmuVariable]) -> list[str]:
-    """Names of the arrays that are derivatives of what is none, or have scalars as derivatives."""
+    """Names of arrays that are derivatives of other things, or have scalars as derivatives."""
     members = _group_of(found)
     arrays = {tuple(m.name for m in group.members) for group in found.values()}
     of_scalars = {v.derivative_of for v in variables if v.name not in members}

@@ -35,8 +35,8 @@ class FmuVariable:
 
     `dependencies` names the inputs and states that an output depends on at one moment (None: all);
     `initial_dependencies` names what its initial value depends on (None: all). `kinds` and
-    `initial_kinds` say how, in FMI's words, one for each name; None says nothing. What is set
-    outside `minimum` … `maximum`, both included, is refused. `nominal` is an order of magnitude.
+    `initial_kinds` say how, in FMI's words, one for each name; None declares nothing. Values
+    outside `minimum` … `maximum`, both included, are refused. `nominal` is an order of magnitude.
     """
 
     name: str

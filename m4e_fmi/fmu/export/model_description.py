@@ -79,10 +79,10 @@ QUANTITIES = {  # by unit; named as in the Modelica Standard Library, which impo
 
 @dataclass(frozen=True)
 class Form:
-    """How a kind of FMU is described: version of FMI, its words, and what the FMU can do.
+    """Form of a kind of model description: version of FMI, its words, and the FMU's abilities.
 
     `token` is the attribute for the GUID; `unknowns` are the elements for outputs, rates of states,
-    and what is computed at the start. `abilities` are attributes of both modes, `exchange` (None:
+    and initial unknowns. `abilities` are attributes of both modes, `exchange` (None:
     no model exchange) and `stepping` further ones of model exchange and co-simulation.
     """
 

@@ -1,8 +1,8 @@
 """The files of a native FMU: FMI 2.0 or 3.0, without Python and without a compiler.
 
 `native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi.c`, the
-standards' names for what is declared there. Both together are one shared library, the same for
-every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in its
+standards' names for its functions. Both together are one shared library, the same for
+every FMU of a platform; the model lies in `resources/`: `model.m4e`, the program in its
 binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
 integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
 `variables.txt` and `dependencies.txt`, which `arrays.layout_files` explains.
@@ -92,10 +92,10 @@ def carried_program(fmu: Path) -> Program | None:
 
 
 def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
-    """Name in the archive → content of the shared library, for every platform there is one for.
+    """Name in the archive → content of the shared library, for every platform that has one.
 
-    Libraries come with the package; where this machine's is missing, it is compiled once into the
-    cache. Folders are those of version `fmi` of the standard. RunError if there is none at all.
+    Libraries come with the package; if this machine's is missing, it is compiled once into the
+    cache. Folders are those of version `fmi` of the standard. RunError without any library.
     """
     here = this_platform()
     found = {p: path.read_bytes() for p in packaged_platforms() if (path := packaged("fmi", p))}

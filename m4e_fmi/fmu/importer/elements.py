@@ -62,7 +62,7 @@ def array_name(variable: ModelVariable) -> str:
 
 
 def unit_of(variable: ModelVariable) -> str:
-    """The variable's own unit, or that of its type; "" where there is none."""
+    """The variable's own unit, or that of its type; "" without a unit."""
     return variable.unit or getattr(variable.declaredType, "unit", None) or ""
 
 
@@ -71,10 +71,9 @@ def flattened(
 ) -> FmpyDescription:
     """FMPy's FMI 3.0 description `raw`, with elements in place of variables of `types`.
 
-    `text` is the XML it was read from. An unknown of ModelStructure becomes one entry per element,
-    each with all elements of what is declared for the array. What FMI 3.0 calls otherwise gets the
-    name that it has in FMI 2.0. With `named`, elements have the names and units that annotations
-    tell.
+    `text` is the XML that it was read from. An unknown of ModelStructure becomes one entry per
+    element, each with all elements of the array's dependencies. Names that differ in FMI 3.0 become
+    those of FMI 2.0. With `named`, elements have the names and units in the annotations.
     """
     root = etree.fromstring(text)
     names = _annotated(root) if named else {}

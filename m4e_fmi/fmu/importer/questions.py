@@ -1,7 +1,7 @@
-"""Questions to an FMU that is tried, the master's before a run and validation's alike.
+"""Trials of an FMU, for the master before a run and for validation.
 
-What depends on what is seen by moving one value at a time; whether an FMU goes back, by making the
-same steps again.
+Dependencies are found by moving one value at a time; rollback is checked by repeating the same
+steps.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def moved(
 def trajectory(subject: Any, inputs: Iterable[Any], size: float) -> list[Any]:
     """The outputs after each of some steps of `size` [s].
 
-    Before each, the inputs are set to their values for it, unless that is None. The `subject` is an
-    instance that is tried: it has the methods `set` (all inputs), `step` (a size) and `read` (the
+    Before each, the inputs are set to their values for it (None: not set). The `subject` is the
+    instance on trial: it has the methods `set` (all inputs), `step` (a size) and `read` (the
     outputs).
     """
     found = []

@@ -122,7 +122,7 @@ class Context:
         return self._loaded[exchange]
 
     def new_probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:
-        """A new instance; RefusedError if there is none."""
+        """A new instance; RefusedError if the FMU makes none."""
         probe = Probe(self, exchange=exchange, name=name)
         if not probe.fmu.component:
             raise RefusedError(INSTANTIATE, ERROR, probe.words())
@@ -183,8 +183,8 @@ class Context:
 class Probe:
     """One instance, in co-simulation without event mode unless `events`.
 
-    All calls are allowed, and raise RefusedError where they are not answered OK or Warning.
-    `fmu.component` is None if there is no instance.
+    All calls are allowed, and raise RefusedError if the answer is not OK or Warning.
+    Without an instance `fmu.component` is null.
     """
 
     def __init__(

@@ -116,7 +116,7 @@ def nominal(variable: ModelVariable) -> float | None:
 
 
 def start(variable: ModelVariable) -> float:
-    """The start value of a Real, 0 where there is none."""
+    """The start value of a Real, 0 without a finite one."""
     value = float(variable.start or 0.0)
     return value if math.isfinite(value) else 0.0
 
@@ -128,6 +128,6 @@ def within(variable: ModelVariable, value: float) -> float:
 
 
 def limits(variable: ModelVariable) -> tuple[float, float]:
-    """min and max of a Real, from itself or its declared type; infinite where there is none."""
+    """min and max of a Real, from itself or its declared type; infinite if not declared."""
     low = declared_number(variable, "min", -math.inf)
     return low, declared_number(variable, "max", math.inf)

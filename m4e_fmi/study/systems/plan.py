@@ -151,7 +151,7 @@ class Plan:
         for name, one in self.versions.of.items():
             for combination, variant in one.of.items():
                 for line in variant.warnings:
-                    self.tell(f"{name}: {line} ({_told(one.keys, combination)})")
+                    self.tell(f"{name}: {line} ({_values_text(one.keys, combination)})")
             lines = _BuildLines(self.tell, name, one)
             for number in range(len(one.builds)):
                 draft = one.drafts.pop(number, None)
@@ -371,10 +371,10 @@ def _but_stop_time(system: System) -> dict[str, object]:
 
 def of_keys(one: Variants, number: int) -> str:
     """The values of its keys that a version of a component was made for."""
-    return _told(one.keys, one.builds[number].of)
+    return _values_text(one.keys, one.builds[number].of)
 
 
-def _told(keys: Sequence[Location], values: Combination) -> str:
+def _values_text(keys: Sequence[Location], values: Combination) -> str:
     pairs = zip(keys, values, strict=True)
     return ", ".join(f"{dotted(key)} {value}" for key, value in pairs)
 

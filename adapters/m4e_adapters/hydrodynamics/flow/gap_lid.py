@@ -68,7 +68,7 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
         covered = np.zeros(len(panels.faces), dtype=bool)
         for lines in hull_lines:
             covered |= _covers(lines, panels)
-        free = panels.kept(~covered)
+        free = panels.selected(~covered)
         if not len(free.faces):
             text = f"gap lid {k + 1} is not on free water: hulls cover all of it"
             remedy = "give the middle, length and width of the gap: center_x, center_y, ..."

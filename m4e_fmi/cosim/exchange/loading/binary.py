@@ -1,14 +1,14 @@
 """FMUs unpacked and loaded: a folder for all instances of a file, a copy of its library for each.
 
-Static variables of a library are shared by all instances in it, which few FMUs say. In copies that
-are files of their own (the loader tells files by inode, or on Windows by path) each instance has
-its own, but for those of further libraries that it needs, which are loaded once.
+All instances in a library share its static variables, which few FMUs declare. In copies that
+are separate files (the loader identifies files by inode, or on Windows by path) each instance has
+its own static variables, except those of further libraries, which are loaded once.
 
 FMUs that are not built here are loaded in workers, one for each instance: `Hosted`.
 
-Instances share a library that is known to do no harm: that of FMUs built here, and PythonFMU's,
-which keeps the interpreter, and there is but one of that. Many copies of short functions would step
-slower: they are in each other's way in the processor's cache.
+Instances share a library that is known to be safe: that of FMUs built here, and PythonFMU's,
+which holds the only interpreter. Many copies of short functions would step slower, because they
+compete for the processor's cache.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class Hosted(Binary):
                 files.working_folder(),
                 clear=str(files.folder.parent),
                 library=str(files.library_path),
-                needed=self._functions.dll.asked_for,
+                needed=self._functions.dll.required_functions,
                 functions=self._functions.dll.callable_names(),
             )
         except OSError as error:

@@ -17,7 +17,7 @@ from math import inf, isfinite
 from pathlib import Path
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
-from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed too
+from .declarations import METHODS, Options, Report, load, snapshot_size  # type: ignore[import]  # packed too
 from .integrators import DormandPrince, RungeKutta  # type: ignore[import]
 from .slave_base import M4eSlave, Saved
 
@@ -163,7 +163,7 @@ class RuntimeEngine:
 
     def save(self) -> list[float]:
         """Numbers that `advance` goes on from, besides states, inputs and parameters."""
-        numbers = (c_double * kept(len(self._layout["states"])))()
+        numbers = (c_double * snapshot_size(len(self._layout["states"])))()
         if self._ahead.value:
             self._lib.m4e_keep(self._integrator, numbers)
         return [self._step, *(numbers if self._ahead.value else ())]

@@ -112,11 +112,11 @@ LAYOUTS: dict[str, tuple[int, str | type]] = {
 
 
 class RawComponent(ctypes.Structure):
-    """`m4e_component_3`: the record of an FMI 3.0 instance, and what any instance tells of events.
+    """`m4e_component_3`: the record of an FMI 3.0 instance, and the events of any instance.
 
-    Times are in seconds: `next_event` is announced, `reached` that of the last step, `ended` that
-    of the end the FMU asked for; infinite if there is none. `goes_on` if it steps on after an event
-    within a step; `interruptions` are such events, `handled` the times in event mode.
+    Times are in seconds: `next_event` is announced, `reached` is that of the last step, `ended` is
+    that of the end that the FMU asked for; infinite without one. `goes_on` if it steps on after an
+    event within a step; `interruptions` counts such events, `handled` the times in event mode.
     """
 
     _fields_ = [
@@ -329,12 +329,12 @@ def value_in(cell: int, variable: Variable, texts: Texts) -> int | bool | str:
 
 
 class Access:
-    """Some variables of one FMU: `get` brings their values into cells, `set` takes them from there.
+    """Some variables of one FMU: `get` reads their values into cells, `set` sets them from cells.
 
-    They are read into consecutive cells; what they take is told by `taken`, without which Reals are
-    set from consecutive cells of float64. Where a cell changes in reading, `changed` (float64, one
-    element) becomes 0. `component` is the record of an `instance` of FMI 3.0, `ready` is called
-    before values are read.
+    They are read into consecutive cells; `taken` defines the cells for setting them, without it
+    Reals are set from consecutive cells of float64. If a cell changes in reading, `changed`
+    (float64, one element) becomes 0. `component` is the record of an `instance` of FMI 3.0,
+    `ready` is called before values are read.
     """
 
     def __init__(

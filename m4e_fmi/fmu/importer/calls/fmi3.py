@@ -214,7 +214,7 @@ class Fmi3(Standard):
         self._call(f"set{method}", [reference], given)
 
     def _call(self, method: str, *arguments: object, **more: object) -> Any:
-        """One of FMPy's methods; what is more than a warning has `failed`."""
+        """Call one of FMPy's methods; statuses above Warning go to `failed`."""
         try:
             return getattr(self._fmpy, method)(*arguments, **more)
         except FMICallException as error:

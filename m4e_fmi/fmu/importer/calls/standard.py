@@ -65,10 +65,10 @@ class RawCall:
 
 @dataclass(frozen=True)
 class SerializedState:
-    """A state of an FMU for another process: the FMU's bytes, and the events told by then.
+    """A state of an FMU for another process: the FMU's bytes, and its record of events.
 
-    `events` are times [s], infinite where there is none, and a number of events: those that a saved
-    state has in this process.
+    `events` are times [s], infinite without an event, and a number of events: the same values
+    that a saved state has in this process.
     """
 
     data: bytes
@@ -78,10 +78,10 @@ class SerializedState:
 class Standard(ABC):
     """One instance of the FMU that FMPy has `loaded`, with its `variables` by name.
 
-    `component` is what the FMU calls the instance; None if there is none, or none that may be
-    called any more. `events` is what it has told of events. `failed` raises for statuses above
-    Warning; functions that answer with a status leave that to their caller. `sizes` are the numbers
-    of elements of arrays by value reference, `last_call` is the last call as `journal` hears it.
+    `component` is the FMU's handle of the instance; None without an instance, or if it may not be
+    called any more. `events` is its record of events. `failed` raises for statuses above
+    Warning; functions that return a status leave that to their caller. `sizes` are the numbers
+    of elements of arrays by value reference, `last_call` is the last call as passed to `journal`.
     """
 
     VERSION: ClassVar[int]
@@ -123,7 +123,7 @@ class Standard(ABC):
         exchange: bool = False,
         events: bool = False,
     ) -> None:
-        """Make the instance, in model exchange if `exchange`; RuntimeError if there is none.
+        """Make the instance, in model exchange if `exchange`; RuntimeError if the FMU makes none.
 
         With another GUID than that of the description if there is a `token`; with event mode in
         co-simulation if `events` (FMI 3.0), or without where the FMU refuses that.
@@ -320,7 +320,7 @@ class Standard(ABC):
 
     @abstractmethod
     def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
-        """The pointer by which the FMU knows the state in a slot; null if there is none."""
+        """The FMU's pointer of the state in a slot; null if the slot is empty."""
 
     def free_state(self, slot: ctypes.c_void_p) -> None:
         """Free the state in a slot, if there is one."""

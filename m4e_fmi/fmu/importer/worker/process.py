@@ -143,7 +143,7 @@ class RemoteLibrary:
         return found
 
     @property
-    def asked_for(self) -> list[str]:
+    def required_functions(self) -> list[str]:
         """Names of the functions that the FMU's library has to have."""
         return [name for name in vars(self) if name.startswith(f"{self._prefix}fmi")]
 

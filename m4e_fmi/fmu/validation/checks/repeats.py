@@ -1,7 +1,8 @@
-"""Groups `state`, `state_elsewhere` and `instances`: what is to be repeated, bit by bit.
+"""Groups `state`, `state_elsewhere` and `instances`: runs that must repeat, bit by bit.
 
-Saved states bring back everything, and saving disturbs nothing; their bytes are of use in another
-instance and process. A reset is a fresh start, instances do not share, freeing them frees memory.
+Saved states restore everything, and saving disturbs nothing; their bytes also work in another
+instance and process. A reset equals a fresh start, instances share nothing, freeing them frees
+memory.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ Rows = list[np.ndarray]
 
 
 class _Instance:
-    """An instance that is asked whether it repeats a run: all Reals are what is read of it."""
+    """An instance that is to repeat a run; all its Reals are read."""
 
     def __init__(self, probe: Probe) -> None:
         self.probe = probe

@@ -177,9 +177,9 @@ def _capabilities(context: Context, *, exchange: bool) -> Iterator[Finding]:
 
 
 def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
-    """Declared capability → calls that show whether it is there.
+    """Declared capability → calls that test it.
 
-    What is not declared is not called: its behaviour is unspecified (FMI 2.0.4, section 2.3).
+    Undeclared capabilities are not called: their behaviour is unspecified (FMI 2.0.4, section 2.3).
     """
     kind = context.subject.kind(exchange=exchange)
     outputs, inputs = context.subject.outputs[:1], context.subject.inputs[:1]

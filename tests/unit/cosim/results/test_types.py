@@ -111,4 +111,4 @@ def test_items_keep_their_names(tmp_path: Path) -> None:
     write_netcdf(tmp_path / "r.nc", [section], {}, 2, [rows])
     found = load(tmp_path / "r.nc")["valve.mode"]
     assert found.recorded == one
-    assert found.recorded.told(found[0]) == "very low pressure"
+    assert found.recorded.text(found[0]) == "very low pressure"
