@@ -15,9 +15,9 @@ from m4e_fmi.cosim.system.component import (
     Component,
     FmuFile,
     Kind,
-    Limits,
     ModelFile,
     Processes,
+    ProcessLimits,
     kind_module,
     kinds,
 )
@@ -58,7 +58,7 @@ class _SystemSection(Section):
     connections: tuple[str, ...] = ()
     scenario: dict[ActionName, Action] = Field(default_factory=dict)
     simulation: SimulationSection
-    limits: Limits = Limits()
+    limits: ProcessLimits = ProcessLimits()
     environment: _EnvironmentSection = _EnvironmentSection()
 
 
@@ -66,7 +66,7 @@ class _ComponentSection(Section):
     """The keys that every component may have."""
 
     process: Literal["own", "here"] | None = None
-    limits: Limits = Limits()
+    limits: ProcessLimits = ProcessLimits()
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
     step_size: float | str | None = None
     dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)

@@ -5,7 +5,7 @@
 `types`.
 """
 
-from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Mount, Place, carried, turned
+from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Mount, PointMotion, carried, turned
 from m4e_fmi.joints.joint_type import (
     ATTITUDE,
     QUATERNION,
@@ -58,7 +58,7 @@ __all__ = [
     "Frame",
     "JointType",
     "Mount",
-    "Place",
+    "PointMotion",
     "attitude",
     "carried",
     "quaternion_of",

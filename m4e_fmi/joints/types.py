@@ -9,7 +9,7 @@ from m4e_fmi.space import (
     PLANE,
     SPACE,
     TURN,
-    Component,
+    MotionComponent,
     Rotation,
     Twist,
     Y,
@@ -19,10 +19,10 @@ from m4e_fmi.space import (
     unit,
 )
 
-OWN_ANGLE = Component(TURN + Y, relative=False)
-TURNS = tuple(Component(TURN + axis, relative=False) for axis in range(TURN))
-PLANAR_FREEDOMS = tuple(Component(index) for index in PLANE)
-FREEDOMS = tuple(Component(index) for index in SPACE)
+OWN_ANGLE = MotionComponent(TURN + Y, relative=False)
+TURNS = tuple(MotionComponent(TURN + axis, relative=False) for axis in range(TURN))
+PLANAR_FREEDOMS = tuple(MotionComponent(index) for index in PLANE)
+FREEDOMS = tuple(MotionComponent(index) for index in SPACE)
 
 
 class Fixed(JointType):

@@ -15,7 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.elements import Quantity
 from m4e_fmi.model.expression import CONSTANTS, Expression
-from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
@@ -111,7 +111,7 @@ def unit_text(of: Maybe) -> str:
 
 def dimension_findings(
     model: Elements, quantities: Iterator[tuple[Location, Quantity]]
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
     known = {name: of for name, unit in units.items() if (of := dimension_of(unit)) is not None}
@@ -123,7 +123,7 @@ def dimension_findings(
         try:
             found = dimension(expression, known)
         except DimensionError as error:
-            yield Finding(at, f"{place}: {error}", "check the units of its names")
+            yield ModelFinding(at, f"{place}: {error}", "check the units of its names")
             continue
         unit = expected_unit(model, at)
         expected = PLAIN if unit == "rad" else dimension_of(unit)
@@ -131,7 +131,7 @@ def dimension_findings(
             continue
         got = units[expression.arguments[0]] if expression.kind == "name" else unit_text(found)
         message = f"{place}: {value} is in {got}, expected {unit}"
-        yield Finding(at, message, _remedy(expression, unit, expected, known))
+        yield ModelFinding(at, message, _remedy(expression, unit, expected, known))
 
 
 def _remedy(

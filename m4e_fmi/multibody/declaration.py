@@ -20,7 +20,7 @@ from m4e_fmi.model.elements import (
 from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
-from m4e_fmi.multibody.topology import Link, Topology
+from m4e_fmi.multibody.topology import Topology, TreeLink
 from m4e_fmi.program import AnyScalar, Recorder, Variable
 from m4e_fmi.space import AXES, TURN, is_zero
 from m4e_fmi.units import parse_unit
@@ -43,7 +43,7 @@ class Described(Protocol):
         ...
 
 
-def state_names(link: Link) -> tuple[list[str], list[str]]:
+def state_names(link: TreeLink) -> tuple[list[str], list[str]]:
     """Variable names of the coordinates and of the velocities of a link."""
     joint_type = link.joint_type
     owner = f"body.{link.body}" if joint_type.is_free else f"joint.{link.joint_name}"
@@ -187,7 +187,7 @@ def _declared_states(
     )
 
 
-def _states(link: Link, tree: Topology) -> Iterator[tuple[str, str, str, str | None]]:
+def _states(link: TreeLink, tree: Topology) -> Iterator[tuple[str, str, str, str | None]]:
     """Name, unit and text of each state of a link, and of a velocity the name of its coordinate."""
     positions, velocities = state_names(link)
     count = len(link.joint_type.coordinates)
@@ -202,7 +202,7 @@ def _states(link: Link, tree: Topology) -> Iterator[tuple[str, str, str, str | N
         yield name, "rad/s", f"Angular velocity of body {link.body}, world {axis.upper()}", None
 
 
-def _start_values(link: Link, values: Values) -> dict[str, float]:
+def _start_values(link: TreeLink, values: Values) -> dict[str, float]:
     """Start value of each state of a link, by the last part of its name."""
     keys = link.joint_type.start_keys
     given = {

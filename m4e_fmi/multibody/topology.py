@@ -21,7 +21,7 @@ from m4e_fmi.joints import (
     Frame,
     JointType,
     Mount,
-    Place,
+    PointMotion,
     attitude,
 )
 from m4e_fmi.model import GROUND, Model, Table
@@ -38,7 +38,7 @@ Lookup = Callable[[str, Table, AnyScalar], AnyScalar]
 
 
 @dataclass(frozen=True)
-class Link:
+class TreeLink:
     """One body with the joint that holds it.
 
     `number` counts bodies from 1, in the order of their distance from the ground; `parent` is the
@@ -67,7 +67,7 @@ class Topology:
     `components` are those that motions (v, ω) of the model's bodies have.
     """
 
-    links: tuple[Link, ...]
+    links: tuple[TreeLink, ...]
     coordinate_names: tuple[str, ...]
     velocity_names: tuple[str, ...]
     components: tuple[int, ...] = PLANE
@@ -101,7 +101,7 @@ def topology(model: Model) -> Topology:
     distance = _distances(model)
     order = sorted(model.bodies, key=distance.__getitem__)  # stable: ties keep their order
     number_of = {body: number for number, body in enumerate(order, start=1)}
-    links: list[Link] = []
+    links: list[TreeLink] = []
     names: list[str] = []
     velocities: list[str] = []
     for body, number in number_of.items():
@@ -126,7 +126,7 @@ def topology(model: Model) -> Topology:
         if any(c.is_angle for c in joint_type.coordinates):
             angles = (*angles, coordinates[-1])
         links.append(
-            Link(
+            TreeLink(
                 number, body, holders[body], joint, joint_type, parent, coordinates, speeds, angles,
                 is_relative,
             )
@@ -174,7 +174,7 @@ def frames(
     return result
 
 
-def evaluated(link: Link, values: Values, field: str) -> Vector:
+def evaluated(link: TreeLink, values: Values, field: str) -> Vector:
     """A vector of a link's joint, such as ``joint_to_child`` [m]."""
     return in_space(vector(link.joint, field), values)
 
@@ -187,7 +187,7 @@ def in_space(parts: Sequence[Expression], values: Values) -> Vector:
 
 
 @dataclass(frozen=True)
-class State:
+class ModelState:
     """A model's q, u and what follows from them."""
 
     model: Model
@@ -195,13 +195,13 @@ class State:
     q: Sequence[AnyScalar]
     u: Sequence[AnyScalar]
     frames: Sequence[Frame]
-    points: Mapping[str, Place]
+    points: Mapping[str, PointMotion]
 
     def frame(self, body: str) -> Frame:
         """Frame of a body, or of the ground."""
         return GROUND_FRAME if body == GROUND else self.frames[self.tree.index(body)]
 
-    def link(self, joint: str) -> Link:
+    def link(self, joint: str) -> TreeLink:
         """The link that a joint holds."""
         return self.tree.links[self.tree.index(self.model.joints[joint].child)]
 
@@ -235,10 +235,10 @@ class State:
         return vector[AXES.index(variable[-1])]
 
 
-class Motion(Values):
+class MotionValues(Values):
     """Values for the expressions of loads; variables of the motion are looked up when needed."""
 
-    def __init__(self, values: Values, state: State, lookup: Lookup) -> None:
+    def __init__(self, values: Values, state: ModelState, lookup: Lookup) -> None:
         super().__init__(values, number=values.number)
         self.state = state
         self.lookup = lookup
@@ -252,7 +252,7 @@ class Motion(Values):
         self[name] = value
         return value
 
-    def with_(self, **more: AnyScalar) -> Motion:
+    def with_(self, **more: AnyScalar) -> MotionValues:
         """The same with more names."""
         other = copy.copy(self)
         other.update(more)

@@ -21,7 +21,7 @@ TIMINGS = (
 
 
 @dataclass(frozen=True)
-class Component:
+class GraphComponent:
     """A component with a line about it (`below`); `looped` in an algebraic loop."""
 
     name: str
@@ -53,7 +53,7 @@ class Graph:
 
     title: str
     algorithm: str
-    components: tuple[Component, ...]
+    components: tuple[GraphComponent, ...]
     arrows: tuple[Arrow, ...]
     timings: dict[str, str] = field(default_factory=dict)
 
@@ -79,7 +79,7 @@ def graph_of(prepared: Prepared) -> Graph:
         title=prepared.system.name,
         algorithm=prepared.system.simulation.algorithm,
         components=tuple(
-            Component(name, _below(prepared, name), name in looped)
+            GraphComponent(name, _below(prepared, name), name in looped)
             for name in prepared.structure.execution_order
         ),
         arrows=tuple(arrows),

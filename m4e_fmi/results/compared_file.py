@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.foreign_table import ForeignTable, Quantity, read_foreign_table
+from m4e_fmi.results.foreign_table import ForeignTable, TableVariable, read_foreign_table
 from m4e_fmi.results.results_file import NETCDF, Results, load
 from m4e_fmi.shown import listing, span
 from m4e_fmi.units import Unit, parse_unit
@@ -57,7 +57,7 @@ class ComparedFile:
 
     path: Path
     time: np.ndarray = field(repr=False)
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, TableVariable]
     notes: tuple[str, ...] = ()
     origin: float | None = None
     zoned: bool = False
@@ -102,7 +102,7 @@ def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
     return replace(found, origin=clock.origin, zoned=clock.zoned)
 
 
-def _is_in_seconds(column: Quantity) -> bool:
+def _is_in_seconds(column: TableVariable) -> bool:
     """True for a time beside dates: T without a unit may as well be a temperature."""
     if column.name.lower() not in TIMES:
         return False
@@ -114,7 +114,7 @@ def _is_in_seconds(column: Quantity) -> bool:
 
 def _of_results(results: Results) -> ComparedFile:
     found = {
-        name: Quantity(
+        name: TableVariable(
             name, one.unit or "1", np.asarray(one.values, float), not one.recorded.is_real
         )
         for name, one in results.series.items()
@@ -126,7 +126,7 @@ def _of_results(results: Results) -> ComparedFile:
 
 
 def _of_columns(
-    path: Path, columns: Sequence[Quantity], notes: Sequence[str], lines: Sequence[int] | None
+    path: Path, columns: Sequence[TableVariable], notes: Sequence[str], lines: Sequence[int] | None
 ) -> ComparedFile:
     times = [c for c in columns if c.name.lower() in TIMES]
     if not times:
@@ -146,7 +146,7 @@ def _of_columns(
     return ComparedFile(path, time[last], found, tuple(told))
 
 
-def _seconds(path: Path, column: Quantity, notes: list[str]) -> np.ndarray:
+def _seconds(path: Path, column: TableVariable, notes: list[str]) -> np.ndarray:
     if column.unit is None:
         notes.append(f"column {column.name!r} says no unit: taken as s")
         return column.values
@@ -295,7 +295,7 @@ def read_measured(path: Path, name: str | None = None) -> Measured:
     )
 
 
-def _column(path: Path, columns: Mapping[str, Quantity], name: str | None) -> Quantity:
+def _column(path: Path, columns: Mapping[str, TableVariable], name: str | None) -> TableVariable:
     """The column of a table whose name, with or without its unit, is `name`."""
     if name is None and len(columns) == 1:
         return next(iter(columns.values()))
@@ -309,7 +309,9 @@ def _column(path: Path, columns: Mapping[str, Quantity], name: str | None) -> Qu
     return columns[plain]
 
 
-def _variable(path: Path, variables: Mapping[str, Quantity], name: str | None) -> Quantity:
+def _variable(
+    path: Path, variables: Mapping[str, TableVariable], name: str | None
+) -> TableVariable:
     """The variable `name` of results."""
     if name is None:
         motions = [n for n, one in variables.items() if one.unit in ("m", "rad", "deg")]

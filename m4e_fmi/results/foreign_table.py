@@ -178,7 +178,7 @@ def beginning(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class TableVariable:
     """Values (n,) of a variable over time, nan in gaps; `unit` None if the file has none.
 
     `held` is true of whole numbers and truth values, which hold from row to row.
@@ -197,11 +197,11 @@ class ForeignTable:
     `clock_column`, one of the columns, was dates or times of day: those of the `clock`.
     """
 
-    columns: tuple[Quantity, ...]
+    columns: tuple[TableVariable, ...]
     lines: tuple[int, ...] = field(repr=False)
     notes: tuple[str, ...]
     clock: Clock | None = None
-    clock_column: Quantity | None = None
+    clock_column: TableVariable | None = None
 
 
 @dataclass(frozen=True)
@@ -287,14 +287,14 @@ def read_foreign_table(path: Path) -> ForeignTable:
     if problems:
         raise InputError(shortened(problems))
     columns = [
-        Quantity(name, unit, column)
+        TableVariable(name, unit, column)
         for name, unit, column in zip(names, units, values.T, strict=True)
     ]
     notes = ((f"taken as {encoding}",) if encoding else ()) + _notes(form, skipped)
     timed = None
     if clock and place is not None:
         last = place + clock.columns - 1
-        timed = Quantity(names[last], "s", clock.seconds)
+        timed = TableVariable(names[last], "s", clock.seconds)
         columns[place : last + 1] = [timed]
     numbers = tuple(k for k, _ in rows[first:])
     return ForeignTable(tuple(columns), numbers, notes, clock, timed)

@@ -46,7 +46,7 @@ _CHAR, _TYPES = 2, {"f8": 6, "i8": 10}
 
 
 @dataclass(frozen=True)
-class Column:
+class ResultColumn:
     """Name and properties of one variable of results."""
 
     name: str
@@ -56,11 +56,11 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Section:
+class RowSection:
     """Columns of one `component` that are of one `kind`: f8 for Reals, CELLS for all else."""
 
     component: str
-    columns: tuple[Column, ...]
+    columns: tuple[ResultColumn, ...]
     kind: str = "f8"
     attributes: Mapping[str, str] = field(default_factory=dict)
 
@@ -72,7 +72,7 @@ class Numbered(Protocol):
     def __getitem__(self, place: int, /) -> str: ...
 
 
-TIME = Section("", (Column("time", "s", "simulated time"),))
+TIME = RowSection("", (ResultColumn("time", "s", "simulated time"),))
 """The first section of every file."""
 
 
@@ -86,7 +86,7 @@ class RowFile:
     def __init__(
         self,
         path: Path,
-        sections: Sequence[Section],
+        sections: Sequence[RowSection],
         attributes: Mapping[str, str | int],
         *,
         room: int = 2**14,
@@ -228,7 +228,7 @@ def _closing(attributes: Mapping[str, str]) -> bytes:
 
 
 def _header(
-    sections: Sequence[Section], attributes: Mapping[str, str | int], room: int
+    sections: Sequence[RowSection], attributes: Mapping[str, str | int], room: int
 ) -> tuple[bytes, dict[str, int]]:
     """The header of a file without rows, and the places of the texts in it that change.
 
@@ -246,7 +246,7 @@ def _header(
     return whole, {name: head.rindex(one) + len(one) + 12 for name, one in names.items()}
 
 
-def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
+def _variables(sections: Sequence[RowSection], begin: int) -> Iterator[bytes]:
     for section in sections:
         prefix = f"{section.component}." if section.component else ""
         for column in section.columns:

@@ -6,7 +6,7 @@ planar model moves in the components `PLANE`, any other in `SPACE`. Imports `pro
 `vectors`, then `freedoms`.
 """
 
-from m4e_fmi.space.freedoms import Component, Elimination, Freedom, Inertia, Twist
+from m4e_fmi.space.freedoms import Elimination, Freedom, Inertia, MotionComponent, Twist
 from m4e_fmi.space.vectors import (
     ABOUT_Y,
     AXES,
@@ -54,11 +54,11 @@ __all__ = [
     "TURN",
     "UP",
     "ZERO",
-    "Component",
     "Elimination",
     "Freedom",
     "Inertia",
     "Matrix",
+    "MotionComponent",
     "Rotation",
     "Twist",
     "Vector",

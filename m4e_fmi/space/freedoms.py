@@ -1,8 +1,9 @@
 """Columns of a joint's motion subspace, and articulated inertias, from which they are eliminated.
 
 A column is the motion of a joint's child at unit rate of a coordinate, in world axes, at the origin
-of the child. A `Twist` is a motion against the parent; a `Component` is one of the child's own
-motion, which the parent's does not enter: its elimination is cheaper, see `multibody/recursion.py`.
+of the child. A `Twist` is a motion against the parent; a `MotionComponent` is one of the child's
+own motion, which the parent's does not enter: its elimination is cheaper, see
+`multibody/recursion.py`.
 
 An articulated inertia is what a body and all that hangs on it oppose to accelerations
 (Featherstone, "Rigid Body Dynamics Algorithms", chapter 7). It is felt at the body's origin in
@@ -38,7 +39,7 @@ from m4e_fmi.space.vectors import (
 
 
 @dataclass(frozen=True)
-class Component:
+class MotionComponent:
     """Component `index` of the body's own motion (v, ω).
 
     Its coordinate is the body's, or if `relative` that less the parent's. A joint has its
@@ -169,7 +170,7 @@ class Twist:
         return value
 
 
-Freedom = Component | Twist
+Freedom = MotionComponent | Twist
 """The motion (v, ω) of a body at unit rate of one coordinate of its joint.
 
 `direction` is its part that depends on the configuration (1, or m/rad); `ZERO` if it has none.

@@ -25,7 +25,7 @@ sys.path.insert(0, str(TESTS))
 from support.c_fmus.build import build
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 
 RUNS, SHORT, LONG = 15, 500, 2500
@@ -44,7 +44,7 @@ def ours(process: str) -> Callable[[Coupled, Path], Timed]:
         ready = {n: prepare(coupled.system(n, "jacobi", process)) for n in (SHORT, LONG)}
 
         def advance(steps: int) -> float:
-            with running(ready[steps], Options()) as made:
+            with running(ready[steps], RunOptions()) as made:
                 began = time.perf_counter()
                 made.finish()
                 return time.perf_counter() - began

@@ -23,7 +23,7 @@ from m4e_fmi.cosim import (
     start,
 )
 from m4e_fmi.cosim.error_estimate.report import LITTLE
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.errors import RunError
 
@@ -147,7 +147,7 @@ def test_the_run_itself_is_not_touched(
     for certify in (True, False):
         course: list[float] = []
         observer = lambda _, net, c=course: c.extend(map(net.read, names))  # noqa: E731
-        with running(prepared, Options(certify=certify, observers=[observer])) as made:
+        with running(prepared, RunOptions(certify=certify, observers=[observer])) as made:
             made.finish()
         courses.append(course)
     assert courses[0] == courses[1]

@@ -135,14 +135,14 @@ class Values:
     """Values of variables by name, as attributes: `v.oil`, `v.rod.vz`; an array is a list."""
 
     def __init__(self, variables: Mapping[str, Declared]) -> None:
-        self.root = Group("")
+        self.root = VariableGroup("")
         self._places: list[tuple[SimpleNamespace, str, Declared]] = []
         for name, variable in variables.items():
             *path, last = name.split(".")
             group = self.root
             for k, part in enumerate(path, 1):
                 if not hasattr(group, part):
-                    setattr(group, part, Group(f"{'.'.join(path[:k])}."))
+                    setattr(group, part, VariableGroup(f"{'.'.join(path[:k])}."))
                 group = getattr(group, part)
             self._places.append((group, last, variable))
 
@@ -154,7 +154,7 @@ class Values:
         return self.root
 
 
-class Group(SimpleNamespace):
+class VariableGroup(SimpleNamespace):
     """The variables of a connector, or all; `prefix` is what their names begin with."""
 
     __slots__ = ("__prefix",)  # no attribute, which a variable may be called like

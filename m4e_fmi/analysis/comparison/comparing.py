@@ -21,7 +21,7 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.results.compared_file import ComparedFile, Quantity, doubts, read_compared
+from m4e_fmi.results.compared_file import ComparedFile, TableVariable, doubts, read_compared
 from m4e_fmi.results.results_file import NETCDF, Results
 
 MOSTLY_OFFSET = 0.2
@@ -196,7 +196,7 @@ def _difference(
     )  # fmt: skip
 
 
-def _doubts(one: Quantity, file: ComparedFile) -> list[str]:
+def _doubts(one: TableVariable, file: ComparedFile) -> list[str]:
     """Notes on rows of a table that may be no measurements; results of ours have none."""
     if one.held or file.path.suffix.lower() == NETCDF:
         return []

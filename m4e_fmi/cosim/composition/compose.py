@@ -13,7 +13,7 @@ from m4e_fmi.analysis.attitudes import attitudes
 from m4e_fmi.analysis.equilibrium import equilibrium
 from m4e_fmi.analysis.points import OperatingPoint, local_parts, operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
-from m4e_fmi.cosim.composition.parts import Made, Named, look_at, stand_ins
+from m4e_fmi.cosim.composition.parts import ComponentSelection, Made, look_at, stand_ins
 from m4e_fmi.cosim.composition.static_law import StaticLaw
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
@@ -56,7 +56,7 @@ def system_program(
     that are delayed, and loops that have no solution as linear ones. RunError where a component
     does not settle.
     """
-    named = Named(frozenset(keep_open), frozenset(settled))
+    named = ComponentSelection(frozenset(keep_open), frozenset(settled))
     return _program(system, named, build_directory=build_directory, tell=tell or silent)
 
 
@@ -73,7 +73,7 @@ def system_in_waves(
 
     InputError as there, and where no component is in water.
     """
-    named = Named(frozenset(keep_open), frozenset(settled))
+    named = ComponentSelection(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
 
     def drawn(component: Component, tell: Tell) -> Made | None:
@@ -101,7 +101,7 @@ def system_in_waves(
 
 def _program(
     system: System,
-    named: Named,
+    named: ComponentSelection,
     *,
     build_directory: str | Path,
     tell: Tell,
@@ -274,7 +274,7 @@ def at_equilibrium(
     those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
     """
     tell = tell or silent
-    named = Named(frozenset(), frozenset(), at_rest=True)
+    named = ComponentSelection(frozenset(), frozenset(), at_rest=True)
     program = _program(system, named, build_directory=build_directory, tell=tell)
     start = operating_point(program, time=system.simulation.start_time)
     rest = equilibrium(program, at=start)

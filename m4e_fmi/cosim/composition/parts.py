@@ -42,7 +42,7 @@ LONGEST = 1e6
 
 
 @dataclass(frozen=True)
-class Named:
+class ComponentSelection:
     """Components that are left out, and those that take part by their static law.
 
     With `at_rest` these are all that are no equations, and steps mean nothing.
@@ -68,7 +68,7 @@ class Parts:
 
 def look_at(
     system: System,
-    named: Named,
+    named: ComponentSelection,
     tell: Tell,
     drawn: Callable[[Component, Tell], Made | None] | None = None,
 ) -> Parts:
@@ -143,7 +143,7 @@ def _looked_at(
 
 
 def _out_of_place(
-    system: System, named: Named, component: Component, made: Made | None
+    system: System, named: ComponentSelection, component: Component, made: Made | None
 ) -> Iterator[Problem]:
     """Problems of a component that is no equations but not settled, or the other way round."""
     name = component.name
@@ -185,7 +185,7 @@ def _read(
     return program.with_start({n: float(x) for n, x in given if x is not None}), description
 
 
-def _unknown(system: System, named: Named) -> Iterator[Problem]:
+def _unknown(system: System, named: ComponentSelection) -> Iterator[Problem]:
     """Problems of the names that the caller gives."""
     names = [c.name for c in system.components]
     for given, what in ((named.open, "kept open"), (named.settled, "settled")):

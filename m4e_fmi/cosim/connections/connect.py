@@ -58,7 +58,7 @@ from m4e_fmi.cosim.connections.links import (
     summed,
 )
 from m4e_fmi.cosim.connections.structure import dependency_problems
-from m4e_fmi.cosim.system.connection_text import Connection, parse_connection, unknown_component
+from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection, unknown_component
 from m4e_fmi.cosim.system.start_values import start_problems
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -230,7 +230,7 @@ class Pairing:
                 remedy = remedy or suggestion(end.variable, known, "variables")
                 yield Problem(f"{end.component!r} has no variable {end.variable!r}", remedy)
 
-    def _check(self, source: Port, target: Port, written: Connection) -> None:
+    def _check(self, source: Port, target: Port, written: ConnectionText) -> None:
         """InputError if no value may go from `source` to `target`."""
         give, take = self._variable(source), self._variable(target)
         message, remedy = "", ""

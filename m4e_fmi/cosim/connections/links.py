@@ -178,7 +178,7 @@ class InputScales:
 
 
 @dataclass(frozen=True)
-class Axis:
+class BondAxis:
     """One direction of a power bond: `force` works on `velocity`, the rate of `position`.
 
     `share` is the force on the body over the force of the source, both in SI units.
@@ -199,7 +199,7 @@ class Bond:
     """
 
     name: str
-    axes: tuple[Axis, ...]
+    axes: tuple[BondAxis, ...]
     adds: tuple[str, ...] = ()
 
 
@@ -284,7 +284,7 @@ def power_bonds(
     the force itself, or one whose force a third component adds to others.
     """
     carried = {link.source: link for link in links}
-    found: dict[int, list[Axis]] = defaultdict(list)
+    found: dict[int, list[BondAxis]] = defaultdict(list)
     for force, velocity, position in AXES:
         for link in links:
             body, last = link.target.component, _last(link.target)
@@ -297,7 +297,7 @@ def power_bonds(
                 # a body's angular velocity about Y that turns about X as well
                 if velocity == "omega" and f"{rate.variable}_x" in variables[rate.component]:
                     moved = None
-                found[link.connection].append(Axis(link, back, moved, link.factor / scale))
+                found[link.connection].append(BondAxis(link, back, moved, link.factor / scale))
     for index, axes in sorted(found.items()):
         sources = {axis.force.source.component for axis in axes}
         given = [link for link in links if link.target.component in sources]

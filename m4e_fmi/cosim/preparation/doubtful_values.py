@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from m4e_fmi.cosim.connections.link_checks import moved_together
-from m4e_fmi.cosim.connections.links import Axis, Link, Port, Wiring, conversion
+from m4e_fmi.cosim.connections.links import BondAxis, Link, Port, Wiring, conversion
 from m4e_fmi.cosim.connections.structure import Structure, Transfer
 from m4e_fmi.cosim.system.component import Component, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.start_values import value_of
@@ -110,7 +110,7 @@ def reversed_forces(
             )
 
 
-def _written(axis: Axis, descriptions: Mapping[str, Description]) -> float:
+def _written(axis: BondAxis, descriptions: Mapping[str, Description]) -> float:
     """The factor of the motion without that between its units."""
     link: Link = axis.velocity
     give, take = (descriptions[p.component].variables[p.variable] for p in link.ends)

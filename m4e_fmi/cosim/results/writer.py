@@ -25,7 +25,7 @@ from m4e_fmi.files.locks import ROWS
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, digest_of, rows_of, write_netcdf
-from m4e_fmi.results.row_file import RowFile, Section
+from m4e_fmi.results.row_file import RowFile, RowSection
 from m4e_fmi.signals import let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -321,7 +321,7 @@ class ResultsWriter:
         return self._before + self.row
 
     @property
-    def _sections(self) -> list[Section]:
+    def _sections(self) -> list[RowSection]:
         return [group.section for group in self._groups]
 
     @contextmanager

@@ -63,7 +63,7 @@ SECOND_SET = "_again"
 
 
 @dataclass(frozen=True)
-class Options:
+class RunOptions:
     """Options of a run; see `m4e_fmi.cosim.run.verbs.run`.
 
     A run is `changeable` if values may be set between its steps. `observers` are called at every
@@ -99,8 +99,8 @@ class Run:
     those from before the first step; `outcome` is set when the run has ended without error.
     """
 
-    def __init__(self, prepared: Prepared, options: Options | None = None) -> None:
-        self.prepared, self.options = prepared, options or Options()
+    def __init__(self, prepared: Prepared, options: RunOptions | None = None) -> None:
+        self.prepared, self.options = prepared, options or RunOptions()
         self.simulation = prepared.system.simulation
         self._stop = self.simulation.stop_ns
         # what FMUs log at the start was told before a checkpoint

@@ -23,7 +23,7 @@ from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, ExportError, Outcome
-from m4e_fmi.cosim.run.run import Options, Run
+from m4e_fmi.cosim.run.run import Run, RunOptions
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene_text import carried
@@ -40,7 +40,7 @@ LONG = 5.0
 
 
 @contextmanager
-def running(prepared: Prepared, options: Options) -> Generator[Run]:
+def running(prepared: Prepared, options: RunOptions) -> Generator[Run]:
     """A run at its start or its checkpoint, which the block steps; its `outcome` follows the block.
 
     InputError or RunError before any FMU is loaded if the results cannot be written.
@@ -99,7 +99,7 @@ def _add_facts(error: BaseException, facts: Sequence[str]) -> None:
             error.add_note(fact)
 
 
-def without_checkpoints(prepared: Prepared, options: Options) -> str:
+def without_checkpoints(prepared: Prepared, options: RunOptions) -> str:
     """The reason why no checkpoints can be taken of a run; empty if they can."""
     if options.changeable:
         return "use 'run', or 'save' of this run in between"

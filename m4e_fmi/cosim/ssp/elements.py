@@ -136,7 +136,7 @@ def _connectors(
 
 
 @dataclass(frozen=True)
-class Edge:
+class _Edge:
     """One connection of the file: `end` = `factor` · `start` + `offset`, after unit conversion."""
 
     start: Signal
@@ -148,7 +148,7 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Flow:
+class SignalPath:
     """The way of one value from `origin` to `sink`; `edges` from the sink back."""
 
     origin: Signal
@@ -156,7 +156,7 @@ class Flow:
     factor: float
     offset: float
     units_ignored: bool
-    edges: tuple[Edge, ...]
+    edges: tuple[_Edge, ...]
 
     @property
     def is_plain(self) -> bool:
@@ -164,7 +164,7 @@ class Flow:
         return (self.factor, self.offset, self.units_ignored) == (1.0, 0.0, False)
 
 
-def read_edges(package: Package, system: Node) -> list[Edge]:
+def read_edges(package: Package, system: Node) -> list[_Edge]:
     """All connections of a system and those below it."""
     edges = []
     for node in system.nodes():
@@ -175,7 +175,7 @@ def read_edges(package: Package, system: Node) -> list[Edge]:
     return edges
 
 
-def _edge(package: Package, system: Node, element: Element) -> Edge | None:
+def _edge(package: Package, system: Node, element: Element) -> _Edge | None:
     ends = [_end(package, system, element, side) for side in ("start", "end")]
     if None in ends:
         return None
@@ -196,7 +196,7 @@ def _edge(package: Package, system: Node, element: Element) -> Edge | None:
             message = f"{child.tag.removeprefix(SSC)} on the connection to {_dotted(end)}"
             package.reject(element, message, "only linear transformations of Reals are read")
     ignored = element.get("suppressUnitConversion", "false") in ("true", "1")
-    return Edge(start, end, factor, offset, ignored, element)
+    return _Edge(start, end, factor, offset, ignored, element)
 
 
 def _end(package: Package, system: Node, element: Element, side: str) -> tuple[Signal, str] | None:
@@ -214,9 +214,9 @@ def _end(package: Package, system: Node, element: Element, side: str) -> tuple[S
     return (node.path, name), role
 
 
-def follow(package: Package, edges: list[Edge], units: UnitOf) -> list[Flow]:
+def follow(package: Package, edges: list[_Edge], units: UnitOf) -> list[SignalPath]:
     """The flow into every signal that passes nothing on; problems where one has two sources."""
-    into: dict[Signal, Edge] = {}
+    into: dict[Signal, _Edge] = {}
     for edge in edges:
         other = into.setdefault(edge.end, edge)
         if other is not edge:
@@ -232,8 +232,10 @@ def follow(package: Package, edges: list[Edge], units: UnitOf) -> list[Flow]:
     return flows
 
 
-def _flow(package: Package, into: dict[Signal, Edge], sink: Signal, units: UnitOf) -> Flow | None:
-    edges: list[Edge] = []
+def _flow(
+    package: Package, into: dict[Signal, _Edge], sink: Signal, units: UnitOf
+) -> SignalPath | None:
+    edges: list[_Edge] = []
     at = sink
     while at in into:
         if into[at] in edges:
@@ -258,7 +260,7 @@ def _flow(package: Package, into: dict[Signal, Edge], sink: Signal, units: UnitO
                 return None
             offset += factor * scale * edge.offset
         factor *= edge.factor
-    return Flow(at, sink, factor, offset, ignored.pop(), tuple(edges))
+    return SignalPath(at, sink, factor, offset, ignored.pop(), tuple(edges))
 
 
 def _scale(give: Definition | None, take: Definition | None) -> float | None:

@@ -18,7 +18,7 @@ from pydantic import ValidationError
 
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import SAME_UNIT, Wiring
-from m4e_fmi.cosim.ssp.elements import Flow, Node, Path, Signal, follow, read_edges, read_tree
+from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, SignalPath, follow, read_edges, read_tree
 from m4e_fmi.cosim.ssp.package import (
     OSP_SPACE,
     OWN,
@@ -33,7 +33,7 @@ from m4e_fmi.cosim.ssp.package import (
 )
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
 from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.connection_text import Connection
+from m4e_fmi.cosim.system.connection_text import ConnectionText
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
 from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.errors import InputError, suggestion
@@ -224,7 +224,7 @@ def _compared(
 def _start(
     package: Package,
     tree: Node,
-    flows: Iterable[Flow],
+    flows: Iterable[SignalPath],
     descriptions: dict[Path, Description],
     units: dict[str, Definition],
 ) -> dict[Path, dict[str, Value]]:
@@ -255,7 +255,7 @@ def _start(
 
 
 def _outside(
-    package: Package, tree: Node, flows: Iterable[Flow], names: dict[Path, str]
+    package: Package, tree: Node, flows: Iterable[SignalPath], names: dict[Path, str]
 ) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
     """The root system's own inputs and outputs, and what they stand for."""
     inputs: dict[str, list[str]] = {}
@@ -277,10 +277,10 @@ def _outside(
     return {name: tuple(ports) for name, ports in inputs.items()}, outputs
 
 
-def _text(flow: Flow, names: dict[Path, str]) -> str:
+def _text(flow: SignalPath, names: dict[Path, str]) -> str:
     (origin, output), (sink, taken) = flow.origin, flow.sink
     return str(
-        Connection(
+        ConnectionText(
             f"{names[origin]}.{output}",
             f"{names[sink]}.{taken}",
             factor=flow.factor,

@@ -36,7 +36,7 @@ from m4e_fmi.cosim.ssp.package import (
     Element,
     write_units,
 )
-from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.opening import opened
@@ -213,7 +213,7 @@ def _connections(prepared: Prepared, parent: Element) -> list[str]:
     return texts
 
 
-def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
+def _from_end_to_end(link: Link, prepared: Prepared) -> ConnectionText:
     """The text of a link, whose factor and offset act after the conversion of units."""
     give, take = (_variable(prepared, port) for port in link.ends)
     one, other = give.dimension, take.dimension
@@ -222,7 +222,7 @@ def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
     factor = link.factor / scale
     if math.isclose(factor, 1.0, rel_tol=SAME_UNIT):
         factor = 1.0
-    return Connection(
+    return ConnectionText(
         str(link.source),
         str(link.target),
         factor=factor,
@@ -241,7 +241,7 @@ def _connection(parent: Element, *ends: str | None) -> Element:
     return element
 
 
-def _transform(element: Element, written: Connection) -> None:
+def _transform(element: Element, written: ConnectionText) -> None:
     if written.units_ignored:
         element.set("suppressUnitConversion", "true")
     if (written.factor, written.offset) != (1.0, 0.0):

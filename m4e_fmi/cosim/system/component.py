@@ -63,7 +63,7 @@ def _in_bytes(given: object) -> object:
 Limit = Annotated[Time | None, AfterValidator(_positive)]
 
 
-class Limits(Section):
+class ProcessLimits(Section):
     """Limits for FMUs in processes of their own; None leaves one as it is for all components.
 
     `call`: time that each call of the FMU may take [s], or with a unit, 600 s by default.
@@ -76,7 +76,7 @@ class Limits(Section):
     memory: Annotated[int | None, BeforeValidator(_in_bytes)] = None
 
     def __bool__(self) -> bool:
-        return self != Limits()
+        return self != ProcessLimits()
 
 
 @dataclass(frozen=True)
@@ -86,10 +86,10 @@ class Processes:
     `keep` are the names of variables of the environment that they get.
     """
 
-    limits: Limits = field(default_factory=Limits)
+    limits: ProcessLimits = field(default_factory=ProcessLimits)
     keep: tuple[str, ...] = ()
 
-    def host(self, limits: Limits) -> Host:
+    def host(self, limits: ProcessLimits) -> Host:
         """The conditions for a component with `limits` of its own."""
         default, general = Host(), self.limits
 
@@ -104,7 +104,7 @@ class Processes:
         )
 
 
-def check_process(component: str, process: str | None, limits: Limits) -> None:
+def check_process(component: str, process: str | None, limits: ProcessLimits) -> None:
     """InputError if a component's `process` is unknown, or cannot keep its limits."""
     if process not in (None, OWN, HERE):
         message = f"component {component!r}: process {process!r} is unknown"
@@ -172,7 +172,7 @@ class Component:
     step_size: float | str | None = None
     dependencies: Mapping[str, Sequence[str]] = field(default_factory=dict)
     process: str | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: ProcessLimits = field(default_factory=ProcessLimits)
 
     def __post_init__(self) -> None:
         check_process(self.name, self.process, self.limits)

@@ -38,7 +38,7 @@ _RANK = {kind: k for k, kind in enumerate(("", *KINDS))}
 
 
 @dataclass(frozen=True)
-class Quantity:
+class _Quantity:
     """A quantity of `unit`; values may be shown in `displays`, and are in `shown` at first."""
 
     name: str
@@ -55,24 +55,24 @@ class Quantity:
 QUANTITIES = {  # by unit; named as in the Modelica Standard Library, which importers know
     q.unit: q
     for q in (
-        Quantity("Length", "m", ("mm", "km")),
-        Quantity("Velocity", "m/s", ("kn", "km/h")),
-        Quantity("Acceleration", "m/s2"),
-        Quantity("Angle", "rad", ("deg",), "deg"),
-        Quantity("AngularVelocity", "rad/s", ("rpm", "deg/s"), "rpm"),
-        Quantity("AngularAcceleration", "rad/s2", ("deg/s2",), "deg/s2"),
-        Quantity("Mass", "kg", ("t",)),
-        Quantity("MomentOfInertia", "kg.m2", ("t.m2",)),
-        Quantity("Force", "N", ("kN", "MN"), "kN"),
-        Quantity("Torque", "N.m", ("kN.m", "MN.m"), "kN.m"),
-        Quantity("TranslationalSpringConstant", "N/m", ("kN/m",)),
-        Quantity("RotationalSpringConstant", "N.m/rad", ("kN.m/rad", "N.m/deg")),
-        Quantity("TranslationalDampingConstant", "N.s/m", ("kN.s/m",)),
-        Quantity("RotationalDampingConstant", "N.m.s/rad", ("kN.m.s/rad",)),
-        Quantity("Energy", "J", ("kJ", "MJ", "kW.h")),
-        Quantity("Power", "W", ("kW", "MW")),
-        Quantity("Time", "s", ("min", "h")),
-        Quantity("Frequency", "Hz"),
+        _Quantity("Length", "m", ("mm", "km")),
+        _Quantity("Velocity", "m/s", ("kn", "km/h")),
+        _Quantity("Acceleration", "m/s2"),
+        _Quantity("Angle", "rad", ("deg",), "deg"),
+        _Quantity("AngularVelocity", "rad/s", ("rpm", "deg/s"), "rpm"),
+        _Quantity("AngularAcceleration", "rad/s2", ("deg/s2",), "deg/s2"),
+        _Quantity("Mass", "kg", ("t",)),
+        _Quantity("MomentOfInertia", "kg.m2", ("t.m2",)),
+        _Quantity("Force", "N", ("kN", "MN"), "kN"),
+        _Quantity("Torque", "N.m", ("kN.m", "MN.m"), "kN.m"),
+        _Quantity("TranslationalSpringConstant", "N/m", ("kN/m",)),
+        _Quantity("RotationalSpringConstant", "N.m/rad", ("kN.m/rad", "N.m/deg")),
+        _Quantity("TranslationalDampingConstant", "N.s/m", ("kN.s/m",)),
+        _Quantity("RotationalDampingConstant", "N.m.s/rad", ("kN.m.s/rad",)),
+        _Quantity("Energy", "J", ("kJ", "MJ", "kW.h")),
+        _Quantity("Power", "W", ("kW", "MW")),
+        _Quantity("Time", "s", ("min", "h")),
+        _Quantity("Frequency", "Hz"),
     )
 }
 

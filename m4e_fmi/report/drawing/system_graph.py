@@ -13,7 +13,7 @@ import numpy as np
 from m4e_fmi.report.drawing.labels import Box, covering, shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
-from m4e_fmi.report.graph import TIMINGS, Arrow, Component, Graph, graph_of
+from m4e_fmi.report.graph import TIMINGS, Arrow, Graph, GraphComponent, graph_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -152,7 +152,7 @@ def _spread(points: np.ndarray) -> float:
     return factor
 
 
-def _box(axis: Axes, component: Component, place: np.ndarray) -> None:
+def _box(axis: Axes, component: GraphComponent, place: np.ndarray) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     name, colour = component.name, LOOP if component.looped else COLOURS[0]

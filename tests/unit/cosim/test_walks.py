@@ -18,7 +18,7 @@ from m4e_fmi.cosim import Prepared, load_system, prepare
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
 from m4e_fmi.cosim.exchange.schedule import LoopState, NativeExecutor
-from m4e_fmi.cosim.run.run import Options, Run
+from m4e_fmi.cosim.run.run import Run, RunOptions
 from m4e_fmi.files.document import Section
 
 PACKAGE = Path(m4e_fmi.__file__).parent
@@ -127,7 +127,7 @@ def stepped(folder: Path, algorithm: str, seen: Seen, made: Callable[[Prepared],
         system = load_system(path)
     prepared = prepare(system, build_directory=folder / "build")
     made(prepared)
-    with traced(seen), Run(prepared, Options(certify=False)) as run:
+    with traced(seen), Run(prepared, RunOptions(certify=False)) as run:
         run.begin()
         run.finish()
 

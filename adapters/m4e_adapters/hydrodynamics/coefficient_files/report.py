@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.build import coefficients_from_config, program_of
-from m4e_adapters.hydrodynamics.coefficient_files.consistency import Finding, findings
+from m4e_adapters.hydrodynamics.coefficient_files.consistency import Relation, findings
 from m4e_adapters.hydrodynamics.coefficient_files.from_file import checked_waves, read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
@@ -106,7 +106,7 @@ def hydrodynamic_data(
 
 def _known(
     config: HydrodynamicsConfig, folder: Path, report: Callable[[str], object], notes: list[str]
-) -> tuple[Coefficients, Sequence[Finding]]:
+) -> tuple[Coefficients, Sequence[Relation]]:
     """The coefficients, computed or read, and what is found of them; `notes` of a file are added.
 
     InputError for waves that those of a file are not for.

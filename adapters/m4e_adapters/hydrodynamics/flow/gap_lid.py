@@ -132,7 +132,7 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
         NestedBlockCirculantMatrix,
     )
 
-    class Engine(capytaine.DefaultMatrixEngine):
+    class GapLidEngine(capytaine.DefaultMatrixEngine):
         def _build_matrices_with_symmetries(self, mesh1, mesh2, **given):  # pyrefly: ignore[implicit-any-parameter, unannotated-return]
             S, D = super()._build_matrices_with_symmetries(mesh1, mesh2, **given)
             omega = _omega(given["wavenumber"], given["water_depth"], gravity)
@@ -149,7 +149,7 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
             ]
             return S, type(D)(np.array(blocks))
 
-    return Engine()
+    return GapLidEngine()
 
 
 def _with_lid(

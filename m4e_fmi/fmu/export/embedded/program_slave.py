@@ -17,7 +17,7 @@ from math import inf, isfinite
 from pathlib import Path
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
-from .declarations import METHODS, Options, Report, load, snapshot_size  # type: ignore[import]  # packed too
+from .declarations import METHODS, OptionsStruct, ReportStruct, load, snapshot_size  # type: ignore[import]  # packed too
 from .integrators import DormandPrince, RungeKutta  # type: ignore[import]
 from .slave_base import M4eSlave, Saved
 
@@ -152,7 +152,7 @@ class RuntimeEngine:
         Where nothing was set since the last call, which is `held`, the integrator cuts no step.
         """
         self._build(tolerance)
-        report, result = Report(), _doubles(x)
+        report, result = ReportStruct(), _doubles(x)
         status = self._lib.m4e_go_on(
             self._integrator, t, result, t_end, held, self._step, byref(self._ahead), byref(report)
         )
@@ -183,7 +183,7 @@ class RuntimeEngine:
         if self._release:
             self._release()
         method = self._layout["method"]
-        options = Options(
+        options = OptionsStruct(
             method=METHODS[method],
             rtol=tolerance,
             atol=tolerance,
@@ -196,7 +196,7 @@ class RuntimeEngine:
         self._release = weakref.finalize(self, self._lib.m4e_integrator_free, self._integrator)
         self._built = tolerance
 
-    def _failure(self, report: Report) -> str:
+    def _failure(self, report: ReportStruct) -> str:
         why = {
             SMALL_STEP: "the step size needed is too small to go on",
             MANY_STEPS: "too many steps are needed",

@@ -170,7 +170,7 @@ class _RawPart(ctypes.Structure):
     ]
 
 
-class Part:
+class TypedPart:
     """Variables of one type: ``buffer[places[i]]`` is the value of the wanted ``members[i]``.
 
     `function` is the name by which `address` finds their functions, without Get and Set, `layout`
@@ -340,7 +340,7 @@ class Access:
     def __init__(
         self,
         names: Sequence[str],
-        parts: Sequence[Part],
+        parts: Sequence[TypedPart],
         texts: Texts,
         *,
         instance: int | None,

@@ -20,10 +20,10 @@ import numpy as np
 from m4e_fmi.fmu.importer.calls.access import (
     Access,
     Arrays,
-    Part,
     RawComponent,
     Taken,
     Texts,
+    TypedPart,
     address_of,
     guarded,
     restored,
@@ -193,9 +193,9 @@ class Standard(ABC):
             changed=changed,
         )
 
-    def _part(self, variables: Sequence[Variable], members: Sequence[int]) -> Part:
+    def _part(self, variables: Sequence[Variable], members: Sequence[int]) -> TypedPart:
         function, layout = self.layout(variables[0])
-        return Part(
+        return TypedPart(
             variables,
             members,
             function=function,

@@ -15,7 +15,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.report import plot_run
 from m4e_fmi.report.panels import by_unit
 from m4e_fmi.results.results_file import load, write_netcdf
-from m4e_fmi.results.row_file import Column, Section
+from m4e_fmi.results.row_file import ResultColumn, RowSection
 from m4e_fmi.results.series import Recorded
 
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
@@ -106,7 +106,7 @@ def test_items_keep_their_names(tmp_path: Path) -> None:
     """Blanks become underscores in CF's flags: the true names are kept beside them."""
     items = {"very low pressure": 1, "very_low_pressure": 2, "": 3, "a" * 80: 4}
     one = Recorded("Enumeration", "i4", items)
-    section = Section("valve", (Column("mode", "", "", one),), "i8")
+    section = RowSection("valve", (ResultColumn("mode", "", "", one),), "i8")
     rows = [np.array([[0.0], [1.0]]), np.array([[1], [2]])]
     write_netcdf(tmp_path / "r.nc", [section], {}, 2, [rows])
     found = load(tmp_path / "r.nc")["valve.mode"]
