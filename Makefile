@@ -19,19 +19,13 @@ export OPENBLAS_NUM_THREADS ?= 1
 # hundreds of their processes import the package: each would compile it again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check verify lint style docs bench platforms setup clean
+.PHONY: demo test check verify lint docs bench platforms setup clean
 
 demo: setup
 	$(BIN)/m4e-fmi run examples/moored_buoy/system.yaml
 
-# pyright needs one processor for more than a minute: it runs beside the tests, and reports after them
-test: setup style
-	mkdir -p build
-	$(BIN)/pyright >build/types.txt 2>&1 & types=$$!; \
-	$(BIN)/pytest -n $(JOBS) --dist worksteal; tests=$$?; \
-	wait $$types; types=$$?; \
-	cat build/types.txt; \
-	test $$tests -eq 0 && test $$types -eq 0
+test: setup lint
+	$(BIN)/pytest -n $(JOBS) --dist worksteal
 
 # lint, types and the nearest tests of what is changed, within a minute; it says what it left out
 check: setup
@@ -41,12 +35,10 @@ check: setup
 verify: setup
 	$(BIN)/pytest -n $(JOBS) -rA -m verify $(VERIFY)
 
-lint: setup style
-	$(BIN)/pyright
-
-style: setup
+lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/pyrefly check
 
 # the pages are in build/docs; open index.html
 docs: setup

@@ -12,6 +12,7 @@ Packages, and the order in which they import each other: docs/architecture.md.
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
+from m4e_fmi.lazy import lazy
 from m4e_fmi.shown import Views, connect_views
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ __all__ = [
 
 connect_views(lambda: cast("Views", import_module("m4e_fmi.notebook")))
 
-_NAMES = {
+_MODULES = {
     "analysis": (
         "equilibrium",
         "frequency_response",
@@ -115,18 +116,5 @@ _NAMES = {
     "simulate": ("simulate",),
     "study": ("load_study", "study", "write_report"),
 }
-_PLACES = {name: place for place, names in _NAMES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    if name not in _PLACES:
-        raise AttributeError(f"module 'm4e_fmi' has no attribute {name!r}")
-    module = import_module(f"m4e_fmi.{_PLACES[name]}")
-    # the package `simulate` is its verb, too
-    value = module if _PLACES[name] == name else getattr(module, name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+# the package `simulate` is its verb, too
+__getattr__, __dir__ = lazy(__name__, _MODULES)

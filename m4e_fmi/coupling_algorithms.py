@@ -13,11 +13,7 @@ from enum import Enum
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from m4e_fmi.cosim.exchange.network import Network
-    from m4e_fmi.cosim.stepping.algorithm import Algorithm
+from typing import Any
 
 FOLDERS = [str(Path(__file__).parent / "cosim" / "algorithms")]
 PACKAGE = "m4e_fmi.cosim.algorithms"
@@ -41,7 +37,7 @@ class AlgorithmDescriptor:
     the algorithm makes use of. `solves_loops` tells that inputs and outputs agree in algebraic
     loops within a step too; at communication points they do with every algorithm. `stability` ranks
     algorithms by their longest stable step: messages on growth without bound advise those of higher
-    rank. `make` returns the algorithm for a network at its start time.
+    rank. `make` returns the `Algorithm` for a `Network` at its start time; `cosim` has both.
     """
 
     name: str
@@ -51,7 +47,7 @@ class AlgorithmDescriptor:
     solves_loops: bool
     needs_rollback: bool
     stability: int
-    make: Callable[[Network], Algorithm]
+    make: Callable[[Any], Any]
 
 
 def algorithm_names() -> list[str]:

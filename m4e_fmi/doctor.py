@@ -18,7 +18,7 @@ OLDEST_GLIBC = (2, 32)  # what PythonFMU 0.7.0's Linux binary was linked against
 
 
 @dataclass(frozen=True)
-class Finding:
+class _Finding:
     """One thing looked at. `needed` things that are not `ok` make the doctor's exit code 1."""
 
     what: str
@@ -27,7 +27,7 @@ class Finding:
     needed: bool = True
 
 
-def examine() -> list[Finding]:
+def examine() -> list[_Finding]:
     """Everything the doctor looks at, in the order of a report."""
     return [
         *_python(),
@@ -40,7 +40,7 @@ def examine() -> list[Finding]:
     ]
 
 
-def report(findings: list[Finding]) -> str:
+def report(findings: list[_Finding]) -> str:
     """The findings as lines of text, one each."""
     width = max(len(f.what) for f in findings)
     mark = {True: "ok     ", False: "MISSING"}
@@ -53,24 +53,24 @@ def report(findings: list[Finding]) -> str:
     return "\n".join([*lines, verdict])
 
 
-def as_json(findings: list[Finding]) -> list[dict[str, object]]:
+def as_json(findings: list[_Finding]) -> list[dict[str, bool | str]]:
     """Findings as JSON values."""
     return [asdict(f) for f in findings]
 
 
-def _python() -> Iterator[Finding]:
+def _python() -> Iterator[_Finding]:
     good = (3, 11) <= sys.version_info[:2] < (3, 14)
     text = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    yield Finding("Python", good, text if good else f"{text}; install Python 3.11 to 3.13")
+    yield _Finding("Python", good, text if good else f"{text}; install Python 3.11 to 3.13")
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> Iterator[_Finding]:
     try:
         wanted = requires("m4e_fmi") or []
     except PackageNotFoundError:
-        yield Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
+        yield _Finding("m4e_fmi", False, "not installed: pip install m4e_fmi, or make demo")
         return
-    yield Finding("m4e_fmi", True, version("m4e_fmi"))
+    yield _Finding("m4e_fmi", True, version("m4e_fmi"))
     from packaging.requirements import Requirement
 
     for requirement in map(Requirement, wanted):
@@ -79,36 +79,38 @@ def _packages() -> Iterator[Finding]:
         try:
             installed = version(requirement.name)
         except PackageNotFoundError:
-            yield Finding(requirement.name, False, f"pip install '{requirement}'")
+            yield _Finding(requirement.name, False, f"pip install '{requirement}'")
             continue
         good = requirement.specifier.contains(installed)
         detail = installed if good else f"{installed}; pip install '{requirement}'"
-        yield Finding(requirement.name, good, detail)
+        yield _Finding(requirement.name, good, detail)
 
 
-def _compiler() -> Iterator[Finding]:
+def _compiler() -> Iterator[_Finding]:
     found = next((c for c in ("cc", "gcc", "clang", "cl") if shutil.which(c)), None)
     detail = str(shutil.which(found)) if found else "not needed to build or run FMUs"
-    yield Finding("C compiler", found is not None, detail, needed=False)
+    yield _Finding("C compiler", found is not None, detail, needed=False)
 
 
-def _binaries() -> Iterator[Finding]:
+def _binaries() -> Iterator[_Finding]:
     """Which platforms' binaries of our FMUs can be loaded by this machine."""
     from m4e_fmi.fmu.export.python_fmu import BINARIES
 
     here = _fmi_platform()
     for name in BINARIES:
         if name != here:
-            yield Finding(f"FMU binary {name}", True, f"packed into every FMU; runs on {name} only")
+            yield _Finding(
+                f"FMU binary {name}", True, f"packed into every FMU; runs on {name} only"
+            )
             continue
         problem = _load_problem(name)
-        yield Finding(f"FMU binary {name}", not problem, problem or "loads in this process")
+        yield _Finding(f"FMU binary {name}", not problem, problem or "loads in this process")
     if here not in BINARIES:
         text = f"no Python FMU runs on {here}: use {' or '.join(BINARIES)}"
-        yield Finding(f"FMU binary {here}", False, text)
+        yield _Finding(f"FMU binary {here}", False, text)
 
 
-def _native() -> Iterator[Finding]:
+def _native() -> Iterator[_Finding]:
     """Which platforms native FMUs are built for."""
     from m4e_fmi.runtime.compiler import compiler
     from m4e_fmi.runtime.platforms import packaged_platforms, this_platform
@@ -118,7 +120,7 @@ def _native() -> Iterator[Finding]:
     if here not in names and compiler():
         names.append(f"{here}, compiled here")
     detail = f"for {'; '.join(names)}" if names else "none: install a C compiler, then they can be"
-    yield Finding("native FMUs", bool(names), detail, needed=False)
+    yield _Finding("native FMUs", bool(names), detail, needed=False)
 
 
 def _fmi_platform() -> str:
@@ -143,23 +145,23 @@ def _load_problem(name: str) -> str:
     return ""
 
 
-def _temporary() -> Iterator[Finding]:
+def _temporary() -> Iterator[_Finding]:
     folder = Path(tempfile.gettempdir())
     good = str(folder).isascii()
     detail = str(folder) if good else f"{folder} is not ASCII: set TMPDIR to a folder that is"
-    yield Finding("temporary folder", good, detail)
+    yield _Finding("temporary folder", good, detail)
 
 
-def _plugins() -> Iterator[Finding]:
+def _plugins() -> Iterator[_Finding]:
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        yield Finding(f"FMU kind {point.name}", *_importable(point.value))
+        yield _Finding(f"FMU kind {point.name}", *_importable(point.value))
     for point in sorted(entry_points(group=ADAPTER_GROUP), key=lambda p: p.name):
         ok, detail = _importable(point.value)
         if not ok:
-            yield Finding(f"adapter {point.name}", ok, detail)
+            yield _Finding(f"adapter {point.name}", ok, detail)
             continue
         for what, good, text in importlib.import_module(point.value).requirements():
-            yield Finding(f"{point.name}: {what}", good, text)
+            yield _Finding(f"{point.name}: {what}", good, text)
 
 
 def _importable(module: str) -> tuple[bool, str]:

@@ -104,7 +104,7 @@ class Named(dict[str, Value]):
     def __missing__(self, name: str) -> Value:
         raise UnknownNameError.of(self.complaint, [str(name)], self)
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[object, ...]:
         return Named, (self.complaint, dict(self))
 
 

@@ -67,7 +67,7 @@ def short(kind: type[Kind]) -> type[Kind]:
         values = (f"{f.name}={_SHORT.repr(getattr(self, f.name))}" for f in fields(self) if f.repr)
         return f"{type(self).__name__}({', '.join(values)})"
 
-    kind.__repr__ = shown
+    kind.__repr__ = shown  # pyrefly: ignore[method-assign]
     return kind
 
 

@@ -88,15 +88,15 @@ class OperatingPoint:
         return replace(self, states=states, inputs=inputs, parameters=parameters)
 
     def __repr__(self) -> str:
-        def told(variables: Sequence[Variable], vector: Floats) -> list[str]:
+        def lines(variables: Sequence[Variable], vector: Floats) -> list[str]:
             pairs = zip(variables, vector, strict=True)
             return [f"{v.name} = {value:.6g} {v.unit}" for v, value in pairs]
 
         return listing(
             f"OperatingPoint of {self.program.name!r} at t = {self.time:g} s",
-            states=told(self.program.states, self.states),
-            inputs=told(self.program.inputs, self.inputs),
-            parameters=told(self.program.parameters, self.parameters),
+            states=lines(self.program.states, self.states),
+            inputs=lines(self.program.inputs, self.inputs),
+            parameters=lines(self.program.parameters, self.parameters),
         )
 
 

@@ -21,7 +21,7 @@ HALVINGS = 6
 
 
 @dataclass(frozen=True)
-class Growth:
+class MotionGrowth:
     """The fastest growth of a motion about a point, at a `rate` [1/s].
 
     `within` names settled components, with other slopes of which, within their errors, it would
@@ -40,7 +40,7 @@ class Growth:
         return f"a motion grows ({self.rate:.3g} 1/s)"
 
 
-def growth(linear: Linearization) -> Growth | None:
+def growth(linear: Linearization) -> MotionGrowth | None:
     """The growth of motions about the point of `linear`; None if no motion grows."""
     found = modes(linear)
     if found.stable:
@@ -54,8 +54,8 @@ def growth(linear: Linearization) -> Growth | None:
             turned -= np.sign((left @ change @ right).real) * change
         parts = (0.5**n for n in range(HALVINGS))
         if not any(_growing(linear.A + part * turned) < _growing(linear.A) for part in parts):
-            return Growth(rate)
-    return Growth(rate, ", ".join(part.name for part, _ in local_parts(linear.point.program)))
+            return MotionGrowth(rate)
+    return MotionGrowth(rate, ", ".join(part.name for part, _ in local_parts(linear.point.program)))
 
 
 def _growing(A: Floats) -> int:

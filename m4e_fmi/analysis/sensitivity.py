@@ -94,7 +94,7 @@ class Sensitivities:
         self._lines = Lines(self.program)
         self._slopes = Matrix(jacobian(chosen, "outputs", [*by, *self._moved]))
         if moving:
-            self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))
+            self._pushes = Matrix(jacobian(self._balance.observed, "outputs", by))  # pyrefly: ignore[possibly-uninitialized-attribute]
 
     @cached_property
     def _linearizer(self) -> Linearizer:

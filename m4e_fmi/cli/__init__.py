@@ -135,7 +135,7 @@ class _Parser(argparse.ArgumentParser):
         self._negative_number_matcher = _NEGATIVE
         self._wrong: list[str] = []
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """argparse's result; exits with all wrong values and unknown arguments."""
         self._wrong = []
         found, unknown = super().parse_known_args(args, namespace)
@@ -158,7 +158,7 @@ class _Parser(argparse.ArgumentParser):
 
     def _get_value(self, action: argparse.Action, arg_string: str) -> object:
         try:
-            return super()._get_value(action, arg_string)  # pyright: ignore
+            return super()._get_value(action, arg_string)
         except argparse.ArgumentError as error:
             self._wrong.append(str(error))
             return None

@@ -12,6 +12,7 @@ from m4e_fmi.cli.shared.log import print_files, say, show
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_FILE,
+    Commands,
     add_build_folder,
     add_native,
     add_open,
@@ -40,7 +41,7 @@ ARGUMENTS = {
 """Arguments of `build_fmu` that are options here, with their defaults."""
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `build` to the command line."""
     command = commands.add_parser("build", help="build the FMU of a model, or all of a system")
     command.add_argument("source", type=Path, help=f"{MODEL_FILE}, or a system file")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED
+from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `doctor` to the command line."""
     command = commands.add_parser("doctor", help="report what is installed and what is missing")
     command.add_argument("--json", action="store_true", help="print findings as JSON")

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, load_model
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, MODEL_FILE, Commands, load_model
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `draw` to the command line."""
     command = commands.add_parser("draw", help="draw a model in its start pose")
     command.add_argument("model", type=Path, help=MODEL_FILE)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    Commands,
     add_build_folder,
     add_open,
     load_equations,
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `equations` to the command line."""
     command = commands.add_parser(
         "equations", help="print the equations of motion of a model or a system"

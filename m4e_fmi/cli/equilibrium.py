@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    Commands,
     add_build_folder,
     add_open,
     add_start_values,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `equilibrium` to the command line."""
     command = commands.add_parser(
         "equilibrium", help="where a model or a system is at rest, and the forces there"

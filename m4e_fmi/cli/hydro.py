@@ -12,6 +12,7 @@ from m4e_fmi.cli.shared.log import count, print_files, show
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
+    Commands,
     add_no_plot,
     finite,
     is_system,
@@ -29,7 +30,7 @@ DATA, CONFIG, REFINE = "hydrodynamic_data", "config_of_file", "refine"
 SYSTEMS = (*YAML_SUFFIXES, ".json", ".ssp")
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `hydro` to the command line."""
     command = commands.add_parser(
         "hydro",

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files, say
 from m4e_fmi.cli.shared.options import (
+    Commands,
     add_build_folder,
     is_system,
     load_model,
@@ -18,7 +19,7 @@ STABILITY = "stability"
 """Function of a kind that tells hydrostatics and righting arms: docs/adapters.md."""
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `info` to the command line."""
     command = commands.add_parser("info", help="show the contents of a model, a system or an FMU")
     command.add_argument("source", type=Path, help="a model, system, .ssp or .fmu file")

@@ -8,6 +8,7 @@ from pathlib import Path
 from m4e_fmi.cli.shared.log import print_files
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    Commands,
     add_build_folder,
     add_open,
     add_start_values,
@@ -24,7 +25,7 @@ POINTS = {
 }
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `linearize` to the command line."""
     command = commands.add_parser(
         "linearize", help="equilibrium, frequencies, damping, state space"

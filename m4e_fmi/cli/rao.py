@@ -12,6 +12,7 @@ from m4e_fmi.cli.shared.log import count, print_files, show, warn
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     BUILD_FOLDER,
+    Commands,
     add_build_folder,
     add_no_plot,
     add_open,
@@ -34,7 +35,7 @@ ENHANCEMENT = 3.3
 FEW, MOST = 2, 100_000
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `rao` to the command line."""
     command = commands.add_parser("rao", help="response of a system to waves; statistics in a sea")
     command.add_argument("model", type=Path, metavar="system", help="a system file")

@@ -14,6 +14,7 @@ from m4e_fmi.cli.shared.events import Plan, Summary
 from m4e_fmi.cli.shared.log import print_files, say, show, tell_event, warn
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
+    Commands,
     Gathered,
     add_animate,
     add_build_folder,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from m4e_fmi.program import Program
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `run` to the command line."""
     command = commands.add_parser("run", help="co-simulate a system of FMUs")
     command.add_argument("system", type=Path, help="a system file (YAML) or package (.ssp)")
@@ -123,7 +124,7 @@ def _add_modes(command: argparse.ArgumentParser) -> None:
 
 def _time(text: str) -> float:
     """A time in seconds, of a text that may have a unit."""
-    from m4e_fmi.cosim.system.component_step import TIMES, time_of
+    from m4e_fmi.cosim.system.simulation import TIMES, time_of
 
     try:
         return float(time_of(text))

@@ -15,6 +15,7 @@ from m4e_fmi.cli.shared.log import print_files, show, tell_event, warn
 from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     MODEL_OR_SYSTEM,
+    Commands,
     add_animate,
     add_build_folder,
     add_no_plot,
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `simulate` to the command line."""
     command = commands.add_parser(
         "simulate", help="simulate one model, or a system as one program, in this process"
@@ -232,12 +233,12 @@ def _simulated(output: Path, source: _Source, options: argparse.Namespace) -> Si
                 interrupted=left.append,
             )
     except SimulationError as error:
-        note = _kept(error.simulation, f"failed: {error.message}", output, source, options)
+        note = _write_partial(error.simulation, f"failed: {error.message}", output, source, options)
         raise RunError(error.message, f"{error.remedy}; {note}".strip("; ")) from error
     except (KeyboardInterrupt, Terminated) as error:
         ended = str(error) or "interrupted"
         for simulation in left:
-            error.add_note(_kept(simulation, ended, output, source, options))
+            error.add_note(_write_partial(simulation, ended, output, source, options))
         raise
 
 
@@ -263,7 +264,7 @@ def _picture(
         print_files([made])
 
 
-def _kept(
+def _write_partial(
     simulation: Simulation, ended: str, output: Path, source: _Source, options: argparse.Namespace
 ) -> str:
     """The place of the rows of a simulation that `ended` early, which are written here.

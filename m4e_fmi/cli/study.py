@@ -10,6 +10,7 @@ from m4e_fmi.cli.shared.log_handlers import add_log
 from m4e_fmi.cli.shared.options import (
     EXIT_FAILED,
     REPORT,
+    Commands,
     add_build_folder,
     add_no_plot,
     add_report,
@@ -18,7 +19,7 @@ from m4e_fmi.cli.shared.progress import runs_progress
 from m4e_fmi.errors import InputError
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `study` to the command line."""
     command = commands.add_parser("study", help="many runs: sea states, parameters, samples")
     command.add_argument("study", type=Path, help="a study file (YAML)")

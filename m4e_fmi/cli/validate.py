@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from m4e_fmi.cli.shared.options import EXIT_FAILED
+from m4e_fmi.cli.shared.options import EXIT_FAILED, Commands
 
 EPILOG = (
     "Exit code 1 if there are errors, or a check failed to run; warnings and notes leave it at 0. "
@@ -14,7 +14,7 @@ EPILOG = (
 )
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `validate` to the command line."""
     command = commands.add_parser(
         "validate", help="check FMUs: their descriptions and their behaviour", epilog=EPILOG

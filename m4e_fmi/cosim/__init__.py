@@ -2,13 +2,12 @@
 
     System ──prepare──► Prepared (FMUs built, connections checked, order known) ──run──► Outcome
 
-Start reading at `system/` (what is coupled), then `connections/` (what follows from it),
-`exchange/` and `time_loop/`, `algorithms/` (how a step is made), and `error_estimate/`. `run/`
+Start reading at `system/` (components and connections), then `connections/` (order of exchange),
+`exchange/` and `time_loop/`, `algorithms/` (methods of stepping), and `error_estimate/`. `run/`
 runs it all. See docs/architecture.md.
 """
 
-from m4e_fmi.cosim.composition.compose import system_in_waves, system_program
-from m4e_fmi.cosim.composition.start_at_rest import at_equilibrium
+from m4e_fmi.cosim.composition.compose import at_equilibrium, system_in_waves, system_program
 from m4e_fmi.cosim.connections.links import Bond, Link, Port, Wiring
 from m4e_fmi.cosim.connections.prepared import Prepared, Timing
 from m4e_fmi.cosim.error_estimate.report import CouplingError, CouplingErrorReport
@@ -25,9 +24,8 @@ from m4e_fmi.cosim.run.reference import ActualError, Reference, reference
 from m4e_fmi.cosim.run.verbs import run, start
 from m4e_fmi.cosim.save import save_system
 from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import Simulation
-from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.cosim.system_file import load_system, read_parameters
 from m4e_fmi.cosim.time_loop.energy import BondEnergy
 from m4e_fmi.results.results_file import Results, Series, load

@@ -13,16 +13,15 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.links import Link, Port, Variables, is_varying
-from m4e_fmi.cosim.connections.loads import base, summed
+from m4e_fmi.cosim.connections.links import Link, Port, Variables, base, is_varying, summed
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.preparation.components import ready_fmus
 from m4e_fmi.cosim.preparation.prepare import described, prepare
-from m4e_fmi.cosim.ssp.package import SUFFIX
 from m4e_fmi.cosim.ssp.write import write_ssp
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError
+from m4e_fmi.files.file_kinds import SSP_SUFFIX
 
 KIND = "sum"
 RESERVED = (KIND, "factor", "time")
@@ -34,8 +33,8 @@ def save_system(system: System, path: str | Path, *, build_directory: str | Path
 
     InputError and RunError as from `prepare`, and InputError for another suffix.
     """
-    if Path(path).suffix.lower() != SUFFIX:
-        raise InputError.single(f"a system is saved as {SUFFIX}", f"write {path}{SUFFIX}")
+    if Path(path).suffix.lower() != SSP_SUFFIX:
+        raise InputError.single(f"a system is saved as {SSP_SUFFIX}", f"write {path}{SSP_SUFFIX}")
     prepared = prepare(system, build_directory=build_directory)
     prepared = replace(prepared, system=system)
     return write_ssp(_with_sums(prepared, build_directory), path)

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StringConstraints
 
-from m4e_fmi.cosim.ssp.package import SUFFIX
 from m4e_fmi.cosim.ssp.parameters import read_parameter_set
 from m4e_fmi.cosim.ssp.read import read_ssp
 from m4e_fmi.cosim.system.component import (
@@ -17,20 +16,20 @@ from m4e_fmi.cosim.system.component import (
     FmuFile,
     Kind,
     ModelFile,
+    Processes,
+    ProcessLimits,
     kind_module,
     kinds,
 )
 from m4e_fmi.cosim.system.connection_text import parse_connection, unknown_component
-from m4e_fmi.cosim.system.processes import Limits, Processes
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import (
     Simulation,
     SimulationSection,
 )
-from m4e_fmi.cosim.system.system import ParameterSet, System
+from m4e_fmi.cosim.system.system import Action, ParameterSet, System
 from m4e_fmi.errors import InputError, Problem, is_file, missing_file, suggestion
-from m4e_fmi.files.document import Document, Location, Section, SectionType
-from m4e_fmi.files.file_kinds import SYSTEM, as_path, check_keys
+from m4e_fmi.files.document import Document, Location, Section
+from m4e_fmi.files.file_kinds import SSP_SUFFIX, SYSTEM, as_path, check_keys
 
 _NAME = re.compile(r"^[A-Za-z_]\w*$")
 
@@ -59,7 +58,7 @@ class _SystemSection(Section):
     connections: tuple[str, ...] = ()
     scenario: dict[ActionName, Action] = Field(default_factory=dict)
     simulation: SimulationSection
-    limits: Limits = Limits()
+    limits: ProcessLimits = ProcessLimits()
     environment: _EnvironmentSection = _EnvironmentSection()
 
 
@@ -67,7 +66,7 @@ class _ComponentSection(Section):
     """The keys that every component may have."""
 
     process: Literal["own", "here"] | None = None
-    limits: Limits = Limits()
+    limits: ProcessLimits = ProcessLimits()
     start: dict[str, bool | int | float | str] = Field(default_factory=dict)
     step_size: float | str | None = None
     dependencies: dict[str, tuple[str, ...]] = Field(default_factory=dict)
@@ -83,7 +82,7 @@ COMMON = tuple(_ComponentSection.model_fields)
 
 def load_system(path: str | Path) -> System:
     """The system in a YAML file or an SSP package; InputError with all problems found in it."""
-    if as_path(path).suffix.lower() == SUFFIX:
+    if as_path(path).suffix.lower() == SSP_SUFFIX:
         return read_ssp(path)
     return read_system(Document.load(path))
 
@@ -98,15 +97,14 @@ def read_system(document: Document) -> System:
     except InputError as error:
         problems += error.problems
     components = list(_read_components(document, problems))
-    simulation = _read_simulation(document, problems)
     problems += _connection_problems(document)
-    if problems or section is None or simulation is None:
+    if problems or section is None:
         raise InputError(dict.fromkeys(problems))
     return System(
         name=section.name,
         components=tuple(components),
         connections=tuple(" ".join(text.split()) for text in section.connections),
-        simulation=simulation,
+        simulation=Simulation(**section.simulation.model_dump()),
         description=section.description,
         inputs=section.inputs,
         outputs=section.outputs,
@@ -133,25 +131,6 @@ def read_parameters(path: str | Path) -> ParameterSet:
         return ParameterSet(read_parameter_set(path), path, None)
     document = Document.load(path)
     return ParameterSet(document.validate(_ParameterSection).values, path, document)
-
-
-def _read_simulation(document: Document, problems: list[Problem]) -> Simulation | None:
-    """The simulation, None if any of its settings is wrong; adds to `problems`."""
-    written = document.data.get("simulation")
-    if not isinstance(written, dict):
-        return None
-    unknown = tuple(key for key in written if key not in SimulationSection.model_fields)
-    try:
-        section = document.validate(SimulationSection, at=("simulation",), drop=unknown)
-    except InputError:  # told of the document as a whole
-        return None
-    try:
-        return Simulation(**section.model_dump())
-    except InputError as error:
-        problems += [
-            document.problem(("simulation", *p.keys), p.message, p.remedy) for p in error.problems
-        ]
-        return None
 
 
 def _connection_problems(document: Document) -> Iterator[Problem]:
@@ -204,8 +183,15 @@ def read_component(document: Document, key: str) -> Component:
         problems.append(document.problem(at, f"component {name!r} {what}", remedy))
         raise InputError(problems)
     own = tuple(key for key in keys if key not in COMMON) if given == ["kind"] else ()
-    section = _part(document, _FileSection, at, own, problems)
-    source = _source(document, at, given[0], problems)
+    section, source = None, None
+    try:
+        section = document.validate(_FileSection, at=at, drop=own)
+    except InputError as error:
+        problems += error.problems
+    try:
+        source = _source(document, at, given[0])
+    except InputError as error:
+        problems += error.problems
     if section is None or source is None or problems:
         raise InputError(problems)
     try:
@@ -224,53 +210,29 @@ def read_component(document: Document, key: str) -> Component:
         ) from None
 
 
-def _part(
-    document: Document,
-    section: type[SectionType],
-    at: Location,
-    drop: tuple[str, ...],
-    problems: list[Problem],
-) -> SectionType | None:
-    """The part of the document at `at`, None if it is wrong; adds to `problems`."""
-    try:
-        return document.validate(section, at=at, drop=drop)
-    except InputError as error:
-        problems += error.problems
-        return None
+def _source(document: Document, at: Location, key: str) -> FmuFile | ModelFile | Kind | None:
+    """The source of the component at `at`, under its `key`; InputError with all its problems.
 
-
-def _source(
-    document: Document, at: Location, key: str, problems: list[Problem]
-) -> FmuFile | ModelFile | Kind | None:
-    """The source of the component at `at`, under its `key`; None if it is wrong."""
+    None for a file whose name is not text, which is a problem of the component's section.
+    """
     written = document.data[at[0]][at[1]][key]
     if key == "kind":
-        return _read_kind(document, at, written, problems)
-    if not isinstance(written, str):  # told of its section
+        known = kinds()
+        if not isinstance(written, str) or written not in known:
+            text = str(written)
+            message = f"unknown kind {text!r}: no installed package brings it (docs/adapters.md)"
+            remedy = suggestion(text, known, "kinds")
+            raise InputError([document.problem((*at, "kind"), message, remedy)])
+        try:
+            module = kind_module(written)
+        except ImportError as error:
+            message = f"kind {written!r} is installed but cannot be imported: {error}"
+            remedy = "install what is missing; `m4e-fmi doctor` lists it"
+            raise InputError([document.problem((*at, "kind"), message, remedy)]) from error
+        return Kind(written, document.validate(module.Config, at=at, drop=("kind", *COMMON)))
+    if not isinstance(written, str):
         return None
     path = document.path.parent / written
     if not is_file(path):
-        problems.append(document.problem((*at, key), *missing_file(path)))
-        return None
+        raise InputError([document.problem((*at, key), *missing_file(path))])
     return ModelFile(path) if key == "model" else FmuFile(path)
-
-
-def _read_kind(
-    document: Document, at: Location, kind: object, problems: list[Problem]
-) -> Kind | None:
-    """The kind with the valid parts of its configuration; adds to `problems`."""
-    known = kinds()
-    if not isinstance(kind, str) or kind not in known:
-        remedy = suggestion(str(kind), known, "kinds")
-        message = f"unknown kind {str(kind)!r}: no installed package brings it (docs/adapters.md)"
-        problems.append(document.problem((*at, "kind"), message, remedy))
-        return None
-    try:
-        module = kind_module(kind)
-    except ImportError as error:
-        message = f"kind {kind!r} is installed but cannot be imported: {error}"
-        remedy = "install what is missing; `m4e-fmi doctor` lists it"
-        problems.append(document.problem((*at, "kind"), message, remedy))
-        return None
-    config = _part(document, module.Config, at, ("kind", *COMMON), problems)
-    return None if config is None else Kind(kind, config)

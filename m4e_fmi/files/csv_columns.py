@@ -11,11 +11,10 @@ import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
+from m4e_fmi.errors import InputError, Problem, is_file, is_other, missing_file, suggestion
 from m4e_fmi.files.file_kinds import check_named
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_TABLE
@@ -245,11 +244,7 @@ def table_text(
     if is_other(path):
         raise InputError.single("is a pipe or a device", "copy it into a file", str(path))
     if not is_file(path):
-        names = list[str]()
-        with suppress(OSError):  # of a name that no file system takes
-            here = path.parent if path.parent.is_dir() else Path()
-            names = [other.name for other in here.glob("*.csv")]
-        raise InputError.single("no such file", suggestion(path.name, names), str(path))
+        raise InputError.single("no such file", missing_file(path)[1], str(path))
     check_named(path, SUFFIXES, "table")
     message, remedy = "", "save it as UTF-8"
     try:
@@ -336,7 +331,7 @@ def _remedy(entry: str) -> str:
 
 
 def _number(row: Sequence[str], place: int) -> float:
-    """The number in a row, nan if there is none."""
+    """The number in a row, nan without one."""
     try:
         return float(row[place])
     except (ValueError, IndexError):

@@ -1,8 +1,8 @@
 """Values as bytes, and back: dataclasses, arrays, containers, numbers.
 
-They are pickled, but nothing in a file names code: what is decoded are dataclasses of the package
-that is asked for, others derived from these, and plain values; anything else is refused. The types
-of their fields are checked. An object that is met twice is one object again. Fields with the
+They are pickled, but nothing in a file names code: only dataclasses of the requested package,
+others derived from these, and plain values are decoded; anything else is refused. The types
+of their fields are checked. An object that occurs twice is decoded once. Fields with the
 metadata LIVE are not in the file: they belong to the running process.
 """
 

@@ -11,11 +11,11 @@ from m4e_fmi.errors import InputError, is_file
 MODEL, SYSTEM, FMU, YAML_FILE = "a model", "a system", "an FMU", "a YAML file"
 _PACKAGE, _RESULTS = "a package of a system", "a file of results"
 _CODE = "Python code"
-URDF_SUFFIX = ".urdf"
+URDF_SUFFIX, SSP_SUFFIX = ".urdf", ".ssp"
 _OF_SUFFIX = {
     URDF_SUFFIX: MODEL,
     ".fmu": FMU,
-    ".ssp": _PACKAGE,
+    SSP_SUFFIX: _PACKAGE,
     ".nc": _RESULTS,
     ".py": _CODE,
 }
@@ -36,7 +36,7 @@ _REMEDIES = {
 
 def as_path(given: object) -> Path:
     """`given` as a Path; InputError for anything that is not the path of a file."""
-    if isinstance(given, str | os.PathLike):
+    if isinstance(given, (str, os.PathLike)):
         return Path(given)
     message = f"expected the path of a file, got {type(given).__name__}"
     raise InputError.single(message, "give its name, as a text or a Path")
@@ -49,10 +49,10 @@ def check_suffix(path: Path, expected: str) -> None:
 
 
 def check_named(path: Path, suffixes: tuple[str, ...], kind: str) -> None:
-    """InputError for an existing file whose suffix is none of those of its `kind`.
+    """InputError for an existing file whose suffix does not fit its `kind`.
 
-    Messages quote files, and a file that another one names may be anything: only files that are of
-    their kind by name are read.
+    Messages quote files, and a file that another one names may have any content: only files with a
+    suffix of their kind are read.
     """
     if is_file(path) and path.suffix.lower() not in suffixes:
         message = f"is no {kind} by its name"

@@ -38,7 +38,7 @@ def files_read() -> Generator[Files]:
 
 
 class TooLongError(Exception):
-    """The file is longer than what is read of it."""
+    """The file is longer than the limit for reading."""
 
 
 def opened(path: str | Path) -> io.BufferedReader:

@@ -50,7 +50,7 @@ MOST_ROWS = 100_000_000
 
 
 class Limit(NamedTuple):
-    """A row of the table: kind of file, what is limited, its size and unit, the reason."""
+    """A row of the table: kind of file, limited quantity, its size and unit, the reason."""
 
     file: str
     what: str

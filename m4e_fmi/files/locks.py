@@ -2,22 +2,34 @@
 
 `claimed` is for files that a process writes for as long as it runs: nobody else may write them
 meanwhile. It also removes the hidden files that dead processes have left beside them.
+
+Temporary folders are removed by the next process if this one is killed. They are in one folder per
+process, named by a token. The process holds a lock file with the same token while it lives; its
+number would not do, as another process may have it by now.
 """
 
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 import platform
+import re
+import shutil
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Generator
+import uuid
+import weakref
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.writing import cannot_write, remove_leftovers
+from m4e_fmi.signals import held
 
 LOCK, ROWS = ".m4e-lock", ".m4e-rows"
 """Suffixes of hidden files beside results: their lock, and their rows until the first step is
@@ -31,6 +43,9 @@ _HOST = platform.node()
 
 _held: dict[Path, int] = {}
 """Lock files of this process, and the threads that hold them."""
+PREFIX = "m4e_fmi_"
+_OWNED = re.compile(rf"{PREFIX}([0-9a-f]{{32}})(\.lock)?$")
+_changing = threading.RLock()  # the garbage collector may remove one meanwhile
 
 
 class Lock:
@@ -43,10 +58,10 @@ class Lock:
     def take(cls, path: Path, *, patience: float = 0.0, sure: bool = False) -> Lock | None:
         """The lock at `path`, with this process's number and machine in the file.
 
-        None if another holds it for longer than `patience` [s]: those who remove what is left of
-        dead processes hold any for a moment. Where the file system has no locks, nothing can be
-        known of others: the lock is had there, but None if it is to be `sure`. OSError if there can
-        be no file.
+        None if another holds it for longer than `patience` [s]: processes that clean up after dead
+        ones hold any lock for a moment. On a file system without locks, other holders are unknown:
+        the lock is given, or None if it must be `sure`. OSError if the file cannot be
+        made.
         """
         until = time.monotonic() + patience
         for _ in range(_TRIALS):
@@ -107,7 +122,7 @@ def claimed(path: str | Path) -> Generator[Path]:
     """The absolute form of `path`, which nobody else writes during the block.
 
     RunError, which names the process, if another one (or another thread) has claimed it; or if
-    there can be no file in its folder, which is made if there is none. Within the block the same
+    no file can be made in its folder. A missing folder is made. Within the block the same
     thread may claim it again.
     """
     place = Path(path).resolve()
@@ -154,4 +169,96 @@ def _sweep(folder: Path) -> None:
             lock = Lock.take(file, sure=True)
             if lock is not None:
                 _remove_rows(file.with_name(file.name.removeprefix(".").removesuffix(LOCK)))
+                lock.release()
+
+
+@dataclass
+class _Place:
+    """The folder of this process in another, with `count` temporary ones in it."""
+
+    folder: Path
+    lock: Lock
+    count: int = 0
+    numbers: Iterator[int] = field(default_factory=itertools.count)
+
+
+_places: dict[tuple[Path, int], _Place] = {}
+"""By folder and process: a forked one has none."""
+
+
+class TemporaryFolder:
+    """A new empty folder at `path`, in `parent` (the system's for temporary files if None).
+
+    It is removed with its contents: by `remove`, at the end of a ``with`` block or of the
+    interpreter, or when another process makes one in `parent` after this one was killed. OSError if
+    it cannot be made.
+    """
+
+    def __init__(self, parent: Path | None = None) -> None:
+        parent = (parent or Path(tempfile.gettempdir())).absolute()
+        with held(), _changing:
+            place = _place(parent)
+            place.count += 1
+            try:
+                self.path = place.folder / str(next(place.numbers))
+                place.folder.mkdir(mode=0o700, exist_ok=True)  # others may have tidied up
+                self.path.mkdir(mode=0o700)
+            except OSError:
+                place.count -= 1
+                _leave(parent)
+                raise
+            self._finalizer = weakref.finalize(self, _remove, self.path, os.getpid())
+
+    def remove(self) -> None:
+        """Remove the folder, as far as its files can be removed."""
+        self._finalizer()
+
+    def __enter__(self) -> Path:
+        return self.path
+
+    def __exit__(self, *_: object) -> None:
+        self.remove()
+
+
+def _place(parent: Path) -> _Place:
+    """The place of this process in `parent`; a new one removes those of dead processes first."""
+    key = parent, os.getpid()
+    if key not in _places:
+        _remove_dead(parent)
+        folder = parent / f"{PREFIX}{uuid.uuid4().hex}"
+        lock = Lock.take(folder.with_suffix(".lock"), patience=PATIENCE)
+        if lock is None:
+            raise OSError(errno.EAGAIN, os.strerror(errno.EAGAIN), str(parent))
+        _places[key] = _Place(folder, lock)
+    return _places[key]
+
+
+def _leave(parent: Path) -> None:
+    """Give the place up if there is no folder in it."""
+    key = parent, os.getpid()
+    if _places[key].count == 0:
+        place = _places.pop(key)
+        shutil.rmtree(place.folder, ignore_errors=True)
+        place.lock.release()
+
+
+def _remove(folder: Path, process: int) -> None:
+    if process != os.getpid():  # forked: it is the other's
+        return
+    with held():
+        shutil.rmtree(folder, ignore_errors=True)
+        with _changing:
+            parent = folder.parent.parent
+            _places[parent, process].count -= 1
+            _leave(parent)
+
+
+def _remove_dead(parent: Path) -> None:
+    own = {place.folder for place in _places.values()}
+    with suppress(OSError):
+        found = [path for path in parent.glob(f"{PREFIX}*") if _OWNED.match(path.name)]
+        for folder in {path.with_suffix("") for path in found} - own:
+            lock = Lock.take(folder.with_suffix(".lock"), sure=True)
+            if lock:
+                shutil.rmtree(folder, ignore_errors=True)
                 lock.release()

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import Any
 from xml.parsers import expat
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.limits import DEEPEST_XML, LARGEST_XML, MB, MOST_ELEMENTS

@@ -4,8 +4,9 @@
 `validation/` checks whether they do what they say.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from m4e_fmi.lazy import lazy
 
 if TYPE_CHECKING:
     from m4e_fmi.fmu.export.build import build_fmu
@@ -43,7 +44,7 @@ __all__ = [
     "validate_fmu",
 ]
 
-_NAMES = {
+_MODULES = {
     "export.build": ("build_fmu",),
     "export.description": (
         "FmuVariable",
@@ -59,16 +60,5 @@ _NAMES = {
     "importer.reading": ("Description", "read_description"),
     "validation": ("Finding", "Group", "Report", "validate_fmu"),
 }
-_PLACES = {name: place for place, names in _NAMES.items() for name in names}
-
-
-def __getattr__(name: str) -> object:
-    """A name of the package; modules that build FMUs are not imported where they are only read."""
-    if name not in _PLACES:
-        raise AttributeError(f"module 'm4e_fmi.fmu' has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(f"m4e_fmi.fmu.{_PLACES[name]}"), name)
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+# modules that build FMUs are not imported where FMUs are only read
+__getattr__, __dir__ = lazy(__name__, _MODULES)

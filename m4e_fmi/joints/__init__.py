@@ -1,14 +1,11 @@
-"""The types of joints, one module each: what an author may say of them, and how they move.
+"""The types of joints: what an author may say of them, and how they move.
 
-`JOINT_TYPES` is the table of all; no other module compares their names. A new type is a module here
-with a subclass of `JointType`, and its entry in the tables. Imports `space`. Start with
-`joint_type`, then `prismatic`.
+`JOINT_TYPES` is the table of all; no other module compares their names. A new type is a subclass of
+`JointType` in `types`, and its entry in the tables. Imports `space`. Start with `joint_type`, then
+`types`.
 """
 
-from m4e_fmi.joints.compound import Cylindrical, Planar, Universal
-from m4e_fmi.joints.fixed import Fixed
-from m4e_fmi.joints.floating import Floating, PlanarFloating
-from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Mount, Place, carried, turned
+from m4e_fmi.joints.frame import GROUND_FRAME, Frame, Mount, PointMotion, carried, turned
 from m4e_fmi.joints.joint_type import (
     ATTITUDE,
     QUATERNION,
@@ -18,9 +15,18 @@ from m4e_fmi.joints.joint_type import (
     attitude,
     quaternion_of,
 )
-from m4e_fmi.joints.prismatic import Prismatic
-from m4e_fmi.joints.revolute import PlanarRevolute, Revolute
-from m4e_fmi.joints.spherical import Spherical
+from m4e_fmi.joints.types import (
+    Cylindrical,
+    Fixed,
+    Floating,
+    Planar,
+    PlanarFloating,
+    PlanarRevolute,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
 
 REVOLUTE, PRISMATIC, FLOATING, FIXED = PlanarRevolute(), Prismatic(), PlanarFloating(), Fixed()
 
@@ -52,7 +58,7 @@ __all__ = [
     "Frame",
     "JointType",
     "Mount",
-    "Place",
+    "PointMotion",
     "attitude",
     "carried",
     "quaternion_of",

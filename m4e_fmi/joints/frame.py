@@ -16,8 +16,8 @@ from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     TURN,
     ZERO,
-    Component,
     Freedom,
+    MotionComponent,
     Rotation,
     Twist,
     Vector,
@@ -80,14 +80,14 @@ class Frame:
         """Acceleration [m/s²] of the point at `arm` for those of the origin and of turning."""
         return subtracted(swung(origin, alpha, arm), outward(self.omega, arm))
 
-    def place(self, at: Vector) -> Place:
+    def place(self, at: Vector) -> PointMotion:
         """The point fixed at `at` [m] (body axes, from the centre of gravity)."""
         arm = self.rotation(added(self.local_arm, at))
-        return Place(arm, added(self.origin, arm), self.velocity_at(arm))
+        return PointMotion(arm, added(self.origin, arm), self.velocity_at(arm))
 
 
 @dataclass(frozen=True)
-class Place:
+class PointMotion:
     """A point of a body: its arm from the body's origin in world axes, and its motion."""
 
     arm: Vector
@@ -192,7 +192,7 @@ def turned(mount: Mount, axes: Sequence[Vector], slides: Sequence[Vector] = ()) 
         axis = rotation(local)
         along = coordinate_axis(axis)
         if along and along[1] > 0 and number == len(axes):
-            freedoms.append(Component(TURN + along[0]))
+            freedoms.append(MotionComponent(TURN + along[0]))
         else:
             freedoms.append(Twist(ZERO, omega, axis))
         turning = added(turning, scaled(rate, cross(omega, axis)))

@@ -207,7 +207,7 @@ def angles_of_attitudes(names: Iterable[str], known: Collection[str]) -> list[st
 
 
 def with_quaternions(values: Mapping[str, float], starts: Mapping[str, float]) -> dict[str, float]:
-    """`values` with quaternions in place of angles [rad]; of an attitude, what is not given stays.
+    """`values` with quaternions in place of angles [rad]; other parts of an attitude stay.
 
     `starts` has the present values of the quaternions. ValueError names an attitude that is given
     in both ways.

@@ -24,8 +24,8 @@ from m4e_fmi.model.elements import (
 from m4e_fmi.model.expression import CONSTANTS, FUNCTIONS, Expression, Values
 from m4e_fmi.model.findings import (
     TIME,
-    Finding,
     Known,
+    ModelFinding,
     Names,
     numbers,
     quantities,
@@ -55,12 +55,12 @@ TREE = ("child", "parent")
 UNITS = "write it like N.s/m or kg.m2"
 
 
-def findings(model: Model) -> list[Finding]:
+def findings(model: Model) -> list[ModelFinding]:
     """Everything wrong with `model`."""
     return list(element_findings(model, Names.of(model))) or list(whole_findings(model))
 
 
-def whole_findings(model: Elements) -> Iterator[Finding]:
+def whole_findings(model: Elements) -> Iterator[ModelFinding]:
     """Problems of the tree and of the numbers, given that every element is right."""
     yield from _tree_findings(model)
     quantities = list(_all_quantities(model))
@@ -70,7 +70,7 @@ def whole_findings(model: Elements) -> Iterator[Finding]:
 
 def findings_with(
     model: Model, names: Collection[str]
-) -> Callable[[Mapping[str, float]], Iterator[Finding]]:
+) -> Callable[[Mapping[str, float]], Iterator[ModelFinding]]:
     """A check of other values of the parameters `names` [SI]: numbers of a right `model`.
 
     Start positions and velocities do not follow them. Elements that do not follow them are right.
@@ -80,7 +80,7 @@ def findings_with(
     quantities = [(at, quantity) for at, quantity in known if at[:2] in follow]
     numbers = parameter_values(model.parameters)
 
-    def check(values: Mapping[str, float]) -> Iterator[Finding]:
+    def check(values: Mapping[str, float]) -> Iterator[ModelFinding]:
         numbers.update(values)
         return _value_findings(model, quantities, numbers)
 
@@ -88,8 +88,8 @@ def findings_with(
 
 
 def further_findings(
-    model: Elements, found: Collection[Finding], *, complete: bool
-) -> Iterator[Finding]:
+    model: Elements, found: Collection[ModelFinding], *, complete: bool
+) -> Iterator[ModelFinding]:
     """Problems of the tree and the numbers that do not follow from those `found` already.
 
     `model` is a namespace of the groups of a Model. The tree is looked at if all bodies and joints
@@ -113,14 +113,14 @@ def further_findings(
     yield from dimension_findings(model, iter(quantities))
 
 
-def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
+def element_findings(model: Elements, names: Names) -> Iterator[ModelFinding]:
     """Problems of single elements: names, references, expressions.
 
     `model` needs the groups of a Model only; some of its elements may be missing.
     """
     known = Known(names.parameters, dimensions=model.dimensions)
     yield from _name_findings(model)
-    if known.dimensions == 3 and isinstance(model.gravity, tuple | list):
+    if known.dimensions == 3 and isinstance(model.gravity, (tuple, list)):
         yield from vectors(("gravity",), model.gravity, known)
     else:
         yield from numbers(("gravity",), model.gravity, known, ())
@@ -141,47 +141,49 @@ def element_findings(model: Elements, names: Names) -> Iterator[Finding]:
     yield from LoadChecks(model, names).findings()
 
 
-def _parameter_findings(at: Location, parameter: Parameter) -> Iterator[Finding]:
+def _parameter_findings(at: Location, parameter: Parameter) -> Iterator[ModelFinding]:
     if not isinstance(parameter.value, Real) or not math.isfinite(parameter.value):
         message = f"expected a finite number, got {parameter.value!r}"
-        yield Finding((*at, "value"), message)
+        yield ModelFinding((*at, "value"), message)
     yield from _unit_findings((*at, "unit"), parameter.unit)
 
 
-def _unit_findings(at: Location, unit: str) -> Iterator[Finding]:
+def _unit_findings(at: Location, unit: str) -> Iterator[ModelFinding]:
     try:
         parse_unit(unit)
     except ValueError as error:
         near = near_unit(unit)
-        yield Finding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
+        yield ModelFinding(at, str(error), f"did you mean {near!r}?" if near else UNITS)
 
 
-def _table_findings(at: Location, table: Table) -> Iterator[Finding]:
+def _table_findings(at: Location, table: Table) -> Iterator[ModelFinding]:
     yield from _unit_findings((*at, "unit"), table.unit)
     try:
         table.check()
     except TableError as error:
-        yield Finding(at, str(error), error.remedy)
+        yield ModelFinding(at, str(error), error.remedy)
 
 
-def _name_findings(model: Elements) -> Iterator[Finding]:
+def _name_findings(model: Elements) -> Iterator[ModelFinding]:
     for group in ("parameters", "tables", "bodies", "joints", "points", "loads"):
         for name in getattr(model, group):
             if not NAME.fullmatch(name):
                 remedy = "use letters, digits and _, a letter first"
-                yield Finding((group, name), f"{name!r} cannot be a name", remedy)
+                yield ModelFinding((group, name), f"{name!r} cannot be a name", remedy)
     if GROUND in model.bodies:
-        yield Finding(("bodies", GROUND), "'ground' is the name of the world", "rename this body")
+        yield ModelFinding(
+            ("bodies", GROUND), "'ground' is the name of the world", "rename this body"
+        )
     reserved = {TIME, PROGRAM_TIME, *CONSTANTS, *FUNCTIONS, *_neutral_names(model)}
     for group, noun in (("parameters", "parameter"), ("tables", "table")):
         for name in getattr(model, group):
             if name in reserved or EQUATION_SYMBOL.fullmatch(name):
                 message = f"{name!r} already has a meaning in expressions"
-                yield Finding((group, name), message, f"rename this {noun}")
+                yield ModelFinding((group, name), message, f"rename this {noun}")
     for name in model.tables:
         if name in model.parameters:
             message = f"{name!r} is also a parameter"
-            yield Finding(("tables", name), message, "rename one of the two")
+            yield ModelFinding(("tables", name), message, "rename one of the two")
 
 
 def _neutral_names(model: Elements) -> Iterator[str]:
@@ -191,30 +193,32 @@ def _neutral_names(model: Elements) -> Iterator[str]:
             yield from (NEUTRAL, neutral_symbol(name))
 
 
-def _tree_findings(model: Elements) -> Iterator[Finding]:
+def _tree_findings(model: Elements) -> Iterator[ModelFinding]:
     """Each body must hang on the ground through exactly one chain of joints."""
     parents: dict[str, str] = {}
     for name, joint in model.joints.items():
         if joint.child in parents:
             message = f"body {joint.child!r} is the child of {parents[joint.child]!r} already"
             remedy = "closed loops: cut one joint and put a bushing between two points in its place"
-            yield Finding(("joints", name, "child"), message, remedy)
+            yield ModelFinding(("joints", name, "child"), message, remedy)
         parents.setdefault(joint.child, name)
     reached = _reached(model)
     for name in model.bodies:
         if name not in parents and name != GROUND:
             remedy = "add a joint with this child (type: floating, if it is free)"
-            yield Finding(("bodies", name), f"body {name!r} has no joint", remedy)
+            yield ModelFinding(("bodies", name), f"body {name!r} has no joint", remedy)
         elif name not in reached:
             remedy = "one body of this chain must have a joint with parent: ground"
-            yield Finding(("bodies", name), f"body {name!r} is not connected to the ground", remedy)
+            yield ModelFinding(
+                ("bodies", name), f"body {name!r} is not connected to the ground", remedy
+            )
     used = {joint.type for joint in model.joints.values()}
     types = JOINT_TYPES[model.dimensions]
     if used and all(name in types and not types[name].velocities for name in used):
         message = "nothing can move: every joint is fixed"
-        yield Finding(("joints",), message, "give at least one joint another type")
+        yield ModelFinding(("joints",), message, "give at least one joint another type")
     if not model.bodies:
-        yield Finding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
+        yield ModelFinding(("bodies",), "a model needs at least one body", "add one under 'bodies'")
 
 
 def _reached(model: Elements) -> set[str]:
@@ -233,7 +237,7 @@ def _reached(model: Elements) -> set[str]:
 
 def _value_findings(
     model: Elements, quantities: Iterable[tuple[Location, Quantity]], values: Values
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Values of `quantities` at the start that are not allowed, with these of parameters (SI)."""
     computed: dict[Location, float] = {}
     for at, quantity in quantities:
@@ -244,35 +248,37 @@ def _value_findings(
         try:
             computed[at] = value = expression.evaluate(values)
         except (ArithmeticError, ValueError) as error:
-            yield Finding(at, f"cannot be computed: {error}")
+            yield ModelFinding(at, f"cannot be computed: {error}")
             continue
         if not math.isfinite(value):
-            yield Finding(at, f"must be finite, got {value}")
+            yield ModelFinding(at, f"must be finite, got {value}")
         elif value and not SMALLEST <= abs(value) <= LARGEST:
             message = f"is out of all scale: {value:.3g}"
-            yield Finding(at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0")
+            yield ModelFinding(
+                at, message, f"give a size between {SMALLEST:g} and {LARGEST:g}, or 0"
+            )
         elif at[-1] in getattr(_element(model, at), "positive", ()) and not value > 0:
             remedy = f"give a positive {at[-1]}"
-            yield Finding(at, f"must be positive, got {value:.6g}", remedy)
+            yield ModelFinding(at, f"must be positive, got {value:.6g}", remedy)
         elif at[-1] in getattr(_element(model, at), "not_negative", ()) and value < 0:
-            yield Finding(at, f"must not be negative, got {value:.6g}", "give 0 or more")
+            yield ModelFinding(at, f"must not be negative, got {value:.6g}", "give 0 or more")
     for name in model.loads:
         lower, upper = (computed.get(("loads", name, key)) for key in ("lower", "upper"))
         if lower is not None and upper is not None and lower >= upper:
             message = f"the lower limit {lower:.6g} is not below the upper one, {upper:.6g}"
-            yield Finding(("loads", name, "lower"), message, "exchange them")
+            yield ModelFinding(("loads", name, "lower"), message, "exchange them")
     for name, joint in model.joints.items():
         yield from axis_findings(("joints", name), joint, computed)
     for name, body in model.bodies.items():
         yield from axis_without_direction(("bodies", name), body, computed)
         at = ("bodies", name, "inertia")
-        count = len(body.inertia) if isinstance(body.inertia, tuple | list) else 0
+        count = len(body.inertia) if isinstance(body.inertia, (tuple, list)) else 0
         entries = [computed[*at, k] for k in range(count) if (*at, k) in computed]
         if entries and len(entries) == count:
             yield from _inertia_findings(at, entries)
 
 
-def _inertia_findings(at: Location, entries: list[float]) -> Iterator[Finding]:
+def _inertia_findings(at: Location, entries: list[float]) -> Iterator[ModelFinding]:
     """Tensors that no body has: moments of inertia are positive, and none exceeds two others."""
     import numpy as np
 
@@ -284,28 +290,28 @@ def _inertia_findings(at: Location, entries: list[float]) -> Iterator[Finding]:
         if not min(xx, yy, zz) > 0:
             name = ("Ixx", "Iyy", "Izz")[(xx, yy, zz).index(min(xx, yy, zz))]
             remedy = f"give a positive {name}: a thin rod has a small one about its axis, too"
-        yield Finding(at, message, remedy)
+        yield ModelFinding(at, message, remedy)
     elif most > (least + middle) * (1 + PARALLEL):
         message = (
             f"no body has these moments of inertia: the principal one {most:.6g} exceeds the sum "
             f"of the others, {least + middle:.6g}"
         )
-        yield Finding(at, message, "check units, axes, and that they are about the CG")
+        yield ModelFinding(at, message, "check units, axes, and that they are about the CG")
 
 
-def _constant_findings(at: Location, expression: Expression) -> Iterator[Finding]:
+def _constant_findings(at: Location, expression: Expression) -> Iterator[ModelFinding]:
     """Constants within an expression of time or motion that have no finite value."""
     for part in expression.constants():
         try:
             value = part.evaluate(Values({}))
         except (ArithmeticError, ValueError) as error:
-            yield Finding(at, f"{part} cannot be computed: {error}")
+            yield ModelFinding(at, f"{part} cannot be computed: {error}")
             continue
         if not math.isfinite(value):
-            yield Finding(at, f"{part} must be finite, got {value}")
+            yield ModelFinding(at, f"{part} must be finite, got {value}")
 
 
-def doubts(model: Model) -> Iterator[Finding]:
+def doubts(model: Model) -> Iterator[ModelFinding]:
     """Values that are allowed and seldom meant: negative gravity, stiffness, damping of loads."""
     values = parameter_values(model.parameters)
     for at, quantity in _all_quantities(model):
@@ -316,21 +322,23 @@ def doubts(model: Model) -> Iterator[Finding]:
         if expression.names() <= values.keys() and (value := expression.evaluate(values)) < 0:
             if is_gravity:
                 message = f"negative gravity, {value:.6g} m/s2: it lifts all bodies"
-                yield Finding(at, message, f"give {-value:.6g}: what is positive acts along -Z")
+                yield ModelFinding(
+                    at, message, f"give {-value:.6g}: what is positive acts along -Z"
+                )
                 continue
             effect = (
                 "drives the motion" if at[-1] == "damping" else "pushes away from where it rests"
             )
             message = f"negative {at[-1]}, {value:.6g}: the load {effect}"
-            yield Finding(at, message, "change the sign if that is not meant")
+            yield ModelFinding(at, message, "change the sign if that is not meant")
 
 
-def lacking(model: Model) -> Iterator[tuple[str, Finding]]:
+def lacking(model: Model) -> Iterator[tuple[str, ModelFinding]]:
     """Parameters without a value, each with what to do where the model is used alone."""
     for name, body in model.bodies.items():
         if body.is_neutral:
             parameter = neutral_mass(name)
-            yield parameter, Finding(("bodies", name, "mass"), *without_value(parameter))
+            yield parameter, ModelFinding(("bodies", name, "mass"), *without_value(parameter))
 
 
 def without_value(parameter: str) -> tuple[str, str]:
@@ -352,7 +360,7 @@ def bounded_parameters(model: Elements) -> frozenset[str]:
 
 def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
     """Every number or expression of the model, and where it stands."""
-    if isinstance(model.gravity, tuple | list):
+    if isinstance(model.gravity, (tuple, list)):
         yield from ((("gravity", k), part) for k, part in enumerate(model.gravity))
     else:
         yield ("gravity",), model.gravity
@@ -360,7 +368,7 @@ def _all_quantities(model: Elements) -> Iterator[tuple[Location, Quantity]]:
         for name, element in getattr(model, group).items():
             for field in getattr(element, "scalars", ()):
                 value = getattr(element, field)
-                if isinstance(value, tuple | list):
+                if isinstance(value, (tuple, list)):
                     yield from (((group, name, field, k), part) for k, part in enumerate(value))
                 elif value is not None:
                     yield (group, name, field), value

@@ -15,7 +15,7 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.elements import Quantity
 from m4e_fmi.model.expression import CONSTANTS, Expression
-from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.units import BASE_UNITS, parse_unit
 
@@ -61,11 +61,13 @@ def dimension(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
     if e.kind in OF_NUMBERS:
         if parts[0] not in (None, PLAIN):
             where = f"{e.kind}({e.arguments[0]})"
-            raise DimensionError(f"the argument of {where} is in {told(parts[0])}, not a number")
+            raise DimensionError(
+                f"the argument of {where} is in {unit_text(parts[0])}, not a number"
+            )
         return None
     if e.kind in ALIKE:
         if None not in parts and parts[0] != parts[1]:
-            a, b = (f"{a} [{told(p)}]" for a, p in zip(e.arguments, parts, strict=True))
+            a, b = (f"{a} [{unit_text(p)}]" for a, p in zip(e.arguments, parts, strict=True))
             raise DimensionError(f"{a} {ALIKE[e.kind]} {b} have different dimensions")
         return None if e.kind == "atan2" else next((p for p in parts if p is not None), None)
     match e.kind:
@@ -89,7 +91,7 @@ def _power(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
     base, exponent = e.arguments
     times = dimension(exponent, known)
     if times not in (None, PLAIN):
-        raise DimensionError(f"the exponent {exponent} is in {told(times)}, not a number")
+        raise DimensionError(f"the exponent {exponent} is in {unit_text(times)}, not a number")
     of = dimension(base, known)
     sign, number = (-1, exponent.arguments[0]) if exponent.kind == "neg" else (1, exponent)
     if of is None or number.kind != "number":
@@ -97,7 +99,7 @@ def _power(e: Expression, known: Mapping[str, Maybe]) -> Maybe:
     return tuple(x * sign * Fraction(number.arguments[0]) for x in of)
 
 
-def told(of: Maybe) -> str:
+def unit_text(of: Maybe) -> str:
     """A dimension as a unit."""
     for unit in NAMED:
         if dimension_of(unit) == of:
@@ -109,7 +111,7 @@ def told(of: Maybe) -> str:
 
 def dimension_findings(
     model: Elements, quantities: Iterator[tuple[Location, Quantity]]
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Findings on `quantities` of a model with a dimension that their place does not take."""
     units = {name: p.unit for name, p in (*model.parameters.items(), *model.tables.items())}
     known = {name: of for name, unit in units.items() if (of := dimension_of(unit)) is not None}
@@ -121,15 +123,15 @@ def dimension_findings(
         try:
             found = dimension(expression, known)
         except DimensionError as error:
-            yield Finding(at, f"{place}: {error}", "check the units of its names")
+            yield ModelFinding(at, f"{place}: {error}", "check the units of its names")
             continue
         unit = expected_unit(model, at)
         expected = PLAIN if unit == "rad" else dimension_of(unit)
         if found is None or expected is None or found == expected:
             continue
-        got = units[expression.arguments[0]] if expression.kind == "name" else told(found)
+        got = units[expression.arguments[0]] if expression.kind == "name" else unit_text(found)
         message = f"{place}: {value} is in {got}, expected {unit}"
-        yield Finding(at, message, _remedy(expression, unit, expected, known))
+        yield ModelFinding(at, message, _remedy(expression, unit, expected, known))
 
 
 def _remedy(

@@ -62,13 +62,13 @@ def vector(owner: object, name: str) -> tuple[Expression, ...]:
 def inertia_of(body: Body) -> tuple[Expression, ...]:
     """The inertia of a body: I_yy in the plane; three moments, or these and I_xy, I_yz, I_zx."""
     given = body.inertia
-    return tuple(map(as_expression, given if isinstance(given, tuple | list) else (given,)))
+    return tuple(map(as_expression, given if isinstance(given, (tuple, list)) else (given,)))
 
 
 def gravity_of(model: Model) -> tuple[Expression, ...]:
     """The acceleration of gravity against its direction, (x, y, z)."""
     given = model.gravity
-    if not isinstance(given, tuple | list):
+    if not isinstance(given, (tuple, list)):
         return NOTHING, NOTHING, as_expression(given)
     return tuple(negative(as_expression(part)) for part in given)
 

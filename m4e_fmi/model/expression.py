@@ -201,10 +201,11 @@ def _expression(tree: Any, depth: int = 1) -> Expression:
         return Expression("name", (str(children[0]),))
     if kind != "call":
         return Expression(str(kind), tuple(_expression(c, depth + 1) for c in children))
-    name, *arguments = children
+    token, *arguments = children
+    name = str(token)
     if name not in FUNCTIONS:
-        raise UnknownFunctionError(f"{name!s} is not a function here", name.column, str(name))
+        raise UnknownFunctionError(f"{name} is not a function here", token.column, name)
     expected = 2 if name in TWO_ARGUMENTS else 1
     if len(arguments) != expected:
-        raise ExpressionError(f"{name!s} takes {expected}, got {len(arguments)}", name.column)
-    return Expression(str(name), tuple(_expression(a, depth + 1) for a in arguments))
+        raise ExpressionError(f"{name} takes {expected}, got {len(arguments)}", token.column)
+    return Expression(name, tuple(_expression(a, depth + 1) for a in arguments))

@@ -35,7 +35,7 @@ SINGULAR = {"bodies": "body", "points": "point", "joints": "joint"}
 
 
 @dataclass(frozen=True)
-class Finding:
+class ModelFinding:
     """One thing wrong, and where in the model: keys from the top, as in the file."""
 
     location: Location
@@ -105,7 +105,7 @@ class Known:
 
 def quantities(
     at: Location, element: DataclassInstance, known: Known, *, leaving_out: Collection[str] = ()
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Problems of the numbers and expressions of an element; None where None is one."""
     optional = {field.name for field in fields(element) if field.default is None}
     for field in getattr(element, "scalars", ()):
@@ -125,9 +125,9 @@ VECTORS = {2: f"{PLANAR}: write [x, z]", 3: f"{SPATIAL}: write [x, y, z]"}
 """Remedies for what is no vector, by the model's dimensions."""
 
 
-def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[Finding]:
+def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[ModelFinding]:
     """Problems of a vector of numbers or expressions."""
-    if isinstance(value, tuple | list):
+    if isinstance(value, (tuple, list)):
         count = len(value)
     else:
         count = next(iter(getattr(value, "shape", ())), None)  # of NumPy's arrays
@@ -137,19 +137,23 @@ def vectors(at: Location, value: Sequence[Quantity], known: Known) -> Iterator[F
         expected = VECTORS[known.dimensions].partition("write ")[2]
         got = _entries(count) if isinstance(count, int) else repr(value)
         place = next((key for key in reversed(at) if isinstance(key, str)), "")
-        yield Finding(at, f"{place}: expected {expected}, got {got}", VECTORS[known.dimensions])
+        yield ModelFinding(
+            at, f"{place}: expected {expected}, got {got}", VECTORS[known.dimensions]
+        )
         return
     for index, entry in enumerate(value):
         yield from expressions((*at, index), entry, known)
 
 
-def numbers(at: Location, value: Any, known: Known, counts: Collection[int]) -> Iterator[Finding]:
+def numbers(
+    at: Location, value: Any, known: Known, counts: Collection[int]
+) -> Iterator[ModelFinding]:
     """Problems of a number or expression; in space of as many as one of the `counts`, if any."""
-    is_list = isinstance(value, tuple | list)
+    is_list = isinstance(value, (tuple, list))
     if known.dimensions == 2 or not counts:
         if is_list:
             message = f"{at[-1]}: expected a number or an expression, got {_entries(len(value))}"
-            yield Finding(
+            yield ModelFinding(
                 at,
                 message,
                 f"{PLANAR}: give one number" if counts or at == ("gravity",) else "give one number",
@@ -162,7 +166,7 @@ def numbers(at: Location, value: Any, known: Known, counts: Collection[int]) -> 
         wanted = " or ".join(map(str, counts))
         got = _entries(len(value)) if is_list else "one"
         message = f"{at[-1]}: expected a list of {wanted} numbers, got {got}"
-        yield Finding(at, message, f"{SPATIAL}: write {IN_SPACE[str(at[-1])]}")
+        yield ModelFinding(at, message, f"{SPATIAL}: write {IN_SPACE[str(at[-1])]}")
     else:
         for index, entry in enumerate(value):
             yield from expressions((*at, index), entry, known)
@@ -178,18 +182,18 @@ IN_SPACE = {
 }
 
 
-def expressions(at: Location, value: Quantity, known: Known) -> Iterator[Finding]:
+def expressions(at: Location, value: Quantity, known: Known) -> Iterator[ModelFinding]:
     """Problems of a number or an expression."""
     try:
         expression = as_expression(value)
     except ExpressionError as error:
         where = f" (column {error.column} of {value!r})" if error.column else ""
-        yield Finding(at, f"{error}{where}", _instead(value, error, known))
+        yield ModelFinding(at, f"{error}{where}", _instead(value, error, known))
         return
     for name in sorted(expression.names()):
         complaint = known.complaint(name)
         if complaint:
-            yield Finding(at, *complaint)
+            yield ModelFinding(at, *complaint)
 
 
 def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
@@ -214,9 +218,9 @@ def _instead(value: Quantity, error: ExpressionError, known: Known) -> str:
     return f"write {number}, which is SI, or the name of a parameter that is {parameter}"
 
 
-def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[Finding]:
+def reference(at: Location, name: str, known: Iterable[str], noun: str) -> Iterator[ModelFinding]:
     """A finding if `name` is not one of the `known` bodies, points or joints (`noun`)."""
     if name in ("world", "earth", "origin", "inertial") and GROUND in known and name not in known:
-        yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", f"did you mean {GROUND!r}?")
+        yield ModelFinding(at, f"unknown {SINGULAR[noun]} {name!r}", f"did you mean {GROUND!r}?")
     elif name not in known:
-        yield Finding(at, f"unknown {SINGULAR[noun]} {name!r}", suggestion(name, known, noun))
+        yield ModelFinding(at, f"unknown {SINGULAR[noun]} {name!r}", suggestion(name, known, noun))

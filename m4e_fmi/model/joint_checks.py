@@ -11,8 +11,8 @@ from m4e_fmi.files.document import Location
 from m4e_fmi.joints import JOINT_TYPES, JointType
 from m4e_fmi.model.elements import GROUND, AngleReference, Axes, Joint
 from m4e_fmi.model.findings import (
-    Finding,
     Known,
+    ModelFinding,
     Names,
     expressions,
     quantities,
@@ -34,7 +34,9 @@ def joint_type_elsewhere(word: str) -> str:
     return ""
 
 
-def joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> Iterator[Finding]:
+def joint_findings(
+    at: Location, joint: Joint, names: Names, known: Known
+) -> Iterator[ModelFinding]:
     """Everything wrong with a joint."""
     yield from reference((*at, "child"), joint.child, names.bodies, "bodies")
     yield from reference((*at, "parent"), joint.parent, names.bodies | {GROUND}, "bodies")
@@ -46,11 +48,11 @@ def joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> It
         if joint.type in JOINT_TYPES[3]:
             message = f"a {joint.type} joint is one of space, and the model is planar"
             remedy = f"write 'dimensions: 3' on top, or take another type: {', '.join(types)}"
-        yield Finding((*at, "type"), message, remedy)
+        yield ModelFinding((*at, "type"), message, remedy)
         return
     if joint.parent == joint.child and joint.child in names.bodies:
         message = f"the joint joins body {joint.child!r} to itself"
-        yield Finding((*at, "parent"), message, "name another body, or ground")
+        yield ModelFinding((*at, "parent"), message, "name another body, or ground")
     yield from _joint_type_findings(at, joint, types)
     for field in types[joint.type].vectors:
         if getattr(joint, field) is not None:
@@ -60,13 +62,13 @@ def joint_findings(at: Location, joint: Joint, names: Names, known: Known) -> It
         if key not in keys:
             message = f"a {joint.type} joint has no initial {key!r}"
             remedy = suggestion(key, keys) or "leave it out"
-            yield Finding((*at, "initial", key), message, remedy)
+            yield ModelFinding((*at, "initial", key), message, remedy)
         yield from expressions((*at, "initial", key), value, known)
 
 
 def _joint_type_findings(
     at: Location, joint: Joint, types: Mapping[str, JointType]
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Keys that a joint of this type does not have, or needs."""
     if types[joint.type].is_free:
         yield from _of_free(at, joint, types)
@@ -75,19 +77,19 @@ def _joint_type_findings(
     yield from _coordinate(at, joint, types)
 
 
-def _of_free(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
+def _of_free(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[ModelFinding]:
     if joint.parent != GROUND:
         message = f"a {joint.type} joint is always to the ground"
-        yield Finding((*at, "parent"), message, "leave 'parent' out")
+        yield ModelFinding((*at, "parent"), message, "leave 'parent' out")
     for field in ("parent_to_joint", "joint_to_child"):
         if getattr(joint, field) not in ((0.0, 0.0), [0.0, 0.0]):
             message = f"a {joint.type} joint has no {field}"
             place = "x, z" if types is JOINT_TYPES[2] else "x, y, z"
             remedy = f"give the start position under 'initial': {place}"
-            yield Finding((*at, field), message, remedy)
+            yield ModelFinding((*at, field), message, remedy)
 
 
-def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
+def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[ModelFinding]:
     for field in AXES_OF_JOINTS:
         needed = field in types[joint.type].vectors
         if needed == (getattr(joint, field) is not None):
@@ -103,35 +105,39 @@ def _axes(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterato
             message = f"only a {' or '.join(having)} joint has {article} {words}"
         else:
             message = f"joints of the plane turn about +Y and have no {words}"
-        yield Finding((*at, field), message, remedy)
+        yield ModelFinding((*at, field), message, remedy)
 
 
-def _coordinate(at: Location, joint: Joint, types: Mapping[str, JointType]) -> Iterator[Finding]:
-    if joint.coordinate not in (None, *get_args(AngleReference)):
+def _coordinate(
+    at: Location, joint: Joint, types: Mapping[str, JointType]
+) -> Iterator[ModelFinding]:
+    if joint.coordinate is None:
+        return
+    if joint.coordinate not in get_args(AngleReference):
         remedy = suggestion(joint.coordinate, get_args(AngleReference))
-        yield Finding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
-    elif types[joint.type].chooses_angle or joint.coordinate is None:
+        yield ModelFinding((*at, "coordinate"), f"unknown coordinate {joint.coordinate!r}", remedy)
+    elif types[joint.type].chooses_angle:
         return
     elif joint.coordinate == "relative" or types is JOINT_TYPES[3]:
         names = " or ".join(name for name, t in types.items() if t.chooses_angle)
         message = f"only a {names} joint has a coordinate to choose"
         if not names:
             message = "in space angles of joints are relative: there is no coordinate to choose"
-        yield Finding((*at, "coordinate"), message, "leave it out")
+        yield ModelFinding((*at, "coordinate"), message, "leave it out")
 
 
-def _reaction_axes(at: Location, joint: Joint, joint_type: JointType) -> Iterator[Finding]:
+def _reaction_axes(at: Location, joint: Joint, joint_type: JointType) -> Iterator[ModelFinding]:
     if joint.reaction_axes not in get_args(Axes):
         remedy = suggestion(joint.reaction_axes, get_args(Axes))
-        yield Finding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
+        yield ModelFinding((*at, "reaction_axes"), f"unknown axes {joint.reaction_axes!r}", remedy)
     elif joint.reaction_axes == "body" and joint_type.is_free:
         message = f"a {joint.type} joint exerts nothing and has no reaction"
-        yield Finding((*at, "reaction_axes"), message, "leave it out")
+        yield ModelFinding((*at, "reaction_axes"), message, "leave it out")
 
 
 def axis_findings(
     at: Location, joint: Joint, computed: Mapping[Location, float]
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """Axes without a length, and pairs of them that leave a joint without a freedom."""
     known: dict[str, list[float]] = {}
     for field in AXES_OF_JOINTS:
@@ -139,7 +145,7 @@ def axis_findings(
         entries = [computed.get((*at, field, k), math.nan) for k in range(count)]
         if entries and not any(entries):
             words, example = field.replace("_", " "), "[1, 0]" if count == 2 else "[1, 0, 0]"
-            yield Finding(
+            yield ModelFinding(
                 (*at, field), f"the {words} has no length", f"give a vector such as {example}"
             )
         elif len(entries) == len(AXES):
@@ -147,10 +153,10 @@ def axis_findings(
     axis, second, direction = (known.get(field) for field in ("axis", "second_axis", "direction"))
     if axis and second and abs(_dot(axis, second)) > 1 - PARALLEL:
         message = "both axes are the same: the joint has one freedom only"
-        yield Finding((*at, "second_axis"), message, "give another axis, or a revolute joint")
+        yield ModelFinding((*at, "second_axis"), message, "give another axis, or a revolute joint")
     if axis and direction and abs(_dot(axis, direction)) > PARALLEL:
         message = "the direction is not at right angles to the axis"
-        yield Finding((*at, "direction"), message, "give a direction in the plane")
+        yield ModelFinding((*at, "direction"), message, "give a direction in the plane")
 
 
 def _dot(a: Iterable[float], b: Iterable[float]) -> float:

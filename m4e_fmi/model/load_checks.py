@@ -13,8 +13,8 @@ from m4e_fmi.model.elements import GROUND, Axes, Joint
 from m4e_fmi.model.findings import (
     TIME,
     Complaint,
-    Finding,
     Known,
+    ModelFinding,
     Names,
     expressions,
     quantities,
@@ -51,7 +51,7 @@ class LoadChecks:
         self.types = JOINT_TYPES[model.dimensions]
         self.motion = MOTION[model.dimensions]
 
-    def findings(self) -> Iterator[Finding]:
+    def findings(self) -> Iterator[ModelFinding]:
         """All findings on the loads, in the order of the file."""
         for name, load in self.model.loads.items():
             at = ("loads", name)
@@ -107,12 +107,12 @@ class LoadChecks:
         ]
         return f"did you mean {meant[0]!r}?" if meant else ""
 
-    def _ends(self, at: Location, load: Any) -> Iterator[Finding]:
+    def _ends(self, at: Location, load: Any) -> Iterator[ModelFinding]:
         """The bodies, points or joint on which a load acts."""
         names = self.names
         if getattr(load, "body", None) == GROUND:
             message = "a load on the ground moves nothing"
-            yield Finding((*at, "body"), message, "name a body, or leave the load out")
+            yield ModelFinding((*at, "body"), message, "name a body, or leave the load out")
         elif hasattr(load, "body"):
             yield from reference((*at, "body"), load.body, names.bodies, "bodies")
         elif hasattr(load, "point"):
@@ -123,7 +123,7 @@ class LoadChecks:
         else:
             yield from self._pair(at, load, "points" if hasattr(load, "points") else "bodies")
 
-    def _along(self, at: Location, load: Any) -> Iterator[Finding]:
+    def _along(self, at: Location, load: Any) -> Iterator[ModelFinding]:
         """The coordinate of a joint along which a load acts."""
         joint = self.model.joints.get(load.joint)
         if joint is None or joint.type not in self.types:
@@ -132,59 +132,61 @@ class LoadChecks:
         if not known:
             message = f"{load.joint!r} is a {joint.type} joint, on which no effort can act"
             names = [name for name, t in self.types.items() if t.efforts]
-            yield Finding(
+            yield ModelFinding(
                 (*at, "joint"), message, f"name one that has coordinates: {', '.join(names)}"
             )
         elif load.along and load.along not in known:
             message = f"a {joint.type} joint has no coordinate {load.along!r}"
-            yield Finding((*at, "along"), message, f"known: {', '.join(known)}")
+            yield ModelFinding((*at, "along"), message, f"known: {', '.join(known)}")
         elif len(known) > 1 and not load.along:
             message = f"{load.joint!r} is a {joint.type} joint with {len(known)} coordinates"
-            yield Finding(at, message, f"add 'along: {known[0]}' or another of {', '.join(known)}")
+            yield ModelFinding(
+                at, message, f"add 'along: {known[0]}' or another of {', '.join(known)}"
+            )
 
-    def _pair(self, at: Location, load: object, field: str) -> Iterator[Finding]:
+    def _pair(self, at: Location, load: object, field: str) -> Iterator[ModelFinding]:
         known = self.names.points if field == "points" else self.names.bodies | {GROUND}
         ends = getattr(load, field)
         if len(ends) != 2:
-            yield Finding((*at, field), f"expected two {field}, got {len(ends)}")
+            yield ModelFinding((*at, field), f"expected two {field}, got {len(ends)}")
             return
         for index, end in enumerate(ends):
             place = (*at, field, index)
             if field == "points" and end not in known and end in self.names.bodies | {GROUND}:
                 origin = "[0, 0]" if self.known.dimensions == 2 else "[0, 0, 0]"
                 remedy = f"add a point of it: {{body: {end}, at: {origin}}}"
-                yield Finding(place, f"{end!r} is a body, not a point", remedy)
+                yield ModelFinding(place, f"{end!r} is a body, not a point", remedy)
                 continue
             yield from reference(place, end, known, field)
         if ends[0] == ends[1]:
-            yield Finding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
+            yield ModelFinding((*at, field), f"both ends are {ends[0]!r}", f"name two {field}")
 
-    def _choices(self, at: Location, load: Load) -> Iterator[Finding]:
+    def _choices(self, at: Location, load: Load) -> Iterator[ModelFinding]:
         """Fields that are missing or exclude each other."""
         for field in getattr(load, "required", ()):
             if getattr(load, field) is None:
-                yield Finding(at, f"missing key {field!r}", f"add '{field}: …' here")
+                yield ModelFinding(at, f"missing key {field!r}", f"add '{field}: …' here")
         either = getattr(load, "either", ())
         given = [field for field in either if getattr(load, field) is not None]
         if either and len(given) != 1:
             message = f"expected one of {' and '.join(map(repr, either))}, got {len(given)}"
             remedy = "a law is the whole force or moment" if given else f"add '{either[0]}: …' here"
-            yield Finding((*at, given[-1]) if given else at, message, remedy)
+            yield ModelFinding((*at, given[-1]) if given else at, message, remedy)
         if isinstance(load, TensionStop | JointStop) and load.lower is None and load.upper is None:
-            yield Finding(at, "a stop without a limit", "add 'lower: …' or 'upper: …' here")
+            yield ModelFinding(at, "a stop without a limit", "add 'lower: …' or 'upper: …' here")
         angle = getattr(load, "angle", 0.0) if self.known.dimensions == 3 else 0.0
         if angle not in (0.0, "0"):
             message = "in space a torsion spring rests where its bodies are parallel"
             remedy = (
                 "leave 'angle' out; about a joint use a joint_effort, -k*(joint.NAME.q - angle)"
             )
-            yield Finding((*at, "angle"), message, remedy)
+            yield ModelFinding((*at, "angle"), message, remedy)
         axes = getattr(load, "axes", "world")
         if axes not in get_args(Axes):
             remedy = suggestion(str(axes), get_args(Axes))
-            yield Finding((*at, "axes"), f"unknown axes {axes!r}", remedy)
+            yield ModelFinding((*at, "axes"), f"unknown axes {axes!r}", remedy)
 
-    def _law(self, at: Location, load: object) -> Iterator[Finding]:
+    def _law(self, at: Location, load: object) -> Iterator[ModelFinding]:
         law = getattr(load, "law", None)
         if law is None:
             return
@@ -194,4 +196,4 @@ class LoadChecks:
         for name in sorted(self.names.parameters | self.names.tables):
             if name in variables:
                 message = f"{name!r} is what the law depends on, and also a parameter or table"
-                yield Finding((*at, "law"), message, "rename the parameter or table")
+                yield ModelFinding((*at, "law"), message, "rename the parameter or table")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.model.elements import Body, Joint, Parameter, Point, Quantity, Vector
@@ -14,7 +14,7 @@ from m4e_fmi.model.table import Table
 from m4e_fmi.shown import Displayed, listing
 
 if TYPE_CHECKING:
-    from m4e_fmi.model.findings import Finding
+    from m4e_fmi.model.findings import ModelFinding
 
 STANDARD_GRAVITY = 9.80665  # m/s², CGPM 1901
 
@@ -39,8 +39,8 @@ class Model(Displayed):
     description: str = ""
     dimensions: Literal[2, 3] = 2
 
-    _warnings = ()  # no fields: they follow from the others
-    _lacking = MappingProxyType({})
+    _warnings: ClassVar[tuple[Problem, ...]] = ()  # no fields: they follow from the others
+    _lacking: ClassVar[Mapping[str, Problem]] = MappingProxyType({})
 
     def __post_init__(self) -> None:
         from m4e_fmi.model.checks import findings
@@ -68,7 +68,7 @@ class Model(Displayed):
         """Parameters without a value, each with the problem that it is where no value is given."""
         return self._lacking
 
-    def place_warnings(self, place: Callable[[Finding], Problem]) -> Model:
+    def place_warnings(self, place: Callable[[ModelFinding], Problem]) -> Model:
         """This model; its warnings, and what it lacks, are where `place` puts them from now on."""
         from m4e_fmi.model.checks import doubts, lacking
 
@@ -87,7 +87,7 @@ class Model(Displayed):
         from m4e_fmi.model.checks import findings_with
 
         own = [name for name in names if name in self.parameters]
-        place: Callable[[Finding], Problem] = vars(self)["_place"]
+        place: Callable[[ModelFinding], Problem] = vars(self)["_place"]
         findings = findings_with(self, own)
 
         def problems(values: Mapping[str, float]) -> list[Problem]:
@@ -104,7 +104,7 @@ class Model(Displayed):
         object.__setattr__(self, "_warnings", tuple(warnings))
         return self
 
-    def _problem(self, finding: Finding) -> Problem:
+    def _problem(self, finding: ModelFinding) -> Problem:
         place = ".".join(map(str, finding.location))
         return Problem(f"{place}: {finding.message}", finding.remedy, self.name)
 

@@ -26,7 +26,7 @@ from m4e_fmi.files.csv_columns import heading, read_columns
 from m4e_fmi.files.document import Document, Location, Section, rejected
 from m4e_fmi.joints import JOINT_TYPES
 from m4e_fmi.model.checks import (
-    Finding,
+    ModelFinding,
     Names,
     element_findings,
     further_findings,
@@ -43,7 +43,7 @@ from m4e_fmi.model.elements import (
     Point,
 )
 from m4e_fmi.model.joint_checks import joint_type_elsewhere
-from m4e_fmi.model.loads import LOAD_TYPES
+from m4e_fmi.model.loads import LOAD_TYPES, Load
 from m4e_fmi.model.model import STANDARD_GRAVITY, Model
 from m4e_fmi.model.shapes import Box, Cylinder, Mesh, Shape, Sphere
 from m4e_fmi.model.table import Table
@@ -67,7 +67,7 @@ def _number_or_text(value: object) -> float | str:
 
 def _vector(value: object, info: ValidationInfo) -> object:
     """A vector as it is, whose length is checked later; anything else is rejected."""
-    if not isinstance(value, list | tuple):
+    if not isinstance(value, (list, tuple)):
         raise rejected(
             f"{info.field_name}: expected a vector, got {value!r}",
             "write [x, z], in space [x, y, z]",
@@ -287,7 +287,7 @@ def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, A
             for name, member in members.items()
         }
 
-    loads = {}
+    loads: dict[str, Load] = {}
     for name, member in section.loads.items():
         given = dict(member)
         loads[name] = LOAD_TYPES[given.pop("type")](**given)
@@ -300,10 +300,10 @@ def _elements(section: ModelSection, shapes: Mapping[str, Shape]) -> dict[str, A
     }
 
 
-def _shapes(section: ModelSection, folder: Path) -> tuple[dict[str, Shape], list[Finding]]:
+def _shapes(section: ModelSection, folder: Path) -> tuple[dict[str, Shape], list[ModelFinding]]:
     """The shapes of bodies, their files from `folder`, and what is wrong with those files."""
     shapes: dict[str, Shape] = {}
-    found: list[Finding] = []
+    found: list[ModelFinding] = []
     for name, body in section.bodies.items():
         given = {key: value for key, value in body.shape or () if value is not None}
         for key in SHAPES.keys() & given.keys():
@@ -314,21 +314,21 @@ def _shapes(section: ModelSection, folder: Path) -> tuple[dict[str, Shape], list
             try:
                 shapes[name] = Mesh(folder / given["mesh"], given["mesh_origin"])
             except InputError as error:
-                found += (Finding(at, p.message, p.remedy) for p in error.problems)
+                found += (ModelFinding(at, p.message, p.remedy) for p in error.problems)
     return shapes, found
 
 
-def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list[Finding]]:
+def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list[ModelFinding]]:
     """The tables that can be read, their files from `folder`, and what is wrong with the others."""
     tables: dict[str, Table] = {}
-    found: list[Finding] = []
+    found: list[ModelFinding] = []
     for name, member in section.tables.items():
         at = ("tables", name)
         inline = member.times is not None and member.values is not None
         partly = member.times is not None or member.values is not None
         if inline == (member.file is not None) or (partly and not inline):
             remedy = "give 'times' and 'values', or the 'file' of a table"
-            found.append(Finding(at, "expected numbers or a file", remedy))
+            found.append(ModelFinding(at, "expected numbers or a file", remedy))
             continue
         times, values, unit = member.times or [], member.values or [], member.unit
         if member.file is not None:
@@ -345,9 +345,9 @@ def _tables(section: ModelSection, folder: Path) -> tuple[dict[str, Table], list
     return tables, found
 
 
-def _file_finding(at: Location, problem: Problem) -> Finding:
+def _file_finding(at: Location, problem: Problem) -> ModelFinding:
     """The finding on a problem of the file of the table at `at`."""
     place = "columns" if "column '" in problem.message else "file"
     line = f", line {problem.line}" if problem.line else ""
     message = f"{Path(problem.file).name}{line}: {problem.message}"
-    return Finding((*at, place), message, problem.remedy)
+    return ModelFinding((*at, place), message, problem.remedy)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from m4e_fmi.joints import Frame, Place
+from m4e_fmi.joints import Frame, PointMotion
 from m4e_fmi.model import Model, Table
 from m4e_fmi.model.elements import (
     GROUND,
@@ -28,8 +28,7 @@ from m4e_fmi.model.elements import (
 )
 from m4e_fmi.model.expression import NOTHING, Expression, Values
 from m4e_fmi.multibody.loads import Acting, acting
-from m4e_fmi.multibody.motion import Lookup, Motion, State, frames, in_space
-from m4e_fmi.multibody.topology import Topology
+from m4e_fmi.multibody.topology import Lookup, ModelState, MotionValues, Topology, frames, in_space
 from m4e_fmi.program import AnyScalar
 from m4e_fmi.space import (
     TURN,
@@ -97,9 +96,9 @@ class Assembly:
     model: Model
     tree: Topology
     scalars: Scalars
-    values: Motion
+    values: MotionValues
     frames: list[Frame]
-    points: dict[str, Place]
+    points: dict[str, PointMotion]
     gravity: Vector
     masses: list[tuple[AnyScalar, Matrix]]
     added_mass: dict[tuple[int, int], Matrix]
@@ -147,11 +146,11 @@ def assemble(model: Model, tree: Topology, scalars: Scalars) -> Assembly:
             mass = quantity(body, "mass").evaluate(values)
         masses.append((mass, _tensor(inertia_of(body), values)))
     moving = frames(tree, scalars.q, scalars.u, values)
-    state = State(model, tree, scalars.q, scalars.u, moving, points := {})
+    state = ModelState(model, tree, scalars.q, scalars.u, moving, points := {})
     for name, point in model.points.items():
         at = in_space(vector(point, "at"), values)
         points[name] = state.frame(point.body).place(at)
-    motion = Motion(values, state, scalars.table)
+    motion = MotionValues(values, state, scalars.table)
     loads = {name: acting(load, motion) for name, load in model.loads.items()}
     forces = [[*scalars.effort.get(link.joint_name, [0] * len(link.speeds))] for link in tree.links]
     return Assembly(
@@ -197,7 +196,7 @@ def _blocks(tree: Topology, links: list[int], matrix: Matrix) -> dict[tuple[int,
 
 
 def _wrenches(
-    state: State, scalars: Scalars, loads: Mapping[str, Acting], forces: list[list[AnyScalar]]
+    state: ModelState, scalars: Scalars, loads: Mapping[str, Acting], forces: list[list[AnyScalar]]
 ) -> list[list[AnyScalar]]:
     """Sum (F, M) of loads and outside forces on each link, about its origin.
 

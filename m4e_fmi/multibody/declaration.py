@@ -20,7 +20,7 @@ from m4e_fmi.model.elements import (
 from m4e_fmi.model.expression import Values
 from m4e_fmi.model.quantity import as_expression
 from m4e_fmi.multibody.assembly import Scalars
-from m4e_fmi.multibody.topology import Link, Topology
+from m4e_fmi.multibody.topology import Topology, TreeLink
 from m4e_fmi.program import AnyScalar, Recorder, Variable
 from m4e_fmi.space import AXES, TURN, is_zero
 from m4e_fmi.units import parse_unit
@@ -39,11 +39,11 @@ class Described(Protocol):
 
     @property
     def description(self) -> str:
-        """The author's description, empty if there is none."""
+        """The author's description, or an empty text."""
         ...
 
 
-def state_names(link: Link) -> tuple[list[str], list[str]]:
+def state_names(link: TreeLink) -> tuple[list[str], list[str]]:
     """Variable names of the coordinates and of the velocities of a link."""
     joint_type = link.joint_type
     owner = f"body.{link.body}" if joint_type.is_free else f"joint.{link.joint_name}"
@@ -119,9 +119,9 @@ def inputs_of(
     *,
     chosen: Container[str] | None = None,
 ) -> dict[str, AnyScalar]:
-    """Inputs as fields of `Scalars`; those that are `chosen`, or all if that is None.
+    """Inputs as fields of `Scalars`; those `chosen`, or all if `chosen` has the value None.
 
-    `scalar` makes the scalar that stands for one.
+    `scalar` makes the scalar of an input.
     """
 
     def force(element: Described, name: str, unit: str, text: str) -> AnyScalar:
@@ -187,7 +187,7 @@ def _declared_states(
     )
 
 
-def _states(link: Link, tree: Topology) -> Iterator[tuple[str, str, str, str | None]]:
+def _states(link: TreeLink, tree: Topology) -> Iterator[tuple[str, str, str, str | None]]:
     """Name, unit and text of each state of a link, and of a velocity the name of its coordinate."""
     positions, velocities = state_names(link)
     count = len(link.joint_type.coordinates)
@@ -202,7 +202,7 @@ def _states(link: Link, tree: Topology) -> Iterator[tuple[str, str, str, str | N
         yield name, "rad/s", f"Angular velocity of body {link.body}, world {axis.upper()}", None
 
 
-def _start_values(link: Link, values: Values) -> dict[str, float]:
+def _start_values(link: TreeLink, values: Values) -> dict[str, float]:
     """Start value of each state of a link, by the last part of its name."""
     keys = link.joint_type.start_keys
     given = {
@@ -215,7 +215,7 @@ def _start_values(link: Link, values: Values) -> dict[str, float]:
 
 
 def _nominal(model: Model) -> dict[str, float]:
-    """Orders of magnitude of the motion, by unit: of the longest arm l (1 m if there is none), of
+    """Orders of magnitude of the motion, by unit: of the longest arm l (1 m without arms), of
     one radian, and of these in the time √(l/g) of a pendulum of that length (1 s without gravity).
     """
     values = parameter_values(model.parameters)

@@ -12,7 +12,7 @@ from m4e_fmi.model.checks import findings_with
 from m4e_fmi.multibody.assembly import Assembly, Scalars, assemble, links_with_added_mass
 from m4e_fmi.multibody.closed_form import mass_matrix
 from m4e_fmi.multibody.declaration import inputs_of, state_names
-from m4e_fmi.multibody.topology import Link, Topology, topology
+from m4e_fmi.multibody.topology import Topology, TreeLink, topology
 
 LARGEST = 1e150
 """Largest size of a number that can still be squared: floats end at 1e308."""
@@ -73,7 +73,7 @@ def _scalars(model: Model, tree: Topology, values: Mapping[str, float], time: fl
     )
 
 
-def _weak_link(assembly: Assembly) -> Link | None:
+def _weak_link(assembly: Assembly) -> TreeLink | None:
     """The link whose coordinate the mass matrix resists least, if it is singular."""
     size = len(assembly.tree.velocity_names)
     M = np.zeros((size, size))

@@ -29,7 +29,7 @@ from m4e_fmi.model.antiderivative import potential
 from m4e_fmi.model.elements import parameter_values, quantity, vector
 from m4e_fmi.model.expression import NOTHING
 from m4e_fmi.model.loads import Load
-from m4e_fmi.multibody.motion import Motion, in_space
+from m4e_fmi.multibody.topology import MotionValues, in_space
 from m4e_fmi.program import AnyScalar, atan2, maximum, minimum, sign, tanh
 from m4e_fmi.space import (
     ABOUT_Y,
@@ -50,14 +50,12 @@ from m4e_fmi.space import (
 
 _BetweenPoints = TensionSpring | TensionDamper | TensionStop | Bushing
 _Elastic = TensionSpring | TorsionSpring | TensionStop | JointStop | Bushing
-_Spring = TensionSpring | TorsionSpring
-_Damper = TensionDamper | TorsionDamper
 
 FORCES, MOMENTS = ("force_x", "force_y", "force_z"), ("moment_x", "moment", "moment_z")
 
 
 @dataclass(frozen=True)
-class Action:
+class _Action:
     """A force [N] in world axes at a named point, or at a body's CG with a moment [N·m].
 
     Or the effort [N·m or N] of a joint along its coordinate of some `number`, which acts on its
@@ -83,7 +81,7 @@ class Acting:
     `load_outputs`.
     """
 
-    actions: list[Action]
+    actions: list[_Action]
     power: AnyScalar = 0
     potential: AnyScalar = 0
     measures: Mapping[str, AnyScalar] = field(default_factory=dict)
@@ -102,7 +100,7 @@ class _Resistance:
     measures: Mapping[str, AnyScalar] = field(default_factory=dict)
 
 
-def acting(load: Load, motion: Motion) -> Acting:
+def acting(load: Load, motion: MotionValues) -> Acting:
     """Effect of `load` in a state."""
     if isinstance(load, BodyForce | PointForce | BodyDrag | PointDrag):
         return _applied(load, motion)
@@ -113,7 +111,7 @@ def acting(load: Load, motion: Motion) -> Acting:
     return _between_points(load, motion)
 
 
-def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion) -> Acting:
+def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: MotionValues) -> Acting:
     """A force in world or body axes, or drag."""
     at_body = isinstance(load, BodyForce | BodyDrag)
     state = motion.state
@@ -133,7 +131,7 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     else:
         force = _vector(load, "force", motion)
         if isinstance(load, BodyForce):
-            if isinstance(load.moment, tuple | list):
+            if isinstance(load.moment, (tuple, list)):
                 torque = _vector(load, "moment", motion)
             else:  # about +Y
                 torque = 0, _value(load, "moment", motion), 0
@@ -142,13 +140,13 @@ def _applied(load: BodyForce | PointForce | BodyDrag | PointDrag, motion: Motion
     power = dot(force, velocity)
     measures = _named(FORCES, force, motion)
     if not at_body:
-        return Acting([Action(force, point=load.point)], power, measures=measures)
+        return Acting([_Action(force, point=load.point)], power, measures=measures)
     power = plus(power, dot(torque, frame.omega))
     measures = {**measures, **_named(MOMENTS, torque, motion)}
-    return Acting([Action(force, body=body, moment=torque)], power, measures=measures)
+    return Acting([_Action(force, body=body, moment=torque)], power, measures=measures)
 
 
-def _between_points(load: _BetweenPoints, motion: Motion) -> Acting:
+def _between_points(load: _BetweenPoints, motion: MotionValues) -> Acting:
     """A tension along the line between two points, or what needs no line.
 
     Where the points coincide a tension has no direction, and is no force.
@@ -167,7 +165,7 @@ def _between_points(load: _BetweenPoints, motion: Motion) -> Acting:
 
 
 def _held_together(
-    load: Bushing | TensionSpring, motion: Motion, line: Vector, rate: Vector
+    load: Bushing | TensionSpring, motion: MotionValues, line: Vector, rate: Vector
 ) -> Acting:
     """Stiffness and damping against any motion of one point from the other: no distance divides."""
     stiffness = _value(load, "stiffness", motion)
@@ -188,13 +186,13 @@ def _held_together(
     return Acting(_opposite(load, force), power, potential, measures)
 
 
-def _opposite(load: _BetweenPoints, force: Vector) -> list[Action]:
+def _opposite(load: _BetweenPoints, force: Vector) -> list[_Action]:
     """`force` on the first point of a load, the opposite on the second."""
     first, second = load.points
-    return [Action(force, point=first), Action(scaled(-1, force), point=second)]
+    return [_Action(force, point=first), _Action(scaled(-1, force), point=second)]
 
 
-def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
+def _twisting(load: TorsionSpring | TorsionDamper, motion: MotionValues) -> Acting:
     """A moment about +Y in the plane; in space along the rotation vector, or against turning."""
     first, second = (motion.state.frame(name) for name in load.bodies)
     apart = subtracted(second.omega, first.omega)
@@ -211,36 +209,36 @@ def _twisting(load: TorsionSpring | TorsionDamper, motion: Motion) -> Acting:
     found = _resistance(load, motion, twist, rate)
     moment = scaled(found.total, axis)
     actions = [
-        Action(body=load.bodies[0], moment=moment),
-        Action(body=load.bodies[1], moment=subtracted(ZERO, moment)),
+        _Action(body=load.bodies[0], moment=moment),
+        _Action(body=load.bodies[1], moment=subtracted(ZERO, moment)),
     ]
     measures = {"moment": found.total, "twist_rate": rate}
     return _resisting(found, rate, actions, measures)
 
 
-def _in_joint(load: JointEffort | JointFriction | JointStop, motion: Motion) -> Acting:
+def _in_joint(load: JointEffort | JointFriction | JointStop, motion: MotionValues) -> Acting:
     number = motion.state.link(load.joint).joint_type.number_of(load.along)
     position, rate = motion.state.joint(load.joint, number)
     found = _resistance(load, motion, position, rate)
-    action = Action(joint=load.joint, number=number, effort=-found.total)
+    action = _Action(joint=load.joint, number=number, effort=-found.total)
     return _resisting(found, rate, [action], {"effort": action.effort})
 
 
 def _resisting(
-    found: _Resistance, rate: AnyScalar, actions: list[Action], measures: Mapping[str, AnyScalar]
+    found: _Resistance, rate: AnyScalar, actions: list[_Action], measures: Mapping[str, AnyScalar]
 ) -> Acting:
     lossless = isinstance(found.lost, int)
     power = 0 if lossless else -(found.lost * rate)
     return Acting(actions, power, found.potential, {**measures, **found.measures})
 
 
-def _resistance(load: Load, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
+def _resistance(load: Load, motion: MotionValues, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     """Resistance of `load` to the growth of `s`."""
     return _RESISTANCES[type(load)](load, motion, s, rate)
 
 
 def _spring(
-    load: TensionSpring | TorsionSpring, motion: Motion, s: AnyScalar, rate: AnyScalar
+    load: TensionSpring | TorsionSpring, motion: MotionValues, s: AnyScalar, rate: AnyScalar
 ) -> _Resistance:
     rest, name = ("length", "extension") if isinstance(load, TensionSpring) else ("angle", "twist")
     extension = s - _value(load, rest, motion)
@@ -256,7 +254,7 @@ def _spring(
 
 
 def _by_law(
-    load: TensionSpring | TorsionSpring, motion: Motion, e: AnyScalar, rate: AnyScalar
+    load: TensionSpring | TorsionSpring, motion: MotionValues, e: AnyScalar, rate: AnyScalar
 ) -> tuple[AnyScalar, AnyScalar]:
     """Tension or moment, and its potential energy; None if none is known."""
     law, (variable, speed) = quantity(load, "law"), load.law_variables
@@ -268,7 +266,7 @@ def _by_law(
 
 
 def _damper(
-    load: TensionDamper | TorsionDamper, motion: Motion, s: AnyScalar, rate: AnyScalar
+    load: TensionDamper | TorsionDamper, motion: MotionValues, s: AnyScalar, rate: AnyScalar
 ) -> _Resistance:
     del s
     if load.law is None:
@@ -280,7 +278,7 @@ def _damper(
 
 
 def _stop(
-    load: TensionStop | JointStop, motion: Motion, s: AnyScalar, rate: AnyScalar
+    load: TensionStop | JointStop, motion: MotionValues, s: AnyScalar, rate: AnyScalar
 ) -> _Resistance:
     """Nothing between the limits; beyond, stiffness and a damping that it bounds."""
     stiffness, damping = (_value(load, name, motion) for name in ("stiffness", "damping"))
@@ -307,13 +305,15 @@ def _stop(
     return _Resistance(total, lost, energy, {"gap": gap})
 
 
-def _friction(load: JointFriction, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
+def _friction(
+    load: JointFriction, motion: MotionValues, s: AnyScalar, rate: AnyScalar
+) -> _Resistance:
     del s
     force = _value(load, "effort", motion) * tanh(rate / _value(load, "velocity", motion))
     return _Resistance(force, force)
 
 
-def _effort(load: JointEffort, motion: Motion, s: AnyScalar, rate: AnyScalar) -> _Resistance:
+def _effort(load: JointEffort, motion: MotionValues, s: AnyScalar, rate: AnyScalar) -> _Resistance:
     del s, rate
     force = -_value(load, "effort", motion)
     return _Resistance(force, force)
@@ -331,11 +331,11 @@ _RESISTANCES: dict[type, Callable[..., _Resistance]] = {
 }
 
 
-def _value(load: Load, name: str, motion: Motion) -> AnyScalar:
+def _value(load: Load, name: str, motion: MotionValues) -> AnyScalar:
     return quantity(load, name).evaluate(motion)
 
 
-def _vector(load: Load, name: str, motion: Motion) -> Vector:
+def _vector(load: Load, name: str, motion: MotionValues) -> Vector:
     return in_space(vector(load, name), motion)
 
 
@@ -348,13 +348,13 @@ def _rotation_vector(first: Rotation, second: Rotation) -> Vector:
     return scaled(angle / sine, twice_sine)
 
 
-def _named(names: Sequence[str], vector: Vector, motion: Motion) -> dict[str, AnyScalar]:
+def _named(names: Sequence[str], vector: Vector, motion: MotionValues) -> dict[str, AnyScalar]:
     """The parts of a force or moment that the model has, by the names of outputs."""
     first = 0 if names is FORCES else TURN
     return {names[c]: vector[c] for c in range(TURN) if first + c in motion.state.tree.components}
 
 
-def _is_constant(load: _Elastic, motion: Motion, *, allowed: str = "") -> bool:
+def _is_constant(load: _Elastic, motion: MotionValues, *, allowed: str = "") -> bool:
     """True if all scalars of the load depend on parameters only, or a law on the allowed name."""
     given = [name for name in load.scalars if getattr(load, name) is not None]
     names = frozenset().union(*(quantity(load, name).names() for name in given))

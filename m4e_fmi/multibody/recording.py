@@ -31,9 +31,8 @@ from m4e_fmi.multibody.assembly import (
     load_powers,
     potential_energy,
 )
-from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix
+from m4e_fmi.multibody.closed_form import ClosedForm, mass_matrix, reactions
 from m4e_fmi.multibody.declaration import Described, declared, in_words, state_names
-from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recursion import Recursion
 from m4e_fmi.multibody.topology import Topology, topology
 from m4e_fmi.program import AnyScalar, Program, Recorder, Variable
@@ -87,7 +86,7 @@ def model_program(model: Model | str | Path, *, inputs: Container[str] | None = 
     """The Program of a model, or of the model file at a path.
 
     Inputs: wrench of every body, force of every point, effort of every revolute and prismatic
-    joint; only those named in `inputs` unless that is None, the others are zero. States: q and u.
+    joint; only those named in `inputs` if given, the others are zero. States: q and u.
     Outputs: motion of bodies and points, reactions of joints, forces and power of the loads,
     energies.
     Parameters: the model's, and `added_mass[i,j]` of the bodies that have it.

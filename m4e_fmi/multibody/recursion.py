@@ -74,7 +74,7 @@ DRIVES = SIZE + SIZE + MOST
 
 
 @dataclass(frozen=True)
-class Loads:
+class _Loads:
     """The loads that drive a tree, for each link.
 
     `wrenches` f = (F [N], M [N·m]) about the origins, `inward` the links' accelerations
@@ -90,7 +90,7 @@ class Loads:
 
 
 @dataclass(frozen=True)
-class Factors:
+class _Factors:
     """Articulated inertias as they are handed on, and the eliminations of every link.
 
     `handed_on` are the components of the motion of each link that are left after them.
@@ -101,7 +101,7 @@ class Factors:
     handed_on: list[Sequence[int]]
 
 
-def factors(assembly: Assembly) -> Factors:
+def factors(assembly: Assembly) -> _Factors:
     """Eliminate every joint's acceleration, from the leaves to the ground."""
     links = assembly.tree.links
     inertias = [own_inertia(assembly, k) for k in range(len(links))]
@@ -127,7 +127,7 @@ def factors(assembly: Assembly) -> Factors:
                 inertia.reduce(out)
             rotates = assembly.frames[link.parent].rotates
             inertias[link.parent].add_child(inertia, frame.reach, left, rotates=rotates)
-    return Factors(inertias, eliminations, handed_on)
+    return _Factors(inertias, eliminations, handed_on)
 
 
 def own_inertia(assembly: Assembly, k: int) -> Inertia:
@@ -139,7 +139,7 @@ def own_inertia(assembly: Assembly, k: int) -> Inertia:
     return own
 
 
-def own_loads(assembly: Assembly) -> Loads:
+def own_loads(assembly: Assembly) -> _Loads:
     """The loads of the tree in its state: f of each link alone."""
     wrenches: list[list[AnyScalar]] = []
     for k, frame in enumerate(assembly.frames):
@@ -154,10 +154,10 @@ def own_loads(assembly: Assembly) -> Loads:
             add_force(f, force_of(bias), frame.arm, moment_of(bias))
         wrenches.append(f)
     inward = [frame.inward for frame in assembly.frames]
-    return Loads(wrenches, inward, assembly.generalized_forces, assembly.gravity)
+    return _Loads(wrenches, inward, assembly.generalized_forces, assembly.gravity)
 
 
-def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
+def solve(assembly: Assembly, factors: _Factors, loads: _Loads) -> Accelerations:
     """The accelerations that `loads` cause. Links on which nothing acts (zeros) cost nothing."""
     wrenches = [list(wrench) for wrench in loads.wrenches]
     free: list[list[AnyScalar]] = [[0] * len(outs) for outs in factors.eliminations]
@@ -177,7 +177,7 @@ def solve(assembly: Assembly, factors: Factors, loads: Loads) -> Accelerations:
 
 
 def _push_on(
-    assembly: Assembly, factors: Factors, loads: Loads, k: int, wrenches: list[list[AnyScalar]]
+    assembly: Assembly, factors: _Factors, loads: _Loads, k: int, wrenches: list[list[AnyScalar]]
 ) -> None:
     """Add to the parent's f what it feels of that of link `k` through its joint."""
     frame, left, link = assembly.frames[k], factors.handed_on[k], assembly.tree.links[k]
@@ -193,7 +193,7 @@ def _push_on(
 
 
 def _outwards(
-    assembly: Assembly, factors: Factors, loads: Loads, free: list[list[AnyScalar]]
+    assembly: Assembly, factors: _Factors, loads: _Loads, free: list[list[AnyScalar]]
 ) -> Accelerations:
     """Accelerations from the ground to the leaves."""
     tree = assembly.tree
@@ -347,7 +347,7 @@ class Recursion:
         """Change of the unknowns for a drive."""
         size = len(self.assembly.frames)
         numbers = [drive.get(place, 0) for place in range(DRIVES * size + TURN)]
-        loads = Loads([], [], [], ground=_vector(iter(numbers[-TURN:])))
+        loads = _Loads([], [], [], ground=_vector(iter(numbers[-TURN:])))
         for k, link in enumerate(self.assembly.tree.links):
             own = iter(numbers[DRIVES * k : DRIVES * (k + 1)])
             loads.wrenches.append([next(own) for _ in range(SIZE)])

@@ -53,7 +53,7 @@ def figure(shown: Results | Simulation, names: Sequence[str]) -> Figure:
     from m4e_fmi.results.results_file import Results
 
     made = results_figure if isinstance(shown, Results) else simulation_figure
-    return made(shown, names, kind=ShownFigure)  # pyright: ignore[reportArgumentType]
+    return made(shown, names, kind=ShownFigure)  # pyrefly: ignore[bad-argument-type]
 
 
 def animation(results: Results) -> Animation:

@@ -184,7 +184,7 @@ def decode(data: bytes) -> tuple[Program, list[Entry]]:
     pieces = take(text_size).decode("utf-8", "replace").split("\0")
     if stream.read() or len(pieces) != 3 + 5 * count:
         raise _refused("has counts that do not match its size")
-    groups = {}
+    groups: dict[str, Any] = {}
     fields = iter(pieces[2:])
     for name, size in zip(GROUPS, (n_p, n_u, n_x, n_y, n_c), strict=True):
         groups[name] = tuple(
@@ -265,7 +265,7 @@ def save_program(program: Program, path: str | Path) -> None:
 
 
 def load_program(path: str | Path) -> Program:
-    """The program in a file; InputError if there is none, or if it is damaged or foreign."""
+    """The program in a file; InputError if the file is missing, damaged or of another kind."""
     try:
         data = read_bytes(path, largest=LARGEST_PROGRAM)
     except TooLongError as error:

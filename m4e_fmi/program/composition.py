@@ -247,8 +247,9 @@ class _Composer:
                 r.output(self._named(part, v), copy(node))
             for v, node in zip(program.calculated, program.constants, strict=True):
                 calculated.append((self._named(part, v), copy(node)))
+        symbols = r.tape.symbols_of_each(scalar.index for _, scalar in calculated)
         for v, scalar in calculated:
-            if r.tape.symbols_of(scalar.index) <= fixed:
+            if symbols[scalar.index] <= fixed:
                 r.calculate(v, scalar)
             else:  # of a parameter that a connection makes vary
                 r.output(v, scalar)
@@ -304,7 +305,7 @@ def _in_order(graph: Graph) -> list[list[Place]]:
 
 
 def _cuts(loop: Graph, members: Sequence[Place]) -> list[Place]:
-    """Places without which the loop is none, few of them: those with most neighbours first."""
+    """A few places that cut the loop when removed: those with most neighbours first."""
     import networkx as nx
 
     cuts: list[Place] = []

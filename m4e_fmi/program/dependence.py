@@ -1,9 +1,9 @@
-"""How results depend on what is known: FMI 2.0's kinds of dependency, read off the tape.
+"""How results depend on parameters, inputs and states: FMI 2.0's kinds, read off the tape.
 
 A result that is c·v + (anything without v) depends on v as a "constant" if c is a number, "fixed"
 if c is made of parameters, "tunable" if one of these may change between steps; otherwise it is
-"dependent" on v. Found in one pass over the operations, without any derivative: products with what
-varies, and functions, count as "dependent" even where terms happen to cancel.
+"dependent" on v. Found in one pass over the operations, without any derivative: products with
+variables, and functions, count as "dependent" even where terms happen to cancel.
 """
 
 from __future__ import annotations

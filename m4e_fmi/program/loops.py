@@ -3,9 +3,9 @@
 The unknowns z of a loop are inputs that need themselves: z = f(z). Where ∂f/∂z does not depend on
 z, f is linear, and elimination gives z = (1 − ∂f/∂z)⁻¹ f(0) as straight-line code. Its pivots are
 chosen for the start values, on the diagonal unless others are much larger, in a scale in which
-units of the unknowns do not matter. A pivot is compared with the terms it is the difference of:
-what is left of these is the condition of the loop. It is recorded, too, as its shares: later it may
-become zero, where the loop has no single solution.
+units of the unknowns do not matter. A pivot is a difference of terms; the remaining share of these
+is the condition of the loop. The shares are recorded, too: a later share of zero means that the
+loop has no single solution.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def solved_loop(
     constants: Sequence[Scalar],
     start: Mapping[str, float],
 ) -> tuple[list[Scalar], list[Scalar]]:
-    """Solution of z = f(z), and the shares [1]: what is left of the terms of each pivot, signed.
+    """Solution of z = f(z), and the shares [1]: each pivot over the sum of its terms' sizes.
 
     `unknowns` are the symbols that stand for z, `values` is f(z) recorded on them, `constants`
     f(0), all of length n. `start` has start values of all other symbols, by name; they choose the

@@ -49,8 +49,8 @@ class Variable:
 class Solution(Protocol):
     """A part of a program that solves equations, and how their solution changes.
 
-    A program that has one has cheaper derivatives: they go through the `balance` and one more solve
-    with what is factored already, instead of through the factoring.
+    A program with a Solution has cheaper derivatives: they go through the `balance` and one more
+    solve with the existing factors, instead of through the factoring.
     """
 
     @property
@@ -67,7 +67,7 @@ class Solution(Protocol):
         ...
 
     def response(self, drive: Mapping[int, Scalar]) -> Sequence[Scalar | int]:
-        """Change of the unknowns for a `drive`; 0 where there is none."""
+        """Change of the unknowns for a `drive`; 0 for unchanged ones."""
         ...
 
 
@@ -109,7 +109,8 @@ class LocalLaw(Protocol):
 class Loop:
     """An algebraic loop of a composed program, solved for the `inputs` that cut it.
 
-    `shares` are nodes of what is left of the terms of each pivot [1]: at zero the loop is singular.
+    `shares` are nodes of each pivot's remaining share of its terms [1]: at zero the loop is
+    singular.
     """
 
     inputs: tuple[str, ...]
@@ -291,12 +292,8 @@ class Recorder:
 
     def calculate(self, variable: Variable, value: Scalar | float) -> None:
         """Declare a calculated parameter: computed once, from parameters only."""
-        index = self._index(value)
-        foreign = self.tape.symbols_of(index) - set(self._variables["parameters"])
-        if foreign:
-            raise ValueError(f"{self.name}: {variable.name!r} depends on {sorted(foreign)}")
         self._declare("calculated", variable)
-        self._constants.append(index)
+        self._constants.append(self._index(value))
 
     def _index(self, value: Scalar | float) -> int:
         return value.index if isinstance(value, Scalar) else self.tape.constant(value).index
@@ -308,8 +305,13 @@ class Recorder:
     def program(self, *, solutions: tuple[Solution, ...] = ()) -> Program:
         """The finished program.
 
-        ValueError if a state has no rate, or if a scalar or a `derivative_of` names no variable.
+        ValueError if a state has no rate, if a scalar or a `derivative_of` names no variable, or if
+        a calculated parameter depends on more than parameters.
         """
+        symbols = self.tape.symbols_of_each(self._constants)
+        for v, index in zip(self.variables("calculated"), self._constants, strict=True):
+            if foreign := symbols[index] - set(self._variables["parameters"]):
+                raise ValueError(f"{self.name}: {v.name!r} depends on {sorted(foreign)}")
         missing = sorted(set(self._variables["states"]) - set(self._rates))
         if missing:
             raise ValueError(f"{self.name}: no rate for state {', '.join(missing)}")

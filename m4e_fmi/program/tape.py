@@ -135,7 +135,7 @@ class Tape:
         return self.recorded((name, i, j))
 
     def _folded(self, name: str, a: Scalar, b: Scalar) -> Scalar | None:
-        """Replacement of an operation on a constant or a negated scalar; None if there is none."""
+        """Replacement of an operation on a constant or a negated scalar; None without one."""
         x = self.operations[a.index][1] if a.kind == CONSTANT else None
         y = self.operations[b.index][1] if b.kind == CONSTANT else None
         if x is not None and y is not None:
@@ -332,7 +332,7 @@ def needed(tape: Tape, roots: Iterable[int], *, known: Container[int]) -> list[i
 
 
 def evaluated(tape: Tape, nodes: Sequence[int], values: Mapping[str, float]) -> dict[int, float]:
-    """The values of `nodes` for those of the symbols they need; nan where there is none."""
+    """The values of `nodes` for given `values` of their symbols; nan where undefined."""
     found: dict[int, float] = {}
     for k in tape.reachable(nodes):
         kind, *arguments = tape.operations[k]

@@ -15,7 +15,7 @@ from m4e_fmi.report.animation.scene_text import carried
 from m4e_fmi.report.run_report.inputs import versions
 from m4e_fmi.report.run_report.record import InputFile, Record, carried_record
 from m4e_fmi.results.results_file import check_export, export, stream_of, write_netcdf
-from m4e_fmi.results.row_file import Column, Section
+from m4e_fmi.results.row_file import ResultColumn, RowSection
 
 if TYPE_CHECKING:
     from m4e_fmi.simulate import Simulation
@@ -71,7 +71,7 @@ def _write_netcdf(
     write_netcdf(path, only, attributes, len(time), [(time[:, np.newaxis], *rows)])
 
 
-def _sections(simulation: Simulation) -> list[tuple[Section, list[str]]]:
+def _sections(simulation: Simulation) -> list[tuple[RowSection, list[str]]]:
     """Sections of the results, and the names of their variables in the simulation.
 
     Each part of a program has its own, as components of a run have; all else is under the program.
@@ -79,11 +79,11 @@ def _sections(simulation: Simulation) -> list[tuple[Section, list[str]]]:
     program = simulation.program
     parts = {part.name for part in program.parts}
     rest = file_stem(program.name)  # a path for netCDF
-    columns: dict[str, list[Column]] = {}
+    columns: dict[str, list[ResultColumn]] = {}
     names: dict[str, list[str]] = {}
     for name, v in simulation.variables.items():
         part, _, own = name.partition(".")
         section, own = (part, own) if part in parts else (rest, name)
-        columns.setdefault(section, []).append(Column(own, v.unit, v.description))
+        columns.setdefault(section, []).append(ResultColumn(own, v.unit, v.description))
         names.setdefault(section, []).append(name)
-    return [(Section(name, tuple(found)), names[name]) for name, found in columns.items()]
+    return [(RowSection(name, tuple(found)), names[name]) for name, found in columns.items()]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from m4e_fmi.report.drawing.labels import shortened
 
 if TYPE_CHECKING:
-    from m4e_fmi.cosim import Link, Prepared
-    from m4e_fmi.cosim.connections.links import Port
+    from m4e_fmi.cosim.connections.links import Link, Port
+    from m4e_fmi.cosim.connections.prepared import Prepared
 
 MOST_NAMES = 4
 """Variables named at an arrow."""
@@ -21,7 +21,7 @@ TIMINGS = (
 
 
 @dataclass(frozen=True)
-class Component:
+class GraphComponent:
     """A component with a line about it (`below`); `looped` in an algebraic loop."""
 
     name: str
@@ -53,7 +53,7 @@ class Graph:
 
     title: str
     algorithm: str
-    components: tuple[Component, ...]
+    components: tuple[GraphComponent, ...]
     arrows: tuple[Arrow, ...]
     timings: dict[str, str] = field(default_factory=dict)
 
@@ -79,7 +79,7 @@ def graph_of(prepared: Prepared) -> Graph:
         title=prepared.system.name,
         algorithm=prepared.system.simulation.algorithm,
         components=tuple(
-            Component(name, _below(prepared, name), name in looped)
+            GraphComponent(name, _below(prepared, name), name in looped)
             for name in prepared.structure.execution_order
         ),
         arrows=tuple(arrows),

@@ -83,7 +83,7 @@ def by_unit(series: dict[str, Series]) -> list[Panel]:
         Panel("", unit, 1.0, {name: one for name, one in reals.items() if one.unit == unit})
         for unit in dict.fromkeys(one.unit for one in reals.values())
     ]
-    others: dict[tuple, dict[str, Series]] = {}
+    others: dict[tuple[str, *tuple[tuple[str, int], ...]], dict[str, Series]] = {}
     for name, one in series.items():
         kind = one.recorded
         if not (kind.is_real or kind.is_text):
@@ -148,7 +148,7 @@ def fitting(panel: Panel) -> Panel:
     for name in sorted(ranges, key=lambda n: -ranges[n]):
         if len(kept) == MOST_LINES:
             break
-        covers = any(_apart(curves[name], curves[other]) <= close for other in kept)
+        covers = any(_distance(curves[name], curves[other]) <= close for other in kept)
         (copies if covers else kept).append(name)
     kept += copies[: MOST_LINES - len(kept)]
     series = {name: one for name, one in panel.series.items() if name in kept}
@@ -163,7 +163,7 @@ def coinciding(curves: list[np.ndarray]) -> list[tuple[int, int]]:
     close = SAME * _height(curves)
     found = []
     for k, curve in enumerate(curves):
-        there = [j for j, other in enumerate(curves) if _apart(curve, other) <= close]
+        there = [j for j, other in enumerate(curves) if _distance(curve, other) <= close]
         found.append((sum(j < k for j in there), len(there)))
     return found
 
@@ -184,7 +184,7 @@ def _height(curves: Iterable[np.ndarray]) -> float:
     return float(max(highs) - min(lows))
 
 
-def _apart(one: np.ndarray, other: np.ndarray) -> float:
+def _distance(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one - other).max(initial=0.0))
 
 

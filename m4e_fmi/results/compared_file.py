@@ -1,23 +1,50 @@
-"""Variables over time of a file to be compared: ours (netCDF), or a table of any tool."""
+"""Variables over time of a file of results: ours (netCDF), or a table of any tool.
+
+`read_compared` gives all of them, to be compared; `read_measured` one motion, in SI units. `doubts`
+are rows of a record that seem to be no measurements: marks of missing values, spikes.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.csv_columns import SUFFIXES, shortened
+from m4e_fmi.files.csv_columns import SUFFIXES, heading, shortened
 from m4e_fmi.files.file_kinds import as_path
-from m4e_fmi.results.foreign_table import ForeignTable, Quantity, read_foreign_table
+from m4e_fmi.results.foreign_table import ForeignTable, TableVariable, read_foreign_table
 from m4e_fmi.results.results_file import NETCDF, Results, load
 from m4e_fmi.shown import listing, span
-from m4e_fmi.units import parse_unit
+from m4e_fmi.units import Unit, parse_unit
 
 TIMES = ("time", "t", "times", "zeit", "temps", "tiempo", "tempo", "simtime", "simulation time")
 """Headings of times, in lower case and without unit."""
+LEAST_NINES = 3
+"""Of a mark, as -9999 or 999.9."""
+BEYOND = 2.0
+"""Magnitude of a mark, over the largest of the other values, at least."""
+BESIDE = 2
+"""Rows on each side of one, of whose median a spike is far."""
+OF_SPREAD, OF_USUAL, OF_ALL = 5.0, 20.0, 1.0
+"""Distance of a spike from that median, at least: over the spread of the rows around, over the
+median of all such distances, over the standard deviation of all values."""
+REMEDY = "they count as measured; if they are not, leave their entries empty"
+MOTIONS = {
+    **dict.fromkeys(("surge", "x"), "surge"),
+    **dict.fromkeys(("sway", "y"), "sway"),
+    **dict.fromkeys(("heave", "z"), "heave"),
+    **dict.fromkeys(("roll", "phi"), "roll"),
+    **dict.fromkeys(("pitch", "theta"), "pitch"),
+    **dict.fromkeys(("yaw", "psi"), "yaw"),
+}
+"""Motions by the last word of a name."""
+LEAVE_OUT = "leave such rows out: a gap is told, and does no harm"
+TURNS = ("roll", "pitch", "yaw")
 
 
 @dataclass(frozen=True)
@@ -30,7 +57,7 @@ class ComparedFile:
 
     path: Path
     time: np.ndarray = field(repr=False)
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, TableVariable]
     notes: tuple[str, ...] = ()
     origin: float | None = None
     zoned: bool = False
@@ -75,7 +102,7 @@ def _of_table(path: Path, table: ForeignTable) -> ComparedFile:
     return replace(found, origin=clock.origin, zoned=clock.zoned)
 
 
-def _is_in_seconds(column: Quantity) -> bool:
+def _is_in_seconds(column: TableVariable) -> bool:
     """True for a time beside dates: T without a unit may as well be a temperature."""
     if column.name.lower() not in TIMES:
         return False
@@ -87,7 +114,7 @@ def _is_in_seconds(column: Quantity) -> bool:
 
 def _of_results(results: Results) -> ComparedFile:
     found = {
-        name: Quantity(
+        name: TableVariable(
             name, one.unit or "1", np.asarray(one.values, float), not one.recorded.is_real
         )
         for name, one in results.series.items()
@@ -99,7 +126,7 @@ def _of_results(results: Results) -> ComparedFile:
 
 
 def _of_columns(
-    path: Path, columns: Sequence[Quantity], notes: Sequence[str], lines: Sequence[int] | None
+    path: Path, columns: Sequence[TableVariable], notes: Sequence[str], lines: Sequence[int] | None
 ) -> ComparedFile:
     times = [c for c in columns if c.name.lower() in TIMES]
     if not times:
@@ -119,17 +146,11 @@ def _of_columns(
     return ComparedFile(path, time[last], found, tuple(told))
 
 
-def _seconds(path: Path, column: Quantity, notes: list[str]) -> np.ndarray:
+def _seconds(path: Path, column: TableVariable, notes: list[str]) -> np.ndarray:
     if column.unit is None:
         notes.append(f"column {column.name!r} says no unit: taken as s")
         return column.values
-    try:
-        unit = parse_unit(column.unit)
-    except ValueError as error:
-        raise InputError.single(f"{column.name!r}: {error}", "expected s", str(path)) from None
-    if not unit.same_dimension(parse_unit("s")):
-        message = f"{column.name!r} is in {column.unit}, expected a time"
-        raise InputError.single(message, "call it 'time [s]'", str(path))
+    unit = _unit(path, column.name, column.unit, ("s",), "a time", "call it 'time [s]'")
     if unit.factor != 1.0:
         notes.append(f"time converted from {column.unit} to s")
     return column.values * unit.factor
@@ -151,3 +172,167 @@ def _check_times(path: Path, time: np.ndarray, lines: Sequence[int] | None) -> N
     ]  # fmt: skip
     if problems or not len(time):
         raise InputError(shortened(problems) or [Problem("has no rows", "", str(path))])
+
+
+def doubts(time: NDArray[np.float64], values: NDArray[np.float64], unit: str) -> Iterator[str]:
+    """Sentences on rows of `values` (n,) [`unit`] at `time` (n,) [s] that may be no measurements.
+
+    Values that are not finite are gaps, of which nothing is told here.
+    """
+    known = np.isfinite(values)
+    t, x = time[known], values[known]
+    marked = _marks(x)
+    for value in np.unique(x[marked]).tolist():
+        rows = t[x == value]
+        yield (
+            f"{_rows(len(rows))} {value:g} {unit}, the first at {rows[0]:g} s, as marks of missing "
+            f"values are: {REMEDY}"
+        )
+    t, x = t[~marked], x[~marked]
+    far = _spikes(x)
+    if far.any():
+        k = int(np.flatnonzero(far)[0])
+        yield (
+            f"{_rows(int(np.sum(far)))} far from those beside, the first at {t[k]:g} s "
+            f"({x[k]:g} {unit}), as spikes are: {REMEDY}"
+        )
+
+
+def _rows(count: int) -> str:
+    return f"{count} row{'s are' if count > 1 else ' is'}"
+
+
+def _marks(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """True of `values` (n,) whose digits are nines, far beyond all others."""
+    large = np.unique(values[np.abs(values) > np.median(np.abs(values))]) if len(values) else values
+    nines = np.isin(values, [value for value in large.tolist() if _has_nines(value)])
+    others = np.abs(values[~nines])
+    if not len(others):
+        return np.zeros(len(values), bool)
+    return nines & (np.abs(values) > BEYOND * others.max())
+
+
+def _has_nines(value: float) -> bool:
+    digits = f"{abs(value):g}".replace(".", "")
+    return len(digits) >= LEAST_NINES and {*digits} == {"9"}
+
+
+def _spikes(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """True of `values` (n,) that are far from the median of the rows around them."""
+    if len(values) <= 4 * BESIDE:
+        return np.zeros(len(values), bool)
+    padded = np.pad(values, BESIDE, mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * BESIDE + 1)
+    around = np.sort(around, axis=1)
+    spread = np.minimum(around[:, -2] - around[:, 0], around[:, -1] - around[:, 1])
+    away = np.abs(values - around[:, BESIDE])
+    beyond = max(OF_USUAL * float(np.median(away)), OF_ALL * float(np.std(values)))
+    return (away > OF_SPREAD * spread) & (away > beyond)
+
+
+@dataclass(frozen=True)
+class Measured:
+    """`values` (n,) [`unit`, m or rad] of a motion at `time` (n,) [s], as recorded in a file.
+
+    `motion` is surge, heave, …, or empty if the name does not say which. `notes` tell what was
+    taken for granted; those that are `doubts` tell of rows that may be no measurements.
+    """
+
+    path: Path
+    name: str
+    unit: str
+    motion: str
+    time: np.ndarray = field(repr=False)
+    values: np.ndarray = field(repr=False)
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+
+
+def read_measured(path: Path, name: str | None = None) -> Measured:
+    """The column or variable `name` of a file; of a table with two columns the one beside time.
+
+    Tables are read as by `read_compared`; rows without a value are left out. InputError with line
+    and remedy: no such column, units that are no length or angle, entries that are no numbers,
+    times that decrease.
+    """
+    found, is_table = read_compared(path), path.suffix.lower() in SUFFIXES
+    numbers = {n: one for n, one in found.quantities.items() if not one.held}
+    chosen = _column(path, numbers, name) if is_table else _variable(path, numbers, name)
+    motion = MOTIONS.get(re.split(r"[\s._]+", chosen.name.lower())[-1], "")
+    notes = [*found.notes] if is_table else []
+    if chosen.unit is None and motion in TURNS:
+        message = f"column {chosen.name!r} does not say its unit, deg or rad"
+        remedy = f"name it '{chosen.name} [deg]' or '{chosen.name} [rad]'"
+        raise InputError.single(message, remedy, str(path))
+    if chosen.unit is None:
+        notes.append(f"column {chosen.name!r} says no unit: taken as m")
+    text = chosen.unit or "m"
+    unit = _unit(
+        path,
+        chosen.name,
+        text,
+        ("m", "rad"),
+        "a length or an angle",
+        "choose another column or variable",
+    )
+    doubted = tuple(doubts(found.time, chosen.values, text)) if is_table else ()
+    known = np.isfinite(chosen.values)
+    if not (known.all() or is_table):
+        first = int(np.argmin(known))
+        message = f"{name} is {chosen.values[first]:g} at t = {found.time[first]:g} s"
+        raise InputError.single(message, "look at why the run went wrong there", str(path))
+    if not known.any():
+        raise InputError.single(f"column {chosen.name!r} has no numbers", "", str(path))
+    return Measured(
+        path,
+        chosen.name,
+        unit.si_text,
+        motion,
+        found.time[known],
+        chosen.values[known] * unit.factor,
+        (*notes, *doubted),
+        doubted,
+    )
+
+
+def _column(path: Path, columns: Mapping[str, TableVariable], name: str | None) -> TableVariable:
+    """The column of a table whose name, with or without its unit, is `name`."""
+    if name is None and len(columns) == 1:
+        return next(iter(columns.values()))
+    if name is None:
+        remedy = f"name one with --column; {suggestion('', columns, 'columns')}"
+        raise InputError.single(f"has {len(columns)} columns beside the time", remedy, str(path))
+    plain = name if name in columns else heading(name)[0]
+    if plain not in columns:
+        remedy = suggestion(name, columns, "columns")
+        raise InputError.single(f"no column {name!r}", remedy, str(path))
+    return columns[plain]
+
+
+def _variable(
+    path: Path, variables: Mapping[str, TableVariable], name: str | None
+) -> TableVariable:
+    """The variable `name` of results."""
+    if name is None:
+        motions = [n for n, one in variables.items() if one.unit in ("m", "rad", "deg")]
+        remedy = f"name one with --variable; {suggestion('', motions, 'motions')}"
+        raise InputError.single("has many variables", remedy, str(path))
+    if name not in variables:
+        message = f"has no variable {name!r} that is a number"
+        raise InputError.single(message, suggestion(name, variables, "variables"), str(path))
+    return variables[name]
+
+
+def _unit(
+    path: Path, name: str, text: str, alike: Sequence[str], expected: str, remedy: str
+) -> Unit:
+    """The unit `text` of a column if it is of the dimension of one `alike`; else InputError."""
+    try:
+        unit = parse_unit(text)
+    except ValueError as error:
+        message = f"{name!r}: {error}"
+        raise InputError.single(message, f"expected {expected}", str(path)) from None
+    if not any(unit.same_dimension(parse_unit(one)) for one in alike):
+        message = f"{name!r} is in {text}, expected {expected}"
+        raise InputError.single(message, remedy, str(path))
+    return unit

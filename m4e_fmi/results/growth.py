@@ -45,7 +45,7 @@ class Growth:
         """Time [s] in which it grew tenfold."""
         return (self.until - self.since) / self.decades
 
-    def told(self, description: str = "", unit: str = "") -> str:
+    def text(self, description: str = "", unit: str = "") -> str:
         """The growth in words."""
         unit = "" if unit in ("", "1") else f" {unit}"
         what = f" ({description})" if description else ""

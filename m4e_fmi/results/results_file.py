@@ -26,7 +26,6 @@ from m4e_fmi.files.file_kinds import as_path
 from m4e_fmi.files.files_read import opened
 from m4e_fmi.files.limits import MOST_RESULTS
 from m4e_fmi.files.writing import check_suffix, netcdf, written
-from m4e_fmi.results.recorded import recorded_as
 from m4e_fmi.results.row_file import (
     CELLS,
     CLOSING,
@@ -35,12 +34,12 @@ from m4e_fmi.results.row_file import (
     ROWS_BEGIN,
     TEXTS,
     TIME,
-    Column,
     Numbered,
-    Section,
+    ResultColumn,
+    RowSection,
     blocks_of_rows,
 )
-from m4e_fmi.results.series import Series, as_dataset
+from m4e_fmi.results.series import Series, as_dataset, recorded_as
 from m4e_fmi.shown import Animated, Displayed, listing, span, views
 from m4e_fmi.threads import PROCESS
 
@@ -171,7 +170,7 @@ def _load(path: Path) -> Results:
 
 
 def _kind(head: bytes) -> str:
-    """The kind of a file that begins with `head`, as far as it can be told."""
+    """The kind of a file that begins with `head`, if it can be recognised."""
     for magic, kind in _OTHERS.items():
         if head.startswith(magic):
             return kind
@@ -228,7 +227,7 @@ class _Stored:
     """
 
     attributes: dict[str, str | int]
-    columns: list[tuple[str, Column]]
+    columns: list[tuple[str, ResultColumn]]
     count: int
     blocks: Callable[[int], Iterator[list[np.ndarray]]]
 
@@ -258,7 +257,10 @@ def _stored(path: Path) -> Generator[_Stored]:
 
 
 def _of_rows(
-    path: Path, file: BinaryIO, variables: Mapping[str, Variable], attributes: dict[str, str | int]
+    path: Path,
+    file: BinaryIO,
+    variables: Mapping[str, Variable[object]],
+    attributes: dict[str, str | int],
 ) -> _Stored:
     """The rows of a RowFile, whose header netCDF's library has read."""
     begin, count = int(attributes.pop(ROWS_BEGIN)), variables["time"].size
@@ -303,10 +305,10 @@ def _of_groups(file: Dataset, attributes: dict[str, str | int]) -> _Stored:
     return _Stored(attributes, columns, file["time"].size, blocks)
 
 
-def _column(variable: Variable, name: str) -> Column:
+def _column(variable: Variable[object], name: str) -> ResultColumn:
     told = {key: variable.getncattr(key) for key in variable.ncattrs()}
     one = recorded_as(variable.dtype, told)
-    return Column(name, told.get("units", "s"), told.get("long_name", ""), one)
+    return ResultColumn(name, told.get("units", "s"), told.get("long_name", ""), one)
 
 
 def _strange(file: Dataset) -> str:
@@ -358,7 +360,7 @@ def _results_of(path: Path, stored: _Stored) -> Results:
 
 
 def rows_of(
-    path: Path, sections: Sequence[Section], count: int, place: Callable[[bytes], int]
+    path: Path, sections: Sequence[RowSection], count: int, place: Callable[[bytes], int]
 ) -> Iterator[list[np.ndarray]]:
     """Blocks of rows: an array (n_rows, n_columns) for each section, in the variables' units.
 
@@ -387,7 +389,7 @@ def rows_of(
 
 
 def _cells(
-    section: Section, columns: Iterator[np.ndarray], count: int, place: Callable[[bytes], int]
+    section: RowSection, columns: Iterator[np.ndarray], count: int, place: Callable[[bytes], int]
 ) -> np.ndarray:
     """The next of the `columns` (count,) in one array (count, n_columns) of a section."""
     found = np.zeros((count, len(section.columns)), section.kind)
@@ -408,7 +410,7 @@ def digest_of(row: Sequence[np.ndarray]) -> str:
 
 def write_netcdf(
     path: Path,
-    sections: Sequence[Section],
+    sections: Sequence[RowSection],
     attributes: Mapping[str, str],
     count: int,
     blocks: Iterable[Sequence[np.ndarray]],

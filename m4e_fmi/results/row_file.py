@@ -25,7 +25,7 @@ from typing import BinaryIO, Protocol
 import numpy as np
 
 from m4e_fmi.files.writing import part_prefix
-from m4e_fmi.results.recorded import REAL, Recorded
+from m4e_fmi.results.series import REAL, Recorded
 
 MAGIC = b"CDF\x05"
 """The first bytes of a file."""
@@ -46,7 +46,7 @@ _CHAR, _TYPES = 2, {"f8": 6, "i8": 10}
 
 
 @dataclass(frozen=True)
-class Column:
+class ResultColumn:
     """Name and properties of one variable of results."""
 
     name: str
@@ -56,11 +56,11 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Section:
+class RowSection:
     """Columns of one `component` that are of one `kind`: f8 for Reals, CELLS for all else."""
 
     component: str
-    columns: tuple[Column, ...]
+    columns: tuple[ResultColumn, ...]
     kind: str = "f8"
     attributes: Mapping[str, str] = field(default_factory=dict)
 
@@ -72,7 +72,7 @@ class Numbered(Protocol):
     def __getitem__(self, place: int, /) -> str: ...
 
 
-TIME = Section("", (Column("time", "s", "simulated time"),))
+TIME = RowSection("", (ResultColumn("time", "s", "simulated time"),))
 """The first section of every file."""
 
 
@@ -86,7 +86,7 @@ class RowFile:
     def __init__(
         self,
         path: Path,
-        sections: Sequence[Section],
+        sections: Sequence[RowSection],
         attributes: Mapping[str, str | int],
         *,
         room: int = 2**14,
@@ -104,7 +104,7 @@ class RowFile:
         self._put(0, head)
 
     def move(self, path: Path) -> None:
-        """Go on at `path`, in the same folder, in place of what is there."""
+        """Continue at `path`, in the same folder; an existing file is replaced."""
         self._file.close()  # Windows moves no open file
         self.path.replace(path)
         self.path = path
@@ -166,7 +166,7 @@ class RowFile:
             self._commit(count)
 
     def end(self, text: str, closing: Mapping[str, str] | None = None) -> None:
-        """Say how the run has ended, and `closing`, further attributes, as far as there is room."""
+        """Write how the run has ended, and `closing`, further attributes, those that fit."""
         self._put(self._places[CLOSING], _closing(closing or {}))
         self._put(self._places[ENDED], _ended(text))
         os.fsync(self._file.fileno())
@@ -228,7 +228,7 @@ def _closing(attributes: Mapping[str, str]) -> bytes:
 
 
 def _header(
-    sections: Sequence[Section], attributes: Mapping[str, str | int], room: int
+    sections: Sequence[RowSection], attributes: Mapping[str, str | int], room: int
 ) -> tuple[bytes, dict[str, int]]:
     """The header of a file without rows, and the places of the texts in it that change.
 
@@ -246,7 +246,7 @@ def _header(
     return whole, {name: head.rindex(one) + len(one) + 12 for name, one in names.items()}
 
 
-def _variables(sections: Sequence[Section], begin: int) -> Iterator[bytes]:
+def _variables(sections: Sequence[RowSection], begin: int) -> Iterator[bytes]:
     for section in sections:
         prefix = f"{section.component}." if section.component else ""
         for column in section.columns:

@@ -1,12 +1,10 @@
-"""Running a program: the C library, and integrators in plain Python where there is none.
+"""Running a program: the C library, and integrators in plain Python for use without it.
 
 `src/` holds the library (start with `m4e.h`); `compiler` builds and `library` finds it; `engine`
-runs a program, `kernel` writes its blocks in C.
-`declarations`, `dormand_prince` and `runge_kutta` use the standard library only, because they also
-travel inside FMUs. This package may import `program` and `errors`.
+runs a program, `kernel` writes its blocks in C. `declarations` and `integrators` use the standard
+library only, because they also travel inside FMUs. This package may import `program` and `errors`.
 """
 
-from m4e_fmi.runtime.dormand_prince import DormandPrince, IntegrationError
-from m4e_fmi.runtime.runge_kutta import RungeKutta
+from m4e_fmi.runtime.integrators import DormandPrince, IntegrationError, RungeKutta
 
 __all__ = ["DormandPrince", "IntegrationError", "RungeKutta"]

@@ -39,8 +39,7 @@ RUNTIME_FLAGS = ("-DM4E_SHARED", "-s")
 SHELL_FLAGS = ("-s",)
 """Of the library of native FMUs, which exports nothing but FMI."""
 NOT_IN_FMUS = (
-    *("component_3.c", "ensemble.c", "loop.c", "monitor.c", "typed.c"),
-    *("remote.c", "remote_client.c", "remote_server.c"),
+    *("ensemble.c", "fmus.c", "loop.c", "remote.c", "remote_client.c", "remote_server.c"),
 )
 """Sources for running many models, or a master."""
 

@@ -22,7 +22,7 @@ METHODS = {"rk45": 0, "dop853": 1, "rodas": 2, "rk4": 3}
 BLOCKS = {"rates": 0, "outputs": 1, "derivatives": 2, "watched": 3, "timely": 4}
 
 
-def kept(states: int) -> int:
+def snapshot_size(states: int) -> int:
     """Numbers that `m4e_keep` writes of so many states: M4E_KEPT of m4e.h."""
     return 4 + 10 * states
 
@@ -39,7 +39,7 @@ class Counts(ctypes.Structure):
     ]  # fmt: skip
 
 
-class Options(ctypes.Structure):
+class OptionsStruct(ctypes.Structure):
     """`m4e_options` of m4e.h."""
 
     _fields_ = [
@@ -52,7 +52,7 @@ class Options(ctypes.Structure):
     ]
 
 
-class Report(ctypes.Structure):
+class ReportStruct(ctypes.Structure):
     """`m4e_report` of m4e.h."""
 
     _fields_ = [
@@ -83,7 +83,7 @@ class Events(ctypes.Structure):
     ]
 
 
-class Block(ctypes.Structure):
+class BlockStruct(ctypes.Structure):
     """`m4e_block` of m4e.h."""
 
     _fields_ = [
@@ -98,35 +98,35 @@ class Block(ctypes.Structure):
 
 
 _DOUBLES = c_void_p  # address of a contiguous array
-_SIGNATURES: dict[str, tuple] = {
+_SIGNATURES: dict[str, tuple[object, ...]] = {
     "m4e_abi": (c_int,),
     "m4e_program_read": (c_void_p, c_char_p, c_size_t, c_char_p, c_size_t),
     "m4e_program_free": (None, c_void_p),
     "m4e_program_counts": (None, c_void_p, POINTER(Counts)),
     "m4e_model_new": (c_void_p, c_void_p, c_uint32, c_uint32, c_void_p, c_uint32, c_void_p),
     "m4e_model_free": (None, c_void_p),
-    "m4e_model_block": (POINTER(Block), c_void_p, c_int),
+    "m4e_model_block": (POINTER(BlockStruct), c_void_p, c_int),
     "m4e_set_parameters": (None, c_void_p, _DOUBLES),
     "m4e_set_inputs": (None, c_void_p, _DOUBLES),
     "m4e_rates": (None, c_void_p, c_double, _DOUBLES, _DOUBLES),
     "m4e_outputs": (None, c_void_p, c_double, _DOUBLES, _DOUBLES),
     "m4e_calculated": (None, c_void_p, _DOUBLES),
     "m4e_jacobian": (c_int, c_void_p, c_double, _DOUBLES, _DOUBLES),
-    "m4e_integrator_new": (c_void_p, c_void_p, POINTER(Options), POINTER(Events)),
+    "m4e_integrator_new": (c_void_p, c_void_p, POINTER(OptionsStruct), POINTER(Events)),
     "m4e_integrator_free": (None, c_void_p),
     "m4e_start": (None, c_void_p, c_double, _DOUBLES, c_double),
     "m4e_advance": (
-        c_int, c_void_p, c_double, c_size_t, _DOUBLES, _DOUBLES, POINTER(Report),
+        c_int, c_void_p, c_double, c_size_t, _DOUBLES, _DOUBLES, POINTER(ReportStruct),
     ),
     "m4e_go_on": (
         c_int, c_void_p, c_double, _DOUBLES, c_double, c_int, c_double, POINTER(c_int32),
-        POINTER(Report),
+        POINTER(ReportStruct),
     ),
     "m4e_keep": (None, c_void_p, _DOUBLES),
     "m4e_take_up": (None, c_void_p, _DOUBLES),
     "m4e_ensemble": (
-        c_int, c_void_p, POINTER(Options), c_size_t, _DOUBLES, _DOUBLES, _DOUBLES, c_size_t,
-        _DOUBLES, _DOUBLES, _DOUBLES, POINTER(Report),
+        c_int, c_void_p, POINTER(OptionsStruct), c_size_t, _DOUBLES, _DOUBLES, _DOUBLES, c_size_t,
+        _DOUBLES, _DOUBLES, _DOUBLES, POINTER(ReportStruct),
     ),
     "m4e_instruction_set": (c_char_p,),
 }  # fmt: skip

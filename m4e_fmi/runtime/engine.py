@@ -18,7 +18,15 @@ from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.program.binary_form import Entry, encode
 from m4e_fmi.program.program import Program
 from m4e_fmi.runtime.compiler import CompilationError
-from m4e_fmi.runtime.declarations import BLOCKS, LANES, METHODS, Counts, Events, Options, Report
+from m4e_fmi.runtime.declarations import (
+    BLOCKS,
+    LANES,
+    METHODS,
+    Counts,
+    Events,
+    OptionsStruct,
+    ReportStruct,
+)
 from m4e_fmi.runtime.kernel import kernel_source, load_kernel
 from m4e_fmi.runtime.library import library, library_detail
 
@@ -104,7 +112,7 @@ def _times(times: ArrayLike) -> Floats:
     return array
 
 
-def options_of(control: Control) -> Options:
+def options_of(control: Control) -> OptionsStruct:
     """`control` for the library; InputError if it is not sound."""
     if control.method not in METHODS:
         known = ", ".join(METHODS)
@@ -114,7 +122,7 @@ def options_of(control: Control) -> Options:
         raise InputError.single(f"rtol and atol must be positive, got {tolerances}")
     if not control.max_step > 0:
         raise InputError.single(f"max_step must be positive, got {control.max_step}")
-    return Options(
+    return OptionsStruct(
         METHODS[control.method], control.rtol, control.atol, control.max_step, control.max_steps,
         control.quadratures,
     )  # fmt: skip
@@ -177,11 +185,11 @@ class Engine:
         return len(values), (ctypes.c_uint32 * max(1, len(values)))(*values)
 
     def compile(self) -> bool:
-        """Use compiled blocks from now on, as far as they pay; False where none is.
+        """Use compiled blocks from now on, where they pay; False if no block is compiled.
 
-        That is so without a C compiler, and for programs whose blocks all have more than 5,000
+        That happens without a C compiler, and for programs whose blocks all have more than 5,000
         operations (`kernel.LARGEST`), as of chains of some 15 joints in space: compiling would
-        take longer than it saves. Both are interpreted, with the same bits.
+        take longer than it saves. Such programs are interpreted, with the same bits.
         """
         blocks = {
             f"m4e_kernel_{name}": self.library.m4e_model_block(self.handle, which).contents
@@ -278,7 +286,7 @@ class Engine:
         return self._run(integrator.report, at, rows, results, integrator.record)
 
     def _run(
-        self, report: Report, at: Floats, rows: Floats, results: Floats, record: EventRecord
+        self, report: ReportStruct, at: Floats, rows: Floats, results: Floats, record: EventRecord
     ) -> Run:
         reached, events = report.rows, report.events
         return Run(
@@ -302,7 +310,7 @@ class Engine:
 def _with_outputs(
     program: Program, outputs: Sequence[str] | None, watches: Sequence[Watch]
 ) -> Program:
-    """The program with the outputs that are asked for or watched; with all if `outputs` is None."""
+    """The program with the requested and watched outputs; all outputs if `outputs` are None."""
     if outputs is None:
         return program
     wanted = {*outputs, *(w.name for w in watches)}
@@ -347,7 +355,7 @@ def ensemble(
         raise InputError.single("an ensemble needs an explicit method: dop853, rk45 or rk4")
     rows = np.full((count, at.size, counts.states), np.nan)
     results = np.full((count, at.size, len(engine.selected)), np.nan)
-    reports = (Report * count)()
+    reports = (ReportStruct * count)()
     status = engine.library.m4e_ensemble(
         engine.handle, options, count, p.ctypes.data, u.ctypes.data, x.ctypes.data, at.size,
         at.ctypes.data, rows.ctypes.data, results.ctypes.data, reports,
@@ -355,7 +363,7 @@ def ensemble(
     if status != DONE:
         raise RunError(f"{program.name}: no memory for an ensemble of {count} runs")
     record = EventRecord((), counts.states, 0)
-    return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]
+    return [engine._run(reports[k], at, rows[k], results[k], record) for k in range(count)]  # pyrefly: ignore[protected-access]
 
 
 class Integrator:
@@ -377,7 +385,7 @@ class Integrator:
         if not self._handle:
             raise InputError.single(f"{engine.program.name}: options that are not sound")
         self._finalizer = weakref.finalize(self, lib.m4e_integrator_free, self._handle)
-        self.report = Report()
+        self.report = ReportStruct()
 
     def start(self, t: float, states: ArrayLike, *, step: float = 0.0) -> None:
         """Begin at t [s] and `states` (n_states,), SI; try `step` [s] first, 0: by the rates."""
@@ -414,7 +422,7 @@ class EventRecord:
         )  # fmt: skip
 
 
-def failure_text(program: Program, report: Report) -> str:
+def failure_text(program: Program, report: ReportStruct) -> str:
     """Why an integration ended as `report` says, in words; empty if it was done."""
     where = f"{program.name} at t = {report.time:.9g} s"
     known = 0 <= report.component < len(program.states)

@@ -14,7 +14,7 @@ import numpy as np
 
 from m4e_fmi.program.binary_form import OPERATIONS
 from m4e_fmi.runtime.compiler import VECTOR_FLAGS, cached_shared
-from m4e_fmi.runtime.declarations import Block, Counts
+from m4e_fmi.runtime.declarations import BlockStruct, Counts
 
 LARGEST = 5000
 """Instructions of a block that is compiled, at most."""
@@ -45,7 +45,7 @@ _WRITTEN = {
 }
 
 
-def kernel_source(blocks: Mapping[str, Block], counts: Counts, *, lanes: int = 1) -> str:
+def kernel_source(blocks: Mapping[str, BlockStruct], counts: Counts, *, lanes: int = 1) -> str:
     """C source of the blocks that are not too large, functions of their names; "" if all are."""
     writer = _Writer(counts)
     small = {name: block for name, block in blocks.items() if 1 < block.length <= LARGEST}
@@ -68,7 +68,7 @@ class _Writer:
         self.leaves = ["OF(t, 0)", *(f"OF(x, {k})" for k in range(counts.states))]
         self.leaves += [f"OF(fixed, {k})" for k in range(many)]
 
-    def function(self, name: str, block: Block) -> str:
+    def function(self, name: str, block: BlockStruct) -> str:
         words = ctypes.cast(block.code, ctypes.POINTER(ctypes.c_uint32))
         rows = np.ctypeslib.as_array(words, (block.length, 4)).tolist()
         text = dict(enumerate(self.leaves))

@@ -28,16 +28,16 @@ def _found() -> tuple[ctypes.CDLL | None, str]:
 
 
 def library() -> ctypes.CDLL | None:
-    """The loaded library, or None where there is none and none can be built."""
+    """The loaded library, or None if it is missing and cannot be built."""
     return _found()[0]
 
 
 def library_path() -> Path | None:
-    """Where the library is; None where there is none."""
+    """Path of the library; None without one."""
     found, detail = _found()
     return Path(detail) if found else None
 
 
 def library_detail() -> str:
-    """Where the library is, or why there is none."""
+    """Path of the library, or the reason why it is missing."""
     return _found()[1]

@@ -14,7 +14,7 @@ import importlib.util
 import platform
 import shutil
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,18 +55,11 @@ PLATFORMS = {
 }
 
 
-@dataclass(frozen=True)
-class Library:
-    """Sources and flags of a library."""
-
-    sources: Callable[[], list[Path]]
-    flags: tuple[str, ...]
-
-
 LIBRARIES = {
-    "runtime": Library(compiler.runtime_sources, compiler.RUNTIME_FLAGS),
-    "fmi": Library(compiler.shell_sources, compiler.SHELL_FLAGS),
+    "runtime": (compiler.runtime_sources, compiler.RUNTIME_FLAGS),
+    "fmi": (compiler.shell_sources, compiler.SHELL_FLAGS),
 }
+"""Libraries by name: what gives their sources, and flags."""
 
 
 def this_platform() -> Platform:
@@ -85,7 +78,7 @@ def library_file(library: str, platform: Platform) -> str:
 
 
 def packaged(library: str, platform: Platform, beside: str = "") -> Path | None:
-    """The library that the package has for a platform, or what is beside it; None if not there."""
+    """The packaged library for a platform, or the file `beside` it; None if missing or outdated."""
     path = FOLDER / library_file(library, platform)
     path = path.with_name(beside) if beside else path
     digest = path.with_name(DIGEST)
@@ -102,7 +95,7 @@ def packaged_platforms() -> list[Platform]:
 @functools.cache
 def source_digest() -> str:
     """Hash of the C sources and of the flags they are compiled with."""
-    flags = (compiler.FLAGS, SMALLER, *(library.flags for library in LIBRARIES.values()))
+    flags = (compiler.FLAGS, SMALLER, *(flags for _, flags in LIBRARIES.values()))
     digest = hashlib.sha256(repr(flags).encode())
     for folder in (compiler.SOURCES, compiler.SHELL_SOURCES):
         for path in sorted(folder.glob("*.[ch]")):
@@ -118,23 +111,20 @@ def compile_libraries(platforms: Iterable[Platform], folder: Path) -> None:
     zig = [sys.executable, "-m", "ziglang", "cc", "-target"]
     for one in platforms:
         command = [*zig, one.target] if one.target else None
-        for name, library in LIBRARIES.items():
+        for name, (sources, flags) in LIBRARIES.items():
             target = folder / library_file(name, one)
-            flags = (*library.flags, *one.flags)
-            compiler.compile_shared(library.sources(), target, flags=flags, command=command)
+            flags = (*flags, *one.flags)
+            compiler.compile_shared(sources(), target, flags=flags, command=command)
         if one.suffix == ".dll" and command:
-            shutil.copyfile(_ziglang() / "lib/libc/mingw/COPYING", folder / one.name / START_UP)
+            spec = importlib.util.find_spec("ziglang")
+            assert spec is not None, "it compiled a moment ago"
+            license_ = Path(str(spec.origin)).parent / "lib/libc/mingw/COPYING"
+            shutil.copyfile(license_, folder / one.name / START_UP)
         (folder / one.name / DIGEST).write_text(source_digest(), "ascii")
 
 
-def _ziglang() -> Path:
-    spec = importlib.util.find_spec("ziglang")
-    assert spec is not None, "it compiled a moment ago"
-    return Path(str(spec.origin)).parent
-
-
 def chosen(names: str) -> list[Platform]:
-    """Platforms by a list of names with commas, or "all"; ValueError names one that is none."""
+    """Platforms by a list of names with commas, or "all"; ValueError with unknown names."""
     if names == "all":
         return list(PLATFORMS.values())
     unknown = [name for name in names.split(",") if name not in PLATFORMS]

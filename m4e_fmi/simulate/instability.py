@@ -38,5 +38,5 @@ def instability(
         return None
     state = next(v for v in program.states if v.name == grown.name)
     then = f"; then {failure}" if failure else ""
-    message = f"{program.name} is unstable: {grown.told(state.description, state.unit)}{then}"
+    message = f"{program.name} is unstable: {grown.text(state.description, state.unit)}{then}"
     return RunError(message, _FIXED if method == "rk4" else _SYSTEM)

@@ -34,7 +34,7 @@ def check_start(program: Program) -> None:
     groups = (program.parameters, program.inputs, program.states)
     values = {v.name: v.start for group in groups for v in group}
     if names := singular_loop(program, {**values, TIME: 0.0}):
-        raise RunError(_told(program, names, "the start"), REMEDY)
+        raise RunError(_singular_message(program, names, "the start"), REMEDY)
 
 
 def singular_row(
@@ -54,7 +54,7 @@ def singular_row(
     owners = [", ".join(loop.inputs) for loop in program.loops for _ in loop.shares]
     when = f"t = {times[row]:.9g} s"
     crossed = abs(shares[row, column]) >= LEAST_PIVOT
-    told = _told(program, owners[column], f"a time before {when}" if crossed else when)
+    told = _singular_message(program, owners[column], f"a time before {when}" if crossed else when)
     return int(row), RunError(told, REMEDY)
 
 
@@ -64,5 +64,5 @@ def explained(program: Program, values: dict[str, float]) -> str:
     return f"the algebraic loop of {names} is close to singular there" if names else ""
 
 
-def _told(program: Program, names: str, when: str) -> str:
+def _singular_message(program: Program, names: str, when: str) -> str:
     return f"{program.name}: the algebraic loop of {names} is singular at {when}"

@@ -6,8 +6,7 @@ planar model moves in the components `PLANE`, any other in `SPACE`. Imports `pro
 `vectors`, then `freedoms`.
 """
 
-from m4e_fmi.space.freedoms import Component, Freedom, Twist
-from m4e_fmi.space.inertia import Elimination, Inertia
+from m4e_fmi.space.freedoms import Elimination, Freedom, Inertia, MotionComponent, Twist
 from m4e_fmi.space.vectors import (
     ABOUT_Y,
     AXES,
@@ -55,11 +54,11 @@ __all__ = [
     "TURN",
     "UP",
     "ZERO",
-    "Component",
     "Elimination",
     "Freedom",
     "Inertia",
     "Matrix",
+    "MotionComponent",
     "Rotation",
     "Twist",
     "Vector",

@@ -1,7 +1,7 @@
 """Vectors of space, rotations and moments, over any scalar.
 
-The integer 0 stands for what is always zero, as y in a model of the X–Z plane: nothing is computed
-with it, so a planar model costs what it would cost by formulas of the plane.
+The integer 0 stands for a constant zero, as y in a model of the X–Z plane: nothing is computed
+with it, so a planar model costs as much as with formulas of the plane.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SMALLEST_SQUARE = 1e-300
 
 
 def is_zero(a: AnyScalar) -> bool:
-    """True of the integer 0: what is always zero."""
+    """True for the integer 0: a constant zero."""
     return type(a) is int and a == 0
 
 
@@ -181,7 +181,7 @@ def swung(vector: Vector, rate: Vector, arm: Vector) -> Vector:
 
 
 def _turned(start: AnyScalar, a: AnyScalar, b: AnyScalar, c: AnyScalar, d: AnyScalar) -> AnyScalar:
-    """start + a b − c d, of what is not always zero."""
+    """start + a b − c d, without products of constant zeros."""
     if (type(a) is not int or a) and (type(b) is not int or b):
         start = plus(start, times(a, b))
     if (type(c) is not int or c) and (type(d) is not int or d):
@@ -211,7 +211,7 @@ def scaled(factor: AnyScalar, a: Vector) -> Vector:
 
 
 def dot(a: Sequence[AnyScalar], b: Sequence[AnyScalar]) -> AnyScalar:
-    """a · b, of what is not always zero."""
+    """a · b, without products of constant zeros."""
     result: AnyScalar = 0
     for left, right in zip(a, b, strict=True):
         if (type(left) is not int or left) and (type(right) is not int or right):
@@ -287,7 +287,7 @@ def unit(a: Vector) -> Vector:
 def norm(a: Vector) -> AnyScalar:
     """|a|; of numbers and on a tape 1e-150 where a is 0, where its derivative is 0.
 
-    So what is divided by it is finite. 1e-300 changes no double but those below 1e-142.
+    So a quotient by it is finite. 1e-300 changes only doubles below 1e-142.
     """
     square = dot(a, a)
     return sqrt(square + SMALLEST_SQUARE if isinstance(square, Scalar | float | int) else square)

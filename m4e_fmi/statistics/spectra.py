@@ -126,7 +126,7 @@ def spectrum_of(time: Floats, run: Floats, segment: float | None = None) -> Spec
         window="hann",
         nperseg=length,
         noverlap=length // 2,
-        detrend=False,  # pyright: ignore[reportArgumentType]
+        detrend=False,
     )
     omega, density = 2.0 * np.pi * hertz, density / (2.0 * np.pi)
     scale = float(np.mean(even**2) / np.trapezoid(density, omega))

@@ -124,8 +124,8 @@ def _variable(
     return names, values, {"units": unit or "1", "long_name": text}
 
 
-def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple]:
-    found: dict[str, tuple] = {}
+def _coordinates(grid: Grid, labels: Labels) -> dict[str, tuple[object, ...]]:
+    found: dict[str, tuple[object, ...]] = {}
     for axis in grid.axes:
         if len(axis.varied) > 1:
             numbers = np.arange(1, len(axis) + 1)

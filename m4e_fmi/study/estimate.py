@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from m4e_fmi.cosim.system_file import load_system
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.study.given.study import Study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmi.study.programs.plan import ProgramPlan
@@ -68,16 +68,16 @@ def _of_system(study: Study, folder: Path) -> list[str]:
         whole.build()
         keys = [task.key for task in whole.tasks().values()]
         lines += [f"  {line}" for line in warning_lines(whole.warnings)]
-    return [*lines, _kept(folder, keys)]
+    return [*lines, _runs_line(folder, keys)]
 
 
 def _of_program(study: Study, folder: Path) -> list[str]:
     plan = ProgramPlan(named_program(study, tell=_silent))
     keys = [plan.keys[run] for run in study.grid.runs]
-    return [*_axes(study, plan.named.targets), *plan.notes(), _kept(folder, keys)]
+    return [*_axes(study, plan.named.targets), *plan.notes(), _runs_line(folder, keys)]
 
 
-def _kept(folder: Path, keys: Sequence[str]) -> str:
+def _runs_line(folder: Path, keys: Sequence[str]) -> str:
     """How many of the runs of these keys are kept, and how long one took."""
     with Store(folder / STORE) as store:
         kept = store.found(keys)

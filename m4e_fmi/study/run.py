@@ -12,8 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from m4e_fmi.files.locks import claimed
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.files.writing import check_suffix
 from m4e_fmi.signals import Terminated
 from m4e_fmi.study.dataset import dataset, write_dataset
@@ -147,7 +146,7 @@ def _records(
                 by_key |= found
                 for run, record in batch.items():
                     for line in _lines(record):
-                        tell(f"{WARNING}{line} (in the run of {work.study.grid.told(run)})")
+                        tell(f"{WARNING}{line} (in the run of {work.study.grid.label(run)})")
                 done += sum(own[key] for key in found)
                 if progress:
                     progress(done, count)

@@ -24,7 +24,7 @@ from typing import Any
 from benchmark.masters import PEERS
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 
 H = 0.01
@@ -169,7 +169,7 @@ def _ours(
 
         def advance(steps: int) -> None:
             results = folder / "results.nc" if written else None
-            options = Options(results=results, certify=certified, observers=observers)
+            options = RunOptions(results=results, certify=certified, observers=observers)
             with running(ready[steps], options) as made:
                 made.finish()
             if certified:
@@ -185,7 +185,7 @@ def _setup(system: Coupled) -> float:
     """Wall seconds from the System to the first step."""
     began = time.perf_counter()
     ready = prepare(system.system(1, "corrector"))
-    with running(ready, Options()):
+    with running(ready, RunOptions()):
         return time.perf_counter() - began
 
 

@@ -167,9 +167,9 @@ def fmpy_container(system: Coupled, folder: Path) -> Advance:
 def libcosimpy(system: Coupled, folder: Path) -> Advance:
     """The Open Simulation Platform's master, by its fixed-step algorithm."""
     del folder
-    from libcosimpy.CosimExecution import CosimExecution  # type: ignore[import]
-    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level  # type: ignore[import]
-    from libcosimpy.CosimSlave import CosimLocalSlave  # type: ignore[import]
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level
+    from libcosimpy.CosimSlave import CosimLocalSlave
 
     log_output_level(CosimLogLevel.ERROR)
     execution = CosimExecution.from_step_size(round(H * 1e9))
@@ -188,7 +188,7 @@ def ecospy(system: Coupled, folder: Path, *, proxies: bool = False) -> Advance:
     """Ecos, by its fixed-step algorithm; with `proxies` each FMU in a process of its own."""
     del folder
     _load_threading_blocks()
-    from ecospy import (  # type: ignore[import]
+    from ecospy import (
         EcosLib,
         EcosSimulation,
         EcosSimulationStructure,

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import pinocchio as pin  # pyright: ignore[reportMissingImports]
+import pinocchio as pin
 from support.programs import Evaluated
 from support.spatial_trees import spatial_tree
 
@@ -106,7 +106,7 @@ class Peer:
             self.v += rates
         child = at * pin.SE3(np.eye(3), self.vector(joint, "joint_to_child"))
         body = self.model.bodies[link.body]
-        xx, yy, zz, xy, yz, zx = [*map(self.number, body.inertia), 0, 0, 0][:6]  # type: ignore[arg-type]
+        xx, yy, zz, xy, yz, zx = [*map(self.number, body.inertia), 0, 0, 0][:6]  # pyrefly: ignore[bad-argument-type]
         inertia = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]], float)
         mass = pin.Inertia(self.number(body.mass), np.zeros(3), inertia)
         self.peer.appendBodyToJoint(parent, mass, child)

@@ -25,23 +25,26 @@ sys.path.insert(0, str(TESTS))
 from support.c_fmus.build import build
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 
 RUNS, SHORT, LONG = 15, 500, 2500
 WORK = 1e-3
 """CPU seconds of a step of the components that are to step side by side."""
 
+Timed = Callable[[int], float]
+"""Wall seconds of so many steps."""
 
-def ours(process: str) -> Callable[[Coupled, Path], Advance]:
+
+def ours(process: str) -> Callable[[Coupled, Path], Timed]:
     """This package's master, with all components in one process or each in one of its own."""
 
-    def make(coupled: Coupled, folder: Path) -> Advance:
+    def make(coupled: Coupled, folder: Path) -> Timed:
         del folder
         ready = {n: prepare(coupled.system(n, "jacobi", process)) for n in (SHORT, LONG)}
 
         def advance(steps: int) -> float:
-            with running(ready[steps], Options()) as made:
+            with running(ready[steps], RunOptions()) as made:
                 began = time.perf_counter()
                 made.finish()
                 return time.perf_counter() - began
@@ -51,7 +54,7 @@ def ours(process: str) -> Callable[[Coupled, Path], Advance]:
     return make
 
 
-def timed(advance: Advance) -> Callable[[int], float]:
+def timed(advance: Advance) -> Timed:
     """Wall seconds of so many steps."""
 
     def seconds(steps: int) -> float:

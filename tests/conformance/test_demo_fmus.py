@@ -21,7 +21,7 @@ from m4e_fmi.cosim import (
     run,
 )
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
+from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
 from m4e_fmi.fmu import read_description, validate_fmu
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "moored_buoy" / "system.yaml"

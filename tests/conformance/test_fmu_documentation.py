@@ -11,6 +11,7 @@ import sys
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -36,7 +37,7 @@ def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     """The documented FMU of the double pendulum, of each kind; that of FMI 3.0 by its own names."""
     model, kind = load_model(PENDULUM), FILES[request.param]
     program = model_program(model)
-    options = {**kind.build, "stop_time": 2.0, "tolerance": 1e-10}
+    options: dict[str, Any] = {**kind.build, "stop_time": 2.0, "tolerance": 1e-10}
     options["rename"] = RENAME if kind.fmi == "2" else {}
     documentation = fmu_documentation(model, program, Options(**options))
     path = tmp_path_factory.mktemp(request.param) / "pendulum.fmu"

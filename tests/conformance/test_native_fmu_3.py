@@ -15,7 +15,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy import fmi3
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]
+from lxml import etree
 from support.fmu_instances import DISCARD, ERROR, Instance, answers
 from support.fmu_programs import PROGRAMS
 from support.plane import plane

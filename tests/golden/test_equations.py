@@ -21,8 +21,7 @@ from support.spatial_trees import spatial_tree
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Model, load_model
 from m4e_fmi.multibody import Equations, mass_matrix_program, model_program
-from m4e_fmi.multibody.symbolic.code import Language
-from m4e_fmi.multibody.symbolic.printing import intermediates
+from m4e_fmi.multibody.symbolic.printing import Language, intermediates
 from m4e_fmi.runtime.engine import Engine
 
 FOLDER = Path(__file__).with_name("equations")
@@ -105,7 +104,7 @@ def test_c_code_gives_m_and_f(model: Model, tmp_path: Path) -> None:
 
 
 def test_unknown_languages() -> None:
-    wrong: Language = "fortran"  # pyright: ignore[reportAssignmentType]
+    wrong: Language = "fortran"  # pyrefly: ignore[bad-assignment]
     with pytest.raises(InputError, match="known languages: c, python"):
         Equations(load_model(CART)).code(wrong)
 

@@ -28,7 +28,7 @@ from support.example_systems import EXAMPLES
 from m4e_fmi.cli import COMMANDS, main
 from m4e_fmi.cli.shared.events import KINDS as EVENTS
 from m4e_fmi.cosim import load_system
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import kind_module, kinds
 from m4e_fmi.cosim.system_file import _FileSection, _ParameterSection, _SystemSection
 from m4e_fmi.model.chrono.sections import ModelFileSection

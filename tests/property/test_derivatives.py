@@ -104,7 +104,7 @@ def test_jacobians_of_trees(seed: int) -> None:
     program = recorded(m := random_tree(seed, size=6, wet=seed % 2), topology(m), Recursion)
     values = random_values(program, seed)
     for of, nodes in (("rates", program.rates), ("outputs", program.results)):
-        matrix = jacobian(program, of)  # pyright: ignore[reportArgumentType]
+        matrix = jacobian(program, of)
         entries = list(Evaluated(matrix.program).outputs(values).values())
         places = list(zip(matrix.row_indices, matrix.column_indices, strict=True))
         assert places == sorted(set(places))
@@ -141,7 +141,7 @@ def one_operation(name: str) -> Program:
 @pytest.mark.parametrize("name", sorted({*UNARY, *BINARY}))
 def test_every_operation(name: str, point: tuple[float, float]) -> None:
     program = one_operation(name)
-    values = dict(zip("ab", point, strict=True))
+    values = dict(zip(["a", "b"], point, strict=True))
     for along in ({"a": 1.0}, {"b": 1.0}, {"a": 0.4, "b": -1.3}):
         expected = quotients(program, program.results, values, along)
         change = tangent(program, along)
@@ -161,7 +161,7 @@ def test_every_operation(name: str, point: tuple[float, float]) -> None:
 )
 def test_corners(name: str, point: tuple[float, float], expected: tuple[float, float]) -> None:
     program = one_operation(name)
-    values = dict(zip("ab", point, strict=True))
+    values = dict(zip(["a", "b"], point, strict=True))
     slopes = [
         Evaluated(tangent(program, [n])).outputs({**values, f"d({n})": 1.0})["d(y)"] for n in "ab"
     ]

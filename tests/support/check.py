@@ -114,12 +114,11 @@ class _Limit:
 def main() -> int:
     """Exit code: 0 if all that ran has passed."""
     limit, changed = _Limit(), changed_files()
-    python = [str(file) for file in changed if file.suffix == ".py"]
     print("changed:", *changed)
     tool = Path(sys.executable).parent
     lint = [["check", "."], ["format", "--check", "--quiet", "."]]
     codes = [subprocess.run([tool / "ruff", *how], cwd=ROOT).returncode for how in lint]
-    types = subprocess.Popen([tool / "pyright", *python], cwd=ROOT) if python else None
+    types = subprocess.Popen([tool / "pyrefly", "check"], cwd=ROOT)
     files = tests_of(changed)
     chosen = files[:MOST_FILES]
     arguments = ["--rootdir", str(ROOT), "-m", "not verify and not slow", "--no-header"]
@@ -127,7 +126,7 @@ def main() -> int:
         code = pytest.main([*arguments, *(str(ROOT / f) for f in chosen)], plugins=[limit])
         over = code == pytest.ExitCode.INTERRUPTED and limit.left and not limit.session.testsfailed
         codes.append(0 if over or code == pytest.ExitCode.NO_TESTS_COLLECTED else code)
-    codes.append(types.wait() if types else 0)
+    codes.append(types.wait())
     print(f"tests of {len(chosen)} files, without those marked slow")
     if chosen and limit.left:
         print(f"NOT RUN for lack of time: {limit.left} tests, the last ones of", *chosen[-1:])

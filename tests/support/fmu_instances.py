@@ -89,7 +89,8 @@ class Instance:
     saves reading it; further `arguments` are those of FMPy's `instantiate`.
     """
 
-    version, numbers, class_names = 2, "Real", ("FMU2Slave", "FMU2Model")
+    version, numbers = 2, "Real"
+    class_names: tuple[str, str] = ("FMU2Slave", "FMU2Model")
 
     def __init__(
         self,
@@ -274,7 +275,8 @@ class Instance:
 class Instance3(Instance):
     """The same of FMI 3.0."""
 
-    version, numbers, class_names = 3, "Float64", ("FMU3Slave", "FMU3Model")
+    version, numbers = 3, "Float64"
+    class_names = ("FMU3Slave", "FMU3Model")
 
     def instantiate(self, **arguments: Any) -> None:
         self.fmu.instantiate(logMessage=self._log, **arguments)

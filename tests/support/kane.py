@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 import sympy.physics.mechanics as me
 
-TIME: Any = me.dynamicsymbols._t  # type: ignore[attr-defined]
+TIME: Any = me.dynamicsymbols._t
 
 
 class KaneSystem:

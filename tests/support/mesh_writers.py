@@ -130,7 +130,7 @@ def _numbered(panels: Panels) -> list[str]:
 
 
 def _distinct(face: object) -> list[int]:
-    return list(dict.fromkeys(map(int, face)))  # type: ignore[call-overload]
+    return list(dict.fromkeys(map(int, face)))  # pyrefly: ignore[bad-argument-type]
 
 
 def _sections(head: str, nodes: list[str], elements: list[str], *, other: bool = False) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from m4e_fmi.joints import Coordinate, Frame, JointType, Mount, carried
-from m4e_fmi.space import TURN, Component, Rotation, Twist, Y, added, scaled, unit
+from m4e_fmi.space import TURN, MotionComponent, Rotation, Twist, Y, added, scaled, unit
 
 
 class PinInSlot(JointType):
@@ -29,6 +29,6 @@ class PinInSlot(JointType):
             slides=((direction, speed),),
             freedoms=(
                 Twist(direction, parent.omega),
-                Component(TURN + Y, relative=mount.is_relative),
+                MotionComponent(TURN + Y, relative=mount.is_relative),
             ),
         )

@@ -115,13 +115,13 @@ FAULTS = {
         "m4e_fmi/runtime",
         "SAFETY * error**-0.2",
         "SAFETY * error**-0.5",
-        "unit/runtime/test_dormand_prince.py",
+        "unit/runtime/test_integrators.py",
     ),
     "works dilute the error of the motion": Fault(
         "m4e_fmi/runtime",
         "max(_rms(ratios[:motion]), _rms(ratios[motion:]))",
         "_rms(ratios)",
-        "unit/runtime/test_dormand_prince.py unit/simulate",
+        "unit/runtime/test_integrators.py unit/simulate",
     ),
     # ---- simulation and analysis ----
     "a step goes across a kink": Fault(

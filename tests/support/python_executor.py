@@ -16,10 +16,10 @@ import pytest
 
 from m4e_fmi.cosim.exchange import operations as op
 from m4e_fmi.cosim.exchange.instance import WARNING, Instance
-from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, State
 from m4e_fmi.cosim.exchange.operations import LOST, Operation
+from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, LoopState
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
-from m4e_fmi.fmu.importer.calls.parts import guarded
+from m4e_fmi.fmu.importer.calls.access import guarded
 
 Action = Callable[[float, float, int], int]
 """Time [s], step [s], row of blocks → status."""
@@ -33,8 +33,8 @@ NOISE = 1e-9
 
 def use_python(patch: pytest.MonkeyPatch) -> None:
     """Have all operations be performed by Python from now on."""
-    patch.setattr("m4e_fmi.cosim.exchange.step_loop.NativeExecutor", PythonExecutor)
-    patch.setattr("m4e_fmi.cosim.exchange.step_loop.run_loop", run_loop)
+    patch.setattr("m4e_fmi.cosim.exchange.schedule.NativeExecutor", PythonExecutor)
+    patch.setattr("m4e_fmi.cosim.exchange.schedule.run_loop", run_loop)
 
 
 class PythonExecutor:
@@ -60,7 +60,7 @@ class PythonExecutor:
         return 0, 0
 
 
-def run_loop(step: PythonExecutor, row: PythonExecutor, state: State, steps: int) -> int:
+def run_loop(step: PythonExecutor, row: PythonExecutor, state: LoopState, steps: int) -> int:
     """Status of `steps` steps, as of `m4e_loop` of the runtime's loop.h.
 
     They end early if another thread has asked for a halt, or one of the `ends` is finite.
@@ -204,11 +204,11 @@ def _differ(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 SUDDEN, DECAY, GROWTH, SHARE = 4.0, 0.95, 1.5, 1 / 16
-"""As in the runtime's monitor.c."""
+"""As in the runtime's loop.c."""
 
 
 def _monitor(o: op.Monitor) -> Action:
-    """`m4e_monitor` of the runtime's loop.h."""
+    """`monitor` of the runtime's loop.c."""
     value, first, second, third, level, largest = o.past[:-1].reshape(6, -1)
     wait = o.past[-1:]
 

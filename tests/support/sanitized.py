@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 from support.c_fmus.compiled import FMI_HEADERS, KEPT
 
-from m4e_fmi.fmu.export.description import Options, describe, with_rates
-from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_fmu_files
+from m4e_fmi.fmu import Options
+from m4e_fmi.fmu.export.build import fmu_files
+from m4e_fmi.fmu.export.native_fmu import SETTINGS
 from m4e_fmi.program import Program
 from m4e_fmi.runtime.compiler import SHELL_SOURCES, SOURCES, compiler
 
@@ -69,8 +70,7 @@ def _run(command: list[str]) -> None:
 
 def written(program: Program, fmi: str, folder: Path) -> tuple[Mapping[str, bytes], str]:
     """The files of a native FMU, which are written into a folder, and its GUID or token."""
-    program = with_rates(program)
-    files = native_fmu_files(program, describe(program), Options(native=True, fmi=fmi))
+    files = fmu_files(program, Options(native=True, fmi=fmi))
     for name, content in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -30,6 +30,7 @@ from sphinx.application import Sphinx
 docs, html = sys.argv[1:]
 plain = {"html_theme": "basic", "html_theme_options": {}}  # a tenth less time
 app = Sphinx(docs, docs, html, html + ".doctrees", "html", plain, None, sys.stderr, True, True)
+app.builder.search = False  # nor is its index asked here
 app.build()
 sys.exit(app.statuscode)
 """

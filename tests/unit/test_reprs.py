@@ -47,7 +47,7 @@ def objects(folder: Path) -> Iterator[Any]:
     large = random_tree(3, size=25)
     made = multibody.model_program(large)
     yield from (large, multibody.Equations(large), multibody.topology(large), made, made.tape)
-    yield from (*large.loads.values(), model.Table(range(5000), range(5000)))  # type: ignore[arg-type]
+    yield from (*large.loads.values(), model.Table(range(5000), range(5000)))
     small = load_model(SPIDERFLOAT)
     motion = simulate(small, stop_time=2.0, events=[Watch("body.float.vz")])
     yield from (motion, motion["body.float.z"], motion.time, motion.energy)
@@ -159,7 +159,7 @@ def test_the_package_has_the_verbs() -> None:
     assert m4e_fmi.linearize is analysis.linearize
     alone = Model("a", {"b": Body(1.0, 1.0)}, {"j": Joint("revolute", "b")})
     assert m4e_fmi.simulate(alone, stop_time=0.1).time[-1] == 0.1
-    assert SIMULATING(alone, stop_time=0.1).time[-1] == 0.1  # type: ignore[operator]
+    assert SIMULATING(alone, stop_time=0.1).time[-1] == 0.1  # pyrefly: ignore[not-callable]
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         m4e_fmi.simulat  # noqa: B018
 

@@ -21,9 +21,9 @@ PACKAGES = {
 MOST_MODULES = 15
 LAYERS = {
     "m4e_fmi": (
-        "signals threads units errors shown files coupling_algorithms program space joints model "
-        "multibody results statistics runtime simulate fmu analysis code_hash doctor report cosim "
-        "study notebook cli __main__"
+        "signals threads lazy units errors shown files coupling_algorithms program space joints "
+        "model multibody results statistics runtime simulate fmu analysis code_hash doctor report "
+        "cosim study notebook cli __main__"
     ),
     "m4e_fmi.fmu": "importer export validation",
     "m4e_fmi.cosim": (
@@ -61,6 +61,12 @@ def test_parts_import_only_those_before_them(package: str) -> None:
     edges = [(part(a), part(b), a, b) for a, b in graph().edges if part(a) and part(b)]
     assert {name for a, b, *_ in edges for name in (a, b)} <= order.keys()
     assert [f"{a} imports {b}" for one, other, a, b in edges if order[one] < order[other]] == []
+
+
+def test_no_module_imports_private_names_of_another() -> None:
+    private = re.compile(r"^ *from m4e_[\w.]+ import (?:\([^)]*|.*)\b_[a-z]\w*", re.MULTILINE)
+    found = {name: private.findall(file.read_text("utf-8")) for name, file in modules().items()}
+    assert {name: lines for name, lines in found.items() if lines} == {}
 
 
 def test_folders_are_small_and_say_what_lives_there() -> None:

@@ -24,7 +24,7 @@ from m4e_fmi.cosim import (
 )
 from m4e_fmi.cosim.error_estimate.estimator import SMOOTH
 from m4e_fmi.cosim.error_estimate.report import LITTLE
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.errors import RunError
 
@@ -148,7 +148,7 @@ def test_the_run_itself_is_not_touched(
     for certify in (True, False):
         course: list[float] = []
         observer = lambda _, net, c=course: c.extend(map(net.read, names))  # noqa: E731
-        with running(prepared, Options(certify=certify, observers=[observer])) as made:
+        with running(prepared, RunOptions(certify=certify, observers=[observer])) as made:
             made.finish()
         courses.append(course)
     assert courses[0] == courses[1]
@@ -332,7 +332,8 @@ def test_adaptive_steps_are_checked_at_an_eighth_of_the_tolerance(c_fmu: Fmus) -
 @pytest.mark.parametrize("options", ["+state", ""])
 def test_errors_in_what_nobody_takes_are_stated(c_fmu: Fmus, options: str) -> None:
     # y' = 1 without error, z' = y with y held: z = t²/2 - t H/2 instead of t²/2
-    parts, settings = dict.fromkeys("ab", f"integrator{options}"), Simulation(STOP, STEP, "jacobi")
+    parts = dict.fromkeys(["a", "b"], f"integrator{options}")
+    settings = Simulation(STOP, STEP, "jacobi")
     outcome = run(system(c_fmu, parts, "a.y -> b.u", start={"a": {"u": 1.0}}, simulation=settings))
     assert isinstance(outcome.certificate, CouplingErrorReport)
     (error,) = outcome.certificate.errors

@@ -39,7 +39,8 @@ def pair(fmus: Fmus, options: str, when: float, **settings: Any) -> System:
         "sum.y -> fuse.u, units ignored",
         "fuse.y -> after.u, units ignored",
     )
-    return System("s", parts, links, Simulation(**{"stop_time": 5.0, "step_size": 0.1, **settings}))
+    given: dict[str, Any] = {"stop_time": 5.0, "step_size": 0.1, **settings}
+    return System("s", parts, links, Simulation(**given))
 
 
 def results(system: System, path: Path) -> tuple[Outcome, Results]:

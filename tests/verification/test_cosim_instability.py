@@ -12,7 +12,7 @@ import pytest
 from support.small_systems import Fmus, system
 
 from m4e_fmi.cosim import Simulation, System, load, run, start
-from m4e_fmi.cosim.monitoring.instability import Stability
+from m4e_fmi.cosim.monitoring.instability import Instability
 from m4e_fmi.errors import RunError
 
 
@@ -71,7 +71,7 @@ def test_an_fmu_that_fails_by_itself_after_something_grew(
     fused = pair(c_fmu, settings, second="fuse", stiffness=40.0)
     for file in (None, tmp_path / "r.nc"):
         if file:  # no look falls into the growth: the rows tell
-            monkeypatch.setattr(Stability, "look", lambda *_: None)
+            monkeypatch.setattr(Instability, "look", lambda *_: None)
         error = failure(fused, file)
         assert error.message.startswith("unstable: a.body.m.")
         assert "; then b (fuse.fmu): the step from t = " in error.message
@@ -98,7 +98,7 @@ def test_an_added_mass_that_is_exchanged_as_a_force(c_fmu: Fmus) -> None:
 
 def rising(fmus: Fmus, stop: float) -> System:
     """y = 1e-9 e^t in both of two integrators."""
-    parts, begin = dict.fromkeys("ab", "integrator+state"), {"y": 1e-9}
+    parts, begin = dict.fromkeys(["a", "b"], "integrator+state"), {"y": 1e-9}
     links, settings = ("a.y -> b.u", "b.y -> a.u"), Simulation(stop, 0.05)
     return system(fmus, parts, *links, start={"a": begin, "b": begin}, simulation=settings)
 
@@ -159,7 +159,7 @@ def test_a_run_that_goes_back_forgets_what_grew(c_fmu: Fmus) -> None:
 
 def far(fmus: Fmus) -> System:
     """u = 1 (start), y = 1e12 t, z = 1e12 t²/2 to t = 1e6 s: 5e23, far beyond any size."""
-    parts = dict.fromkeys("abc", "integrator")
+    parts = dict.fromkeys(["a", "b", "c"], "integrator")
     begin = {"a": {"u": 1.0, "gain": 1e12}, "c": {"gain": 1e-30}}
     links, settings = ("a.y -> b.u", "b.y -> c.u"), Simulation(1e6, 100.0, "gauss_seidel")
     return system(fmus, parts, *links, start=begin, simulation=settings)

@@ -44,9 +44,8 @@ def spiral(fmus: Fmus, options: str, version: str = "", **settings: Any) -> Syst
         Component("x", FmuFile(fmus(f"{version}roessler_x{options}")), {"x": 2.0}),
     )
     links = ("yz.y -> x.y", "x.x -> yz.x")
-    return System(
-        "s", parts, links, Simulation(**{"stop_time": 2.0, "step_size": 0.05, **settings})
-    )
+    given: dict[str, Any] = {"stop_time": 2.0, "step_size": 0.05, **settings}
+    return System("s", parts, links, Simulation(**given))
 
 
 def recorded(system: System, path: Path) -> np.ndarray:

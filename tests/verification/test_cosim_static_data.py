@@ -71,5 +71,5 @@ def test_a_way_to_round_that_an_fmu_leaves_behind_changes_nothing(
         run(system, results=tmp_path / "r.nc", certify=False)
         rows = load(tmp_path / "r.nc")
         found.append(np.column_stack([rows[name].values for name in ("yz.y", "yz.z", "x.x")]))
-    np.testing.assert_array_equal(*found)
+    np.testing.assert_array_equal(found[0], found[1])
     assert 1.0 + 1e-17 == 1.0  # rounded upward, it is more

@@ -23,7 +23,7 @@ STATES = ("joint.shoulder.q", "joint.shoulder.u", "joint.elbow.q", "joint.elbow.
 def python_model():
     sys.path.insert(0, str(FOLDER))
     try:
-        import double_pendulum  # type: ignore[import-not-found]
+        import double_pendulum  # pyrefly: ignore[missing-import]
     finally:
         sys.path.remove(str(FOLDER))
     return double_pendulum.model()

@@ -126,7 +126,9 @@ def pendulum(n: int) -> Model:
     """n hinged rods of 2 m and 10 kg."""
     joints = {}
     for k in range(n):
-        at = {"parent": f"link{k - 1}", "parent_to_joint": ("L/2", 0.0)} if k else {}
+        at: dict[str, Any] = {}
+        if k:
+            at = {"parent": f"link{k - 1}", "parent_to_joint": ("L/2", 0.0)}
         joints[f"hinge{k}"] = Joint("revolute", f"link{k}", joint_to_child=("L/2", 0.0), **at)
     bodies = {f"link{k}": Body("m", "m*L**2/12") for k in range(n)}
     parameters = {"m": Parameter(10.0, "kg"), "L": Parameter(2.0, "m")}

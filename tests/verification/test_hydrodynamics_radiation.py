@@ -1,5 +1,7 @@
 """The radiation memory: fits of WAMIT's sphere and of exact functions, and the force in time."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -64,15 +66,13 @@ def test_a_rational_function_is_found_exactly(sphere: Coefficients) -> None:
     s = 1j * omega
     k = c * s / ((s + a) ** 2 + b**2)
     unit = np.diag([0.0, 1.0, 0.0])
-    made = Coefficients(
-        **{
-            **sphere.arrays(),
-            "bodies": ("ball",),
-            "radiation_damping": k.real[:, None, None] * unit,
-            "added_mass": sphere.added_mass_inf + (k.imag / omega)[:, None, None] * unit,
-        }
-    )
-    (group,) = fit_radiation(made, order=2).groups
+    given: dict[str, Any] = {
+        **sphere.arrays(),
+        "bodies": ("ball",),
+        "radiation_damping": k.real[:, None, None] * unit,
+        "added_mass": sphere.added_mass_inf + (k.imag / omega)[:, None, None] * unit,
+    }
+    (group,) = fit_radiation(Coefficients(**given), order=2).groups
     assert isinstance(group, RadiationGroup)
     assert group.error < 2 * MARGIN
     assert group.poles[0] == pytest.approx(-a + 1j * b, rel=1e-4)
@@ -85,7 +85,8 @@ def test_an_irregular_frequency_is_left_out(sphere: Coefficients) -> None:
     spoilt = sphere.radiation_damping.copy()
     at = int(np.argmin(np.abs(sphere.omega - 1.5)))
     spoilt[at] *= 1.3
-    data = Coefficients(**{**sphere.arrays(), "bodies": ("ball",), "radiation_damping": spoilt})
+    given: dict[str, Any] = {**sphere.arrays(), "bodies": ("ball",), "radiation_damping": spoilt}
+    data = Coefficients(**given)
     told: list[str] = []
     (group,) = fit_radiation(data, order=6, progress=told.append).groups
     assert group.doubtful == (pytest.approx(1.5),)

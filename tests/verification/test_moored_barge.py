@@ -66,7 +66,7 @@ def test_a_turned_world_has_the_turned_motion(tmp_path: Path) -> None:
             np.array([found[f"barge.body.hull.{name}"].values for name in names])
             for found in (straight, other)
         )
-        x, y = turned(DEGREES, before[0], before[1])  # type: ignore[arg-type]
+        x, y = turned(DEGREES, before[0], before[1])
         assert np.ptp(before[0]) > 1e-3  # it moves in all ways
         assert np.ptp(before[1]) > 1e-3
         difference = np.abs(np.array([x, y, before[2]]) - after).max()

@@ -14,6 +14,7 @@ from support.lagrange import RELATIVE, Mechanism, assert_accelerations, forces, 
 from support.programs import Evaluated
 
 from m4e_fmi.model import Body, Joint, Model, Point, TorsionDamper, TorsionSpring
+from m4e_fmi.model.elements import AngleReference
 from m4e_fmi.multibody import Equations, model_program, topology
 from m4e_fmi.multibody.closed_form import ClosedForm
 from m4e_fmi.multibody.recording import recorded
@@ -196,8 +197,8 @@ def test_initial_values_are_relative_and_what_bodies_report_is_absolute() -> Non
 
 
 def test_a_chain_in_relative_angles_costs_what_one_in_absolute_angles_costs() -> None:
-    def operations(coordinate: str, n: int) -> int:
-        link = Joint("revolute", "b", "a", (0.0, -0.5), (0.0, -0.5), None, coordinate)  # pyright: ignore[reportArgumentType]
+    def operations(coordinate: AngleReference, n: int) -> int:
+        link = Joint("revolute", "b", "a", (0.0, -0.5), (0.0, -0.5), None, coordinate)
         joints = {
             f"j{k}": replace(link, child=f"b{k}", parent=f"b{k - 1}" if k else "ground")
             for k in range(n)

@@ -139,7 +139,7 @@ def test_frequency_by_stiffness_in_closed_form() -> None:
     stiffness = 5.0
     beam = cantilever(5, length=2.0, rigidity=stiffness, density=0.8)
     loads = {
-        name: TorsionSpring(load.bodies, f"{load.stiffness / stiffness}*EI")  # type: ignore[union-attr]
+        name: TorsionSpring(load.bodies, f"{load.stiffness / stiffness}*EI")  # pyrefly: ignore[missing-attribute]
         for name, load in beam.loads.items()
     }
     model = Model(

@@ -102,7 +102,7 @@ def test_a_turned_world_has_the_turned_motion(tmp_path: Path) -> None:
             np.array([found[f"barge.body.hull.{name}"].values for name in names])
             for found in (straight, other)
         )
-        x, y = turned(TURN, before[0], before[1])  # type: ignore[arg-type]
+        x, y = turned(TURN, before[0], before[1])
         assert np.abs(np.array([x, y, before[2]]) - after).max() < 1e-6 * max(
             1, np.abs(before).max()
         )

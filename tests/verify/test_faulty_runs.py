@@ -104,7 +104,7 @@ def test_signals(number: int, campaign: Campaign, slow: Callable[[Setting], Plac
         running.send(which)
         done = finished(place, running)
     if done.code == -which:  # the interpreter was ending: all was told, and all rows are there
-        assert done.out.endswith("wrote r.png\n"), done.err
+        assert done.out.endswith("wrote r.nc\n"), done.err
         assert differences(place.results(), campaign.whole(setting), complete=True) == []
     else:
         assert done.code in (0, 1, 128 + which), done.err

@@ -111,7 +111,7 @@ def test_a_process_that_dies_costs_its_own_run_only(monkeypatch: pytest.MonkeyPa
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent), prepend=os.pathsep)
     tasks = [(k, Fatal(k == 2)) for k in range(6)]
     with execution.performing(1) as made_by:
-        found = dict(made_by(tasks))  # type: ignore[arg-type]
+        found = dict(made_by(tasks))  # pyrefly: ignore[bad-argument-type]
     assert sorted(found) == list(range(6))
     assert {k for k, record in found.items() if record.failure} == {2}
     assert found[2].failure == execution.DIED

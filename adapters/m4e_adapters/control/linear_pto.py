@@ -68,7 +68,7 @@ class LinearPtoConfig(Section):
         if self.point_at is not None:
             return self.point_at
         *level, height = self.anchor
-        return (*level, height + (self.rest_length or 0.0))  # type: ignore[return-value]
+        return (*level, height + (self.rest_length or 0.0))  # pyrefly: ignore[bad-return]
 
     @property
     def axes(self) -> str:

@@ -79,7 +79,8 @@ class MoorDynSystem:
     def __init__(self, text, *, y, lines, place, moving_water=False):
         self._text, self._y, self._count, self._place = text, y, lines, place
         self._moving_water = moving_water
-        self._system = self._folder = None
+        self._system = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._lines, self.lengths, self.segments = [], [], []
         self._size = 0  # bytes of a saved state
 

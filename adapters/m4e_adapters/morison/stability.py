@@ -129,7 +129,7 @@ class Afloat:
 
         heave = 0.0
         if excess(-reach) > 0.0:
-            heave = float(brentq(excess, -reach, reach, xtol=1e-12))  # pyright: ignore[reportArgumentType]
+            heave = float(brentq(excess, -reach, reach, xtol=1e-12))
         return -float(self.wrench(heave, *turns)[3 if about == HEEL else 4]) / volume
 
     def _rest(self) -> tuple[float, float, float] | None:

@@ -27,10 +27,11 @@ def wind_program(config: WindConfig, *, name: str) -> Program:
     in_space = config.dimensions == 3
     text = f"speed of the wind at {config.height:g} m above still water"
     speed = recorder.input(Variable("wind.speed", "m/s", text, start=config.speed))
-    angle: Number = math.radians(config.direction)
+    given = math.radians(config.direction)
+    angle: Number = given
     if in_space:
         text = "direction that the wind blows to, from +X towards +Y"
-        variable = Variable("wind.direction", "rad", text, start=angle, display_unit="deg")
+        variable = Variable("wind.direction", "rad", text, start=given, display_unit="deg")
         angle = recorder.input(variable)
     along = (cos(angle), sin(angle) if in_space else 0.0)
     for point, section in config.points.items():

@@ -42,7 +42,7 @@ def make(
         progress(f"warning: {text}")
     bodies = [_data(name, hull, config) for name, hull in hulls.items()]
     for body in bodies:
-        progress(_told(body, config.water.density))
+        progress(_hull_text(body, config.water.density))
     here, travels = Path(__file__).parent, Path(pressure.__file__).parent
     data = PressureData(
         bodies=bodies,
@@ -84,7 +84,7 @@ def _data(name: str, hull: Panels, config: Config) -> HullData:
     )
 
 
-def _told(body: HullData, density: float) -> str:
+def _hull_text(body: HullData, density: float) -> str:
     count, mass = len(body["triangles"]), body["neutral_mass"]
     text = (
         f"body {body['name']!r}: displaces {mass / density:.6g} m3 in the reference pose, neutral "
@@ -135,7 +135,7 @@ def _neutral(body: str) -> FmuVariable:
 def _inputs(
     body: str, motions: tuple[Motion, ...], center: tuple[float, ...]
 ) -> Iterator[FmuVariable]:
-    starts = dict(zip("xyz", point_in_space(center), strict=True))
+    starts: dict[str, float] = dict(zip("xyz", point_in_space(center), strict=True))
     in_space = len(motions) == 6
     for motion in motions:
         text = f"{motion.position} of the centre of gravity, world frame"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import random
 from collections import deque
 
-from .user_class import Group, Value  # side by side in the FMU
+from .user_class import Value, VariableGroup  # side by side in the FMU
 
 KIND = "m4e kind"
 
@@ -51,7 +51,7 @@ def _of_numpy(value: Value, name: str) -> Value:
     if hasattr(value, "bit_generator"):
         state = value.bit_generator.state
         return _tagged("generator", encoded(state, name), state["bit_generator"])
-    if isinstance(value, Group):
+    if isinstance(value, VariableGroup):
         raise CannotBeSavedError(
             f"{name} is the object of values, which has others in the next step: keep the numbers "
             "that you need, as self.angle = v.angle"

@@ -3,9 +3,9 @@
 import json
 import math
 
-from .saved_values import CannotBeSavedError, decoded, encoded  # type: ignore  # in the FMU
+from .saved_values import CannotBeSavedError, decoded, encoded  # in the FMU
 from .slave_base import M4eSlave  # type: ignore
-from .user_class import Declared, UserClass, UserCodeError, Values, loaded  # type: ignore
+from .user_class import Declared, UserClass, UserCodeError, Values, loaded
 
 TOLERANCE = 1e-8
 SMALLEST = 1e-9  # size of a state that counts

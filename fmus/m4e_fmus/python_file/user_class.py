@@ -90,7 +90,7 @@ class UserClass:
         except UserCodeError:
             raise
         except (Exception, SystemExit) as error:  # SystemExit would end the host
-            raise UserCodeError(told(error, self.path, self.shown)) from error
+            raise UserCodeError(error_text(error, self.path, self.shown)) from error
 
     def results(
         self, method: str, wanted: Mapping[str, Declared], *arguments: object
@@ -135,14 +135,14 @@ class Values:
     """Values of variables by name, as attributes: `v.oil`, `v.rod.vz`; an array is a list."""
 
     def __init__(self, variables: Mapping[str, Declared]) -> None:
-        self.root = Group("")
+        self.root = VariableGroup("")
         self._places: list[tuple[SimpleNamespace, str, Declared]] = []
         for name, variable in variables.items():
             *path, last = name.split(".")
             group = self.root
             for k, part in enumerate(path, 1):
                 if not hasattr(group, part):
-                    setattr(group, part, Group(f"{'.'.join(path[:k])}."))
+                    setattr(group, part, VariableGroup(f"{'.'.join(path[:k])}."))
                 group = getattr(group, part)
             self._places.append((group, last, variable))
 
@@ -154,7 +154,7 @@ class Values:
         return self.root
 
 
-class Group(SimpleNamespace):
+class VariableGroup(SimpleNamespace):
     """The variables of a connector, or all; `prefix` is what their names begin with."""
 
     __slots__ = ("__prefix",)  # no attribute, which a variable may be called like
@@ -201,7 +201,7 @@ def loaded(
         prepare(module)
     folders = set(_folders_beside(path))
     beside = {file.stem for file in path.parent.glob("*.py")} | folders
-    others = {key: sys.modules.pop(key) for key in _those_of(beside)}
+    others = {key: sys.modules.pop(key) for key in _modules_of(beside)}
     writes, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     sys.modules[name] = module
     sys.path.insert(0, str(path.parent))
@@ -209,11 +209,11 @@ def loaded(
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        raise UserCodeError(told(error, path, shown)) from error
+        raise UserCodeError(error_text(error, path, shown)) from error
     finally:
         sys.path.remove(str(path.parent))
         sys.dont_write_bytecode = writes
-        imported = {key: sys.modules.pop(key) for key in _those_of(beside)}
+        imported = {key: sys.modules.pop(key) for key in _modules_of(beside)}
         sys.modules.pop(name, None)
         sys.modules.update(others)
     if travels is None:
@@ -259,12 +259,12 @@ def _is_elsewhere(name: str, folder: Path) -> bool:
     return not places or any(not Path(p).resolve().is_relative_to(folder) for p in places)
 
 
-def _those_of(names: Container[str]) -> list[str]:
+def _modules_of(names: Container[str]) -> list[str]:
     """The imported modules that are, or are in, those of these names."""
     return [key for key in sys.modules if key.partition(".")[0] in names]
 
 
-def told(error: BaseException, path: Path, shown: str) -> str:
+def error_text(error: BaseException, path: Path, shown: str) -> str:
     """File and line where `error` came out of the user's file, its type and its text.
 
     If it came from a file beside that, also its name and line.

@@ -22,7 +22,7 @@ Factor = Annotated[float, Field(allow_inf_nan=False)]
 
 def _factors(written: object) -> object:
     """A list of names as factors of 1."""
-    if not isinstance(written, list | tuple):
+    if not isinstance(written, (list, tuple)):
         return written
     twice = [str(name) for name in written if written.count(name) > 1]
     if twice:

@@ -21,8 +21,7 @@ from m4e_fmi.analysis.comparison.measures import (
     scales,
 )
 from m4e_fmi.errors import InputError, Problem
-from m4e_fmi.results.compared_file import ComparedFile, Quantity, read_compared
-from m4e_fmi.results.doubts import doubts
+from m4e_fmi.results.compared_file import ComparedFile, TableVariable, doubts, read_compared
 from m4e_fmi.results.results_file import NETCDF, Results
 
 MOSTLY_OFFSET = 0.2
@@ -81,7 +80,7 @@ def compare(
         tolerance=tolerance,
         only_here=tuple(n for n in a.quantities if n not in found) if variables is None else (),
         only_there=tuple(n for n in b.quantities if n not in taken) if variables is None else (),
-        notes=(*notes, *left_over, *_told(found)),
+        notes=(*notes, *left_over, *_grouped_notes(found)),
         lacking=lacking,
     )
 
@@ -197,14 +196,14 @@ def _difference(
     )  # fmt: skip
 
 
-def _doubts(one: Quantity, file: ComparedFile) -> list[str]:
+def _doubts(one: TableVariable, file: ComparedFile) -> list[str]:
     """Notes on rows of a table that may be no measurements; results of ours have none."""
     if one.held or file.path.suffix.lower() == NETCDF:
         return []
     return [f"{file.path.name}: {text}" for text in doubts(file.time, one.values, one.unit or "1")]
 
 
-def _told(found: Mapping[str, Difference]) -> list[str]:
+def _grouped_notes(found: Mapping[str, Difference]) -> list[str]:
     """Notes on matching, interpolation and gaps, those of several variables together."""
     by_text: dict[str, list[str]] = {}
     for name, one in found.items():

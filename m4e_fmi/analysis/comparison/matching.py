@@ -10,7 +10,7 @@ from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem, suggestion, unknown_names
 from m4e_fmi.files.csv_columns import heading
-from m4e_fmi.results.compared_file import ComparedFile, Quantity
+from m4e_fmi.results.compared_file import ComparedFile, TableVariable
 from m4e_fmi.units import parse_unit, parse_unit_like
 
 _MOST_SHOWN = 4
@@ -27,8 +27,8 @@ _CHANGED = re.compile(
 class Pair:
     """A variable and its reference; the latter's values times `factor` plus `offset` in `unit`."""
 
-    variable: Quantity
-    reference: Quantity
+    variable: TableVariable
+    reference: TableVariable
     unit: str
     factor: float
     offset: float
@@ -45,7 +45,7 @@ class _Column:
     units_ignored: bool = False
 
     @property
-    def told(self) -> str:
+    def change(self) -> str:
         """The change of the values, for a note; empty if there is none."""
         text = "" if self.factor == 1.0 else f" * {self.factor:.9g}"
         if self.offset:
@@ -90,7 +90,7 @@ def matched(
     if problems:
         raise InputError(dict.fromkeys(problems))
     found = {name: columns[text] for text, name in mapping.items()}
-    notes = {name: column.told for name, column in found.items() if column.told}
+    notes = {name: column.change for name, column in found.items() if column.change}
     for name in reference.quantities:
         if name in taken:
             continue
@@ -158,7 +158,7 @@ def _nothing(one: ComparedFile, reference: ComparedFile) -> Problem:
 
 
 def _in_units(
-    pairs: list[tuple[Quantity, Quantity, _Column, str | None]], path: Path
+    pairs: list[tuple[TableVariable, TableVariable, _Column, str | None]], path: Path
 ) -> list[Pair]:
     found, problems = [], []
     for variable, reference, column, note in pairs:
@@ -186,7 +186,7 @@ def _in_units(
     return found
 
 
-def _unit(variable: Quantity, reference: Quantity) -> tuple[str, float, str]:
+def _unit(variable: TableVariable, reference: TableVariable) -> tuple[str, float, str]:
     """Unit, the reference's factor, and what was done; ValueError if the units do not fit."""
     own, other = variable.unit, reference.unit
     if own is None and other is None:

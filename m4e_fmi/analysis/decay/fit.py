@@ -258,7 +258,7 @@ def _fitted(time: Floats, values: Floats, guess: Shape) -> Shape:
     found = least_squares(
         residual,
         np.array(guess),
-        jac=lambda p: np.nan_to_num(at(p)[1]),  # pyright: ignore[reportArgumentType]
+        jac=lambda p: np.nan_to_num(at(p)[1]),
         method="lm",
         x_scale=np.array([guess.omega, 0.1, 0.1, 1.0, 1.0, 1.0]),
         xtol=TOLERANCE,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.results.measured import LEAVE_OUT
+from m4e_fmi.results.compared_file import LEAVE_OUT
 
 Floats = NDArray[np.float64]
 

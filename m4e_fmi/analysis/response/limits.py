@@ -22,7 +22,7 @@ class Limits:
         if self.outputs:
             names = [v.name for v in self.outputs]
             local = LocalEquations(waves.program, point, inputs=waves.inputs, outputs=names)
-            self._linear = LinearEquations.of(local)
+            self._linear = LinearEquations.of(local)  # pyrefly: ignore[possibly-uninitialized-attribute]
 
     def harmonics(self, states: Complex, forces: Complex) -> Complex:
         """Of the outputs (k, outputs), for `states` (k, n) and `forces` (k, m); all in SI."""

@@ -14,6 +14,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
+from m4e_fmi.cli.shared.options import Commands
 from m4e_fmi.errors import InputError, Problem
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -99,7 +100,7 @@ KINDS = {
 }  # fmt: skip
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `new` to the command line."""
     command = commands.add_parser(
         "new", help="write a working start: a model, a system, a controller"

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, add_no_plot, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, EXIT_FAILED, Commands, add_no_plot, finite
 from m4e_fmi.errors import InputError, Problem
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `compare` to the command line."""
     command = commands.add_parser(
         "compare",

@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 
 from m4e_fmi.cli.shared.log import print_files
-from m4e_fmi.cli.shared.options import BUILD_FOLDER, add_no_plot, finite
+from m4e_fmi.cli.shared.options import BUILD_FOLDER, Commands, add_no_plot, finite
 from m4e_fmi.errors import InputError, Problem, RunError
 
 
-def add(commands: argparse._SubParsersAction) -> None:
+def add(commands: Commands) -> None:
     """Add `decay` to the command line."""
     command = commands.add_parser(
         "decay", help="period, linear and quadratic damping of a recorded free decay"
@@ -46,7 +46,7 @@ def _run(options: argparse.Namespace) -> None:
 
     from m4e_fmi.analysis.decay import fit_decay
     from m4e_fmi.report import check_picture_path, decay_json, decay_text, plot_decay
-    from m4e_fmi.results.measured import read_measured
+    from m4e_fmi.results.compared_file import read_measured
 
     _check(options)
     path: Path = options.record

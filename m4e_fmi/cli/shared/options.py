@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
 
 from m4e_fmi.cli.shared.log import count, note, warn
 from m4e_fmi.errors import InputError, Problem
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 Given = ParamSpec("Given")
 Result = TypeVar("Result")
+Commands: TypeAlias = "argparse._SubParsersAction[Any]"
+"""To which commands add themselves."""
 EXIT_FAILED = 1
 BUILD_FOLDER = "build"
 REPORT = ".report.html"
@@ -195,13 +197,12 @@ def output_file(options: argparse.Namespace, name: str) -> Path:
 
 def is_system(path: Path) -> bool:
     """True for a file of a system, not a model: a package, or YAML with components."""
-    from m4e_fmi.cosim.ssp.package import SUFFIX
     from m4e_fmi.files.document import Document
-    from m4e_fmi.files.file_kinds import SYSTEM, URDF_SUFFIX, kind_of
+    from m4e_fmi.files.file_kinds import SSP_SUFFIX, SYSTEM, URDF_SUFFIX, kind_of
 
     if path.suffix.lower() == URDF_SUFFIX:
         return False
-    return path.suffix.lower() == SUFFIX or kind_of(Document.load(path).data) == SYSTEM
+    return path.suffix.lower() == SSP_SUFFIX or kind_of(Document.load(path).data) == SYSTEM
 
 
 def load_model(path: Path) -> Model:

@@ -68,13 +68,13 @@ def _progress_events(stop_time: float, start: float) -> Generator[Callable[[floa
         span = stop_time - start
         tell_event(Progress(t, (t - start) / span if span else 1.0, (t - start) / max(last, 1e-9)))
 
-    def told(t: float) -> None:
+    def report(t: float) -> None:
         nonlocal waiting
         waiting = t
         if time.perf_counter() - began - last >= INTERVAL:
             emit(t)
             waiting = None
 
-    yield told
+    yield report
     if waiting is not None:
         emit(waiting)

@@ -1,35 +1,35 @@
-"""Two passes per step: all components step, go back, and step again with inputs known better.
+"""Two passes per step: all components step, go back, and step again with better inputs.
 
-In the first pass inputs are predicted (see `step_values`), and replaced by what is found as
-components step one after the other. Then all return to the start of the step, and make it again
-with inputs that follow the parabola through the values found at its start, middle and end. In the
-very first step, where nothing is known of the past, there are three passes. Components that are not
+In the first pass inputs are predicted (see `pieces`), and replaced by computed values as
+components step one after the other. Then all return to the start of the step, and repeat it with
+inputs that follow the parabola through the values computed at its start, middle and end. The very
+first step has no past values and takes three passes. Components that are not
 part of any cycle of connections step once, after those that they depend on.
 
-Order. Predicted inputs are off by O(H³), so what the first pass finds is off by O(H⁴) in states
+Order. Predicted inputs are off by O(H³), so the first pass is off by O(H⁴) in states
 and O(H³) in outputs with feed-through. The mean of the parabola is that of Simpson's rule, and the
 inputs act by their mean and first moment: third order, and mostly fourth. On the two-mass
 oscillator the error at H = 0.1 s is 2e-6; that of `gauss_seidel` is 6e-3. A step costs four FMU
 steps of half the length where inputs are followed, and eight of a quarter where they are held.
 
-What it does without:
+Limitations:
 
-- rollback (`canGetAndSetFMUstate`). An FMU that cannot go back steps once, after the others' first
-  pass, with the inputs these have found; the others then correct theirs. That is second order.
-  Where no FMU of a cycle can go back there is nothing to correct, and `gauss_seidel` is used.
-- algebraic loops. They are solved at communication points, but not within a step: two passes make
-  an error larger by the square of what a loop multiplies it by. There `gauss_seidel` is used, too.
-- inputs that are followed (`canInterpolateInputs`). An FMU that holds its inputs gets values that
-  act like that parabola, and needs more steps for it; an FMU that moves one input along another
-  stays at second order.
+- FMUs without rollback (`canGetAndSetFMUstate`) step once, after the others' first pass, with the
+  inputs found there; the others then correct theirs. That is second order. If no FMU of a cycle
+  can go back, nothing can be corrected, and `gauss_seidel` is used.
+- Algebraic loops are solved at communication points, but not within a step: two passes multiply
+  an error by the square of the loop's gain. There, too, `gauss_seidel` is used.
+- FMUs that hold their inputs (no `canInterpolateInputs`) get values that act like that parabola,
+  and need more steps for it; an FMU that moves one input along another stays at second order.
 
 `change` is the difference that the last pass made to the outputs at the end of the step: an
-estimate of the error of the pass before, and larger than that of the result.
+estimate of the error of the pass before, which is larger than that of the result.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import networkx as nx
@@ -39,11 +39,10 @@ from m4e_fmi.cosim.algorithms.gauss_seidel import ALGORITHM as FALLBACK
 from m4e_fmi.cosim.algorithms.gauss_seidel import GaussSeidel
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation, gather
-from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper
+from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
-from m4e_fmi.cosim.stepping.scheduled import Scheduled
-from m4e_fmi.cosim.stepping.step_values import StepValues
+from m4e_fmi.cosim.stepping.pieces import ComponentStepper, StepValues
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 
@@ -69,28 +68,41 @@ class Corrector(Scheduled):
 
     def __init__(self, network: Network) -> None:
         self._step_values = step_values = StepValues(network, InputInterpolation.PARABOLA)
-        steppers = {stepper.name: stepper for stepper in step_values.steppers}
-        self._groups = tuple(
-            _CyclicGroup([steppers[k] for k in names], c) for names, c in _groups(network)
-        )
+        self._groups = tuple(_groups(network, step_values.steppers))
         self._before = np.zeros_like(step_values.end)
         super().__init__(network, self._passes(2), step_values.held)
         self.followed = step_values.followed
-        reasons = self._reasons(list(steppers.values()))
-        if reasons:
+        if reasons := list(self._reasons()):
             self.notes = (f"{'; '.join(reasons)}: {_LOST}",)
             self.order = 2
 
-    def _reasons(self, steppers: Sequence[ComponentStepper]) -> list[str]:
+    def _reasons(self) -> Iterator[str]:
         """Reasons why the order is lost."""
-        without_rollback = [s.name for group in self._groups if group.cyclic for s in group.once]
+        steppers, sampled = self._step_values.steppers, self._step_values.sampled
+        once = [s.name for group in self._groups if group.cyclic for s in group.once]
         moving = [stepper for stepper in steppers if stepper.moved]
         single = [stepper.name for stepper in steppers if stepper.holds and stepper.pieces == 1]
-        found = [_once(without_rollback), _moved(moving), _single(single)]
-        if sampled := self._step_values.sampled:
-            back = [s.name for s in steppers if s.looks_back and s.name not in single]
-            found += [_back(back, sampled[0].name)] if back else []
-        return [reason for reason in found if reason]
+        back = [s.name for s in steppers if s.looks_back and s.name not in single]
+        if once:
+            steps = "it steps once" if len(once) == 1 else "they step once"
+            yield (
+                f"{_listed(once)} cannot roll back (canGetAndSetFMUstate): {steps}, on inputs of "
+                "the first pass"
+            )
+        if moving:
+            yield _moved(moving)
+        if single:
+            makes = ("makes", "holds its") if len(single) == 1 else ("make", "hold their")
+            yield (
+                f"{_listed(single)} {makes[0]} one step in each of the system's, and {makes[1]} "
+                "inputs (canInterpolateInputs)"
+            )
+        if sampled and back:
+            yield (
+                f"{_listed(back)} {'tells' if len(back) == 1 else 'tell'} no value in the middle "
+                "of a step, and the previous step does not show jumps, such as those of "
+                f"{sampled[0].name}"
+            )
 
     @property
     def end(self) -> np.ndarray:
@@ -105,7 +117,8 @@ class Corrector(Scheduled):
     @property
     def estimates(self) -> bool:
         """True if `change` covers all exchanged outputs: each belongs to a cycle."""
-        return all(group.cyclic or not group.has_outputs for group in self._groups)
+        single = [s for group in self._groups if not group.cyclic for s in group.steppers]
+        return not any(s.outputs.stop > s.outputs.start for s in single)
 
     @property
     def can_correct(self) -> bool:
@@ -118,13 +131,12 @@ class Corrector(Scheduled):
         operations = [o for stepper in (*values.steppers, *values.sampled) for o in stepper.save]
         operations += values.begin
         for group in self._groups:
-            steppers = (*group.again, *group.once)
-            operations += [o for stepper in steppers for o in stepper.operations]
+            operations += [o for stepper in group.steppers for o in stepper.operations]
             if not group.cyclic:
                 continue
             again = [o for stepper in group.again for o in (*stepper.restore, *stepper.operations)]
             operations += again * (count - 2)
-            for outputs in (stepper.outputs for stepper in steppers):
+            for outputs in (stepper.outputs for stepper in group.steppers):
                 if outputs.stop > outputs.start:
                     ends = range(outputs.start, outputs.stop)
                     operations.append(gather(self._before[outputs], values.end, ends))
@@ -155,33 +167,38 @@ class Corrector(Scheduled):
         self._step_values.undo()
 
 
-class _CyclicGroup:
-    """Components that depend on one another in a cycle of connections, or a single one.
+@dataclass(frozen=True)
+class _Group:
+    """Components that depend on one another in a cycle of connections (`cyclic`), or a single one.
 
     `again` are those that can make their step again, `once` the others.
     """
 
-    def __init__(self, steppers: list[ComponentStepper], cyclic: bool) -> None:
-        self.cyclic = cyclic
-        self.has_outputs = any(s.outputs.stop > s.outputs.start for s in steppers)
-        self.again = tuple(stepper for stepper in steppers if stepper.has_rollback)
-        self.once = tuple(stepper for stepper in steppers if not stepper.has_rollback)
+    again: tuple[ComponentStepper, ...]
+    once: tuple[ComponentStepper, ...]
+    cyclic: bool
+
+    @property
+    def steppers(self) -> tuple[ComponentStepper, ...]:
+        """All of them, in the order of their first steps."""
+        return *self.again, *self.once
 
 
-def _groups(network: Network) -> list[tuple[list[str], bool]]:
-    """Names of each group's components, and True if it is a cycle; sources before targets."""
+def _groups(network: Network, steppers: Sequence[ComponentStepper]) -> Iterator[_Group]:
+    """The groups of all components; sources before targets."""
     graph: nx.DiGraph[str] = nx.DiGraph()
-    names = [name for name in network.execution_order if not network.due(name)]
     ends = [(k.source.component, k.target.component) for k in network.links if not k.delayed]
-    graph.add_nodes_from(names)
+    graph.add_nodes_from(stepper.name for stepper in steppers)
     graph.add_edges_from((a, b) for a, b in ends if a in graph and b in graph)
     whole = nx.condensation(graph)
-    found: list[tuple[list[str], bool]] = []
     for group in nx.lexicographical_topological_sort(whole):
         members = whole.nodes[group]["members"]
-        cyclic = len(members) > 1 or any(graph.has_edge(name, name) for name in members)
-        found.append(([name for name in names if name in members], cyclic))
-    return found
+        own = [stepper for stepper in steppers if stepper.name in members]
+        yield _Group(
+            tuple(stepper for stepper in own if stepper.has_rollback),
+            tuple(stepper for stepper in own if not stepper.has_rollback),
+            cyclic=len(own) > 1 or graph.has_edge(own[0].name, own[0].name),
+        )
 
 
 _LOST = "second order instead of third: half the step leaves a quarter of the error, not an eighth"
@@ -192,21 +209,8 @@ _NO_ROLLBACK = (
 _LOOPS = f"an algebraic loop is solved at each communication point: ran as {FALLBACK.name}, {_LOST}"
 
 
-def _once(names: Sequence[str]) -> str:
-    """The reason that these components cannot go back; empty if there are none."""
-    if not names:
-        return ""
-    ones = "it steps once" if len(names) == 1 else "they step once"
-    return (
-        f"{_listed(names)} cannot roll back (canGetAndSetFMUstate): {ones}, on inputs of the first "
-        "pass"
-    )
-
-
 def _moved(steppers: Sequence[ComponentStepper]) -> str:
-    """The reason that these components move inputs along others; empty if there are none."""
-    if not steppers:
-        return ""
+    """The reason that these components move inputs along others."""
     moved, rate = steppers[0].moved[0]
     count = sum(len(stepper.moved) for stepper in steppers)
     if len(steppers) > 1:
@@ -217,26 +221,6 @@ def _moved(steppers: Sequence[ComponentStepper]) -> str:
     return (
         f"{names} {verbs[0]} {moved} along {rate}{more} and "
         f"{verbs[1]} no higher derivatives (canInterpolateInputs)"
-    )
-
-
-def _single(names: Sequence[str]) -> str:
-    """The reason that these make one step in each macro step; empty if there are none."""
-    if not names:
-        return ""
-    one, its = ("makes", "holds its") if len(names) == 1 else ("make", "hold their")
-    return (
-        f"{_listed(names)} {one} one step in each of the system's, and {its} inputs "
-        "(canInterpolateInputs)"
-    )
-
-
-def _back(names: Sequence[str], jumping: str) -> str:
-    """The reason that these use outputs of the step before, beside a component that jumps."""
-    verb = "tells" if len(names) == 1 else "tell"
-    return (
-        f"{_listed(names)} {verb} no value in the middle of a step, and the previous step "
-        f"does not show jumps, such as those of {jumping}"
     )
 
 

@@ -47,7 +47,7 @@ import numpy as np
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Combine, Get, Operation, gather, setting
-from m4e_fmi.cosim.stepping.scheduled import Scheduled
+from m4e_fmi.cosim.stepping.algorithm import Scheduled
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 
 Terms = dict[int, float]
@@ -116,7 +116,7 @@ class _Component:
         names = [link.target.variable for link in inputs]
         signals = [_signal(network, link, before) for link in inputs]
         moved = network.moved(name)
-        self._ends = _combination(np.zeros(len(inputs)), network.values)
+        self._ends = _combination(np.zeros(len(inputs)), network.values)  # pyrefly: ignore[possibly-uninitialized-attribute]
         self._formulas = [(self._ends, [signal.end for signal in signals])]
         operations: list[Operation] = []
         into = held[own]
@@ -145,12 +145,12 @@ class _Component:
 
 
 @dataclass(frozen=True)
-class Signal:
-    """Where the values of one source stand in `Network.values`.
+class _Source:
+    """Positions of the values of one source in `Network.values`.
 
     `stepped` is its end-of-step value, None if its component steps later; `rate` and `curvature`
-    are its declared first and second time derivative now, None if there is none. One that `stays`
-    is the same all through the step.
+    are its declared first and second time derivative now, None if not declared. The value is
+    constant within the step if `stays`.
     """
 
     now: int
@@ -225,7 +225,7 @@ class Signal:
 
 
 def _held(
-    names: Sequence[str], signals: Sequence[Signal], moved: Mapping[str, str], share: float
+    names: Sequence[str], signals: Sequence[_Source], moved: Mapping[str, str], share: float
 ) -> list[Formula]:
     """Formulas of the values held in a piece of the step that begins at this share of it.
 
@@ -243,14 +243,14 @@ def _held(
     return formulas
 
 
-def _signal(network: Network, link: Link, before: Container[str]) -> Signal:
+def _signal(network: Network, link: Link, before: Container[str]) -> _Source:
     """The source of a link, as seen by its target's component."""
     known = network.held_place(link)
     if known is not None:
-        return Signal(known, known, stepped=None, rate=None, curvature=None, stays=True)
+        return _Source(known, known, stepped=None, rate=None, curvature=None, stays=True)
     now, *rates = (network.index(port) for port in network.derivatives(link.source))
     rate, curvature = (*rates, None, None)[:2]
-    return Signal(
+    return _Source(
         now=now,
         before=network.before + now,
         stepped=network.stepped + now if link.source.component in before else None,

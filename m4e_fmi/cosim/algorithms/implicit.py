@@ -1,7 +1,7 @@
 """Every step solves for the inputs: components and connections agree in the middle and at the end.
 
 Unknown are the values of all connected inputs in the middle and at the end of the step. For given
-values all components return to the start and make their step (see `step_values`); what their
+values all components return to the start and make their step (see `pieces`); what their
 outputs then differ by from the inputs they feed is the residual, which a quasi-Newton iteration
 (`newton`) brings to zero. Its Jacobian begins with what outputs depend on at once: directional
 derivatives, of FMUs that provide them. What inputs do during a step is learnt as the iteration
@@ -27,12 +27,11 @@ import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.newton import DIFFERENCE, OF_NOMINAL, NotConvergedError, QuasiNewton
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.stepping.algorithm import AlgorithmSnapshot
-from m4e_fmi.cosim.stepping.component_stepper import ComponentStepper, InputTrajectories
 from m4e_fmi.cosim.stepping.input_interpolation import InputInterpolation
+from m4e_fmi.cosim.stepping.pieces import ComponentStepper, InputTrajectories, StepValues
 from m4e_fmi.cosim.stepping.step_control import Scale
-from m4e_fmi.cosim.stepping.step_values import StepValues
 from m4e_fmi.coupling_algorithms import AlgorithmDescriptor, LinkDelay
 from m4e_fmi.errors import RunError
 

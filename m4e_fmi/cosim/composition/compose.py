@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.analysis.points import operating_point
+import numpy as np
+
+from m4e_fmi.analysis.attitudes import attitudes
+from m4e_fmi.analysis.equilibrium import equilibrium
+from m4e_fmi.analysis.points import OperatingPoint, local_parts, operating_point
 from m4e_fmi.analysis.response import InWaves, WaveForces
-from m4e_fmi.cosim.composition.parts import Made, Named, look_at
-from m4e_fmi.cosim.composition.settled import stand_ins
+from m4e_fmi.cosim.composition.parts import ComponentSelection, Made, look_at, stand_ins
+from m4e_fmi.cosim.composition.static_law import StaticLaw
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Wiring
-from m4e_fmi.cosim.preparation.components import Tell
-from m4e_fmi.cosim.preparation.inputs import silent
+from m4e_fmi.cosim.preparation.components import Tell, silent
 from m4e_fmi.cosim.system.component import Component, Kind, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu import Description
+from m4e_fmi.joints import ATTITUDE
 from m4e_fmi.program import AlgebraicLoopError, Connection, Program, compose
 
 IN_WAVES = "make_in_waves"
 """Function of a kind that makes a program with the forces of waves as inputs: docs/adapters.md."""
+ORIGIN = "equilibrium"
+"""Who gives the start values, in messages and results."""
 
 
 def system_program(
@@ -48,19 +56,7 @@ def system_program(
     that are delayed, and loops that have no solution as linear ones. RunError where a component
     does not settle.
     """
-    named = Named(frozenset(keep_open), frozenset(settled))
-    return _program(system, named, build_directory=build_directory, tell=tell or silent)
-
-
-def resting_program(
-    system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
-) -> Program:
-    """The equations of all components where all is at rest, to find its equilibrium with.
-
-    As `system_program`, with all components settled that are no equations; steps of components and
-    delays of connections, which mean nothing at rest, are no problem.
-    """
-    named = Named(frozenset(), frozenset(), at_rest=True)
+    named = ComponentSelection(frozenset(keep_open), frozenset(settled))
     return _program(system, named, build_directory=build_directory, tell=tell or silent)
 
 
@@ -77,7 +73,7 @@ def system_in_waves(
 
     InputError as there, and where no component is in water.
     """
-    named = Named(frozenset(keep_open), frozenset(settled))
+    named = ComponentSelection(frozenset(keep_open), frozenset(settled))
     forces: dict[str, WaveForces] = {}
 
     def drawn(component: Component, tell: Tell) -> Made | None:
@@ -105,7 +101,7 @@ def system_in_waves(
 
 def _program(
     system: System,
-    named: Named,
+    named: ComponentSelection,
     *,
     build_directory: str | Path,
     tell: Tell,
@@ -114,8 +110,13 @@ def _program(
     """The program of a system, of components that are no FMU as `drawn`; see `system_program`."""
     found = look_at(system, named, tell, drawn)
     wiring = connect(system, found.descriptions)
-    for line in _left_open(wiring, sorted(named.open), found.programs):
-        tell(line)
+    for name in sorted(named.open):
+        given = [
+            str(link.target)
+            for link in wiring.all_links
+            if link.source.component == name and link.target.component in found.programs
+        ]
+        tell(f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}")
     laws = stand_ins(
         system,
         found.settled,
@@ -161,26 +162,13 @@ def _program(
 def _started(
     system: System, programs: Mapping[str, Program], descriptions: Mapping[str, Description]
 ) -> Iterator[tuple[str, Program]]:
-    """The programs with the start values of the system, as far as they have the variables."""
+    """The programs with those start values of the system whose variables they have."""
     given = {c.name: c for c in system.components}
     for name, program in programs.items():
         known = {v.name for v in (*program.parameters, *program.inputs, *program.states)}
         start = start_values(given[name], descriptions[name])
         values = {k: float(value) for k, value in start.items() if k in known}
         yield name, program.with_start(values)
-
-
-def _left_open(
-    wiring: Wiring, keep_open: Collection[str], programs: Mapping[str, Program]
-) -> Iterator[str]:
-    """A line for each component that is left open, with what it would give to programs."""
-    for name in keep_open:
-        given = [
-            str(link.target)
-            for link in wiring.all_links
-            if link.source.component == name and link.target.component in programs
-        ]
-        yield f"left open: {name}; inputs instead of it: {', '.join(given) or 'none'}"
 
 
 def _inner_links(
@@ -191,9 +179,9 @@ def _inner_links(
     *,
     delays: bool,
 ) -> list[Link]:
-    """Links between two programs; InputError with those that are delayed, unless `delays` may be.
+    """Links between two programs; InputError with the delayed ones unless `delays` are allowed.
 
-    Of static laws, delays mean nothing, and what is not Real stays as it is.
+    Delays have no effect on static laws, and outputs of laws that are not Real stay constant.
     """
     inner = [
         link
@@ -273,3 +261,59 @@ def _of_loop(system: System, links: list[Link], error: AlgebraicLoopError) -> In
     if error.is_singular:  # for a run, too
         remedy = "look at the gains around the loop, its signs and its start values"
     return InputError([system.problem(("connections", numbers[names[0]]), message, remedy)])
+
+
+def at_equilibrium(
+    system: System, *, build_directory: str | Path = "build", tell: Tell | None = None
+) -> System:
+    """The system, with all states of its equations at the equilibrium found from its start values.
+
+    Components without equations are settled with their inputs there, as a run initialises them;
+    `tell` gets a warning if an FMU comes to rest only after its start, and one line about the
+    largest movements. Unconnected inputs keep their start values; loads that depend on time are
+    those at the start time. InputError and RunError as from `system_program` and `equilibrium`.
+    """
+    tell = tell or silent
+    named = ComponentSelection(frozenset(), frozenset(), at_rest=True)
+    program = _program(system, named, build_directory=build_directory, tell=tell)
+    start = operating_point(program, time=system.simulation.start_time)
+    rest = equilibrium(program, at=start)
+    for part, law in local_parts(program):
+        if isinstance(law, StaticLaw) and law.last.steps:
+            tell(
+                f"warning: {part.name} is not at rest at its start: it comes to rest "
+                f"{law.last.time:g} s later, with its inputs held"
+            )
+    tell(_moved_most(program, start, rest))
+    values = {v.name: float(x) for v, x in zip(program.states, rest.states, strict=True)}
+    return _without_angles(system, program).changed(start=values, origin=ORIGIN)
+
+
+def _moved_most(program: Program, start: OperatingPoint, rest: OperatingPoint) -> str:
+    """A line with the change of a state that is largest, over 1 + its value; angles in deg."""
+    turned = {k for a in attitudes(program) for k in a.quaternion}
+    found: list[tuple[float, str]] = []
+    for k, v in enumerate(program.states):
+        old, new = float(start.states[k]), float(rest.states[k])
+        if k not in turned and not v.local:
+            text = f"{v.name}, from {old:.6g} to {new:.6g} {v.unit}"
+            found.append((abs(new - old) / (1.0 + abs(new)), text))
+    for a in attitudes(program):
+        one, other = (point.states[list(a.quaternion)] for point in (start, rest))
+        cosine = abs(float(one @ other)) / float(np.linalg.norm(one) * np.linalg.norm(other))
+        angle = 2.0 * math.acos(min(1.0, cosine))
+        found.append((angle, f"the attitude of {a.owner}, by {math.degrees(angle):.4g} deg"))
+    largest, text = max(found, default=(0.0, ""))
+    if largest == 0.0:
+        return "starts at its equilibrium, where it is by its start values"
+    return f"starts at its equilibrium; moved most: {text}"
+
+
+def _without_angles(system: System, program: Program) -> System:
+    """The system without start values of angles, in whose place are those of quaternions."""
+    angles = {f"{a.owner}.{angle}" for a in attitudes(program) for angle in ATTITUDE}
+    components = tuple(
+        replace(c, start={k: v for k, v in c.start.items() if f"{c.name}.{k}" not in angles})
+        for c in system.components
+    )
+    return replace(system, components=components)

@@ -1,30 +1,48 @@
-"""The components that a system's program is of: what each is, and what cannot take part."""
+"""The components that a system's program is of: what each is, and what cannot take part.
+
+Those that are no equations may take part as static laws: their FMUs at rest, and linear about that.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from m4e_fmi.cosim.preparation.components import Tell
-from m4e_fmi.cosim.preparation.inputs import Draft, checked_inputs, drafted, takes_long
+from m4e_fmi.cosim.composition.static_law import AtRest, Inputs, StaticLaw, law_program
+from m4e_fmi.cosim.connections.links import Link, Port, Wiring, is_varying
+from m4e_fmi.cosim.preparation.components import (
+    Draft,
+    Tell,
+    checked_inputs,
+    drafted,
+    ready_fmus,
+    takes_long,
+)
+from m4e_fmi.cosim.preparation.doubtful_values import is_of
+from m4e_fmi.cosim.preparation.prepare import available, described, hosts
+from m4e_fmi.cosim.preparation.trial_instances import Instances
 from m4e_fmi.cosim.ssp import unpack_member
-from m4e_fmi.cosim.system.component import Component, FmuFile, ModelFile
+from m4e_fmi.cosim.system.component import Component, FmuFile, Kind, ModelFile
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem, suggestion
+from m4e_fmi.files.limits import MOST_STEPS
 from m4e_fmi.fmu import Description, PythonSource, read_description
 from m4e_fmi.fmu.export.description import expected_description
 from m4e_fmi.fmu.export.native_fmu import carried_program
-from m4e_fmi.fmu.importer.reading import resized
+from m4e_fmi.fmu.importer.reading import Variable, resized
+from m4e_fmi.fmu.importer.type_rules import REAL
 from m4e_fmi.model import load_model
 from m4e_fmi.program import Program
 
 Made = Program | PythonSource
+LONGEST = 1e6
+"""Time [s] for which FMUs are told to run: some make no step beyond it."""
 
 
 @dataclass(frozen=True)
-class Named:
+class ComponentSelection:
     """Components that are left out, and those that take part by their static law.
 
     With `at_rest` these are all that are no equations, and steps mean nothing.
@@ -50,14 +68,14 @@ class Parts:
 
 def look_at(
     system: System,
-    named: Named,
+    named: ComponentSelection,
     tell: Tell,
     drawn: Callable[[Component, Tell], Made | None] | None = None,
 ) -> Parts:
-    """All components, those that are no FMU as `drawn`, or as a run has them where that is None.
+    """All components, those that are not FMUs as `drawn`, or as in a run without `drawn`.
 
-    What takes long is made last, and not at all if something else is wrong. InputError with all
-    problems of the system.
+    Components that take long are made last, and only if there are no other problems. InputError
+    with all problems of the system.
     """
     drafts = checked_inputs(system)
     problems = list(_unknown(system, named))
@@ -102,9 +120,9 @@ def _looked_at(
     *,
     unread: Collection[str],
 ) -> tuple[Made | None, Description]:
-    """A component as it is made (None: an FMU) and described; from `drafts` where it is there.
+    """A component as it is made (None: an FMU) and described; taken from `drafts` if present.
 
-    FMUs of ours are the programs that they carry, but for those that are `unread`.
+    FMUs built by this package become the programs that they carry, except those in `unread`.
     """
     name, source = component.name, component.source
     if isinstance(source, FmuFile):
@@ -125,7 +143,7 @@ def _looked_at(
 
 
 def _out_of_place(
-    system: System, named: Named, component: Component, made: Made | None
+    system: System, named: ComponentSelection, component: Component, made: Made | None
 ) -> Iterator[Problem]:
     """Problems of a component that is no equations but not settled, or the other way round."""
     name = component.name
@@ -167,7 +185,7 @@ def _read(
     return program.with_start({n: float(x) for n, x in given if x is not None}), description
 
 
-def _unknown(system: System, named: Named) -> Iterator[Problem]:
+def _unknown(system: System, named: ComponentSelection) -> Iterator[Problem]:
     """Problems of the names that the caller gives."""
     names = [c.name for c in system.components]
     for given, what in ((named.open, "kept open"), (named.settled, "settled")):
@@ -189,3 +207,108 @@ def _no_equations(system: System, component: Component) -> Problem:
         f"what it gives at rest (--settled {component.name}); or couple it, with `m4e-fmi run`"
     )
     return system.problem(("components", component.name), message, remedy)
+
+
+def stand_ins(
+    system: System,
+    settled: Collection[str],
+    wiring: Wiring,
+    descriptions: Mapping[str, Description],
+    *,
+    build_directory: str | Path,
+    tell: Tell,
+) -> dict[str, tuple[Program, StaticLaw]]:
+    """The static laws of the components `settled`, whose parameters are still to be found.
+
+    Their FMUs are built in `build_directory` as for a run; those of others get processes of their
+    own. `descriptions` are of all components. InputError and RunError as from `prepare`.
+    """
+    if not settled:
+        return {}
+    small = replace(
+        system,
+        components=tuple(_in_still_water(c) for c in system.components if c.name in settled),
+        connections=(),
+        inputs={},
+        outputs={},
+        buses={},
+        scenario={},
+    )
+    fmus = ready_fmus(small, build_directory, tell=tell)
+    own = described(small, fmus)
+    apart, missing = available(small, hosts(small, own))
+    times = system.simulation
+    longest = min(LONGEST, MOST_STEPS * times.step_size)
+    for_ever = replace(times, stop_time=times.start_time + longest, output_interval=None)
+    for line in missing:
+        tell(f"warning: {line}")
+    found: dict[str, tuple[Program, StaticLaw]] = {}
+    rates = set(_rates(wiring, descriptions))
+    for component in small.components:
+        name, description = component.name, own[component.name]
+        links = _real_links(system, wiring, descriptions, name)
+        known = description.variables
+        inputs = _inputs(known, links, rates)
+        given = {k.source.variable for k in wiring.all_links if k.source.component == name}
+        outputs = [v for n, v in known.items() if v.type == REAL and (is_varying(v) or n in given)]
+        new = Instances(component, description, for_ever, apart.get(name))
+
+        def warn(line: str, name: str = name) -> None:
+            tell(f"{name}: warning: {line}")
+
+        law = StaticLaw(name, AtRest(new, outputs), inputs, warn, tell)
+        every = [known[target] for target in links]
+        found[name] = law_program(name, inputs, every, outputs), law
+    return found
+
+
+def _in_still_water(component: Component) -> Component:
+    """`component` without waves, if its kind's configuration can leave them out."""
+    source = component.source
+    calm = getattr(source.config, "in_still_water", None) if isinstance(source, Kind) else None
+    if not isinstance(source, Kind) or calm is None:
+        return component
+    start = {name: value for name, value in component.start.items() if not is_of(name, "waves")}
+    return replace(component, source=replace(source, config=calm()), start=start)
+
+
+def _real_links(
+    system: System, wiring: Wiring, descriptions: Mapping[str, Description], name: str
+) -> dict[str, Link | None]:
+    """The connected Real variables of a component with their links; None of the system's inputs."""
+    known = descriptions[name].variables
+    found: dict[str, Link | None] = {
+        link.target.variable: link
+        for link in wiring.all_links
+        if link.target.component == name
+        and link.is_real
+        and known[link.target.variable].type == REAL
+    }
+    ends = [Port.named(text) for texts in system.inputs.values() for text in texts]
+    for port in ends:
+        if port.component == name and known[port.variable].type == REAL:
+            found.setdefault(port.variable, None)
+    return found
+
+
+def _rates(wiring: Wiring, descriptions: Mapping[str, Description]) -> Iterator[Port]:
+    """Targets of links that carry a velocity or an acceleration: zero at rest."""
+    yield from (axis.velocity.target for bond in wiring.bonds for axis in bond.axes)
+    for link in wiring.all_links:
+        ends = zip(link.ends, ("output_derivatives", "input_derivatives"), strict=True)
+        for port, derivatives in ends:
+            description = descriptions[port.component]
+            of = description.variables[port.variable].derivative_of
+            if of or port.variable in getattr(description, derivatives).values():
+                yield link.target
+                break
+
+
+def _inputs(
+    known: Mapping[str, Variable], links: Mapping[str, Link | None], rates: Collection[Port]
+) -> Inputs:
+    """The connected Real inputs by what they do at rest."""
+    still = {n: link.offset for n, link in links.items() if link and link.target in rates}
+    others = [known[name] for name in links if name not in still]
+    varying = [v for v in others if v.causality == "input" or v.variability == "tunable"]
+    return Inputs(varying, [v for v in others if v not in varying], still)

@@ -1,8 +1,14 @@
-"""Problems of links as a whole, and of the system's own inputs and outputs."""
+"""Problems of links as a whole, of the system's own inputs and outputs, and of neutral masses.
+
+The FMU of a body with ``mass: neutral`` has a parameter ``body.<name>.neutral_mass`` without a
+value. A hydrodynamics component calculates one of that name for each of its bodies, which a
+connection of the two bodies (``buoy.float <-> hydro.float``) carries over.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from itertools import permutations
 
 from m4e_fmi.cosim.connections.links import (
@@ -13,13 +19,19 @@ from m4e_fmi.cosim.connections.links import (
     is_carried,
     is_varying,
 )
+from m4e_fmi.cosim.system.component import Component
+from m4e_fmi.cosim.system.start_values import value_of
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import Problem, suggestion
-from m4e_fmi.fmu.importer.reading import Description
+from m4e_fmi.fmu.importer.reading import Description, Variable
 from m4e_fmi.fmu.importer.type_rules import misfit
 
 CONSTANT_TO_INPUT = ("calculatedParameter", "input")
 CARRIED_ONCE = "a calculated parameter is transferred once: connect it to a parameter"
+WANTED = re.compile(r"body\.(\w+)\.neutral_mass")
+OFFERED = ".neutral_mass"
+MOST_OFFERS = 3
+"""Hydrodynamics bodies that are suggested."""
 
 
 def link_problems(system: System, variables: Variables, links: Iterable[Link]) -> Iterable[Problem]:
@@ -58,50 +70,43 @@ def double_load_problems(
 
     That is told of two components which take the height of one body.
     """
-    moved: dict[Port, list[Link]] = {}
-    for link in links:
-        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
-            moved.setdefault(link.source, []).append(link)
-    for source, takers in moved.items():
+    for source, takers in moved_together(links).items():
         for link, other in permutations(takers, 2):
             body, one, two = (
                 str(p).removesuffix(".z") for p in (source, link.target, other.target)
             )
             place = ("connections", other.connection)
-            if doubled := _doubled(variables, link.target, other.target):
+            # `link` leads to the hull with the pressure at its true pose, `other` to linear loads
+            exact, linear = (k.target.variable.removesuffix("z") for k in (link, other))
+            known = variables[link.target.component].keys()
+            loads = variables[other.target.component].keys()
+            in_waves = {f"{exact}wetted_volume", f"{exact}froude_krylov_force_z"} <= known
+            doubled = []
+            if f"{exact}wetted_volume" in known and f"{linear}buoyancy_force_z" in loads:
+                doubled.append("hydrostatics")
+            parts = {f"{linear}excitation_force_z", f"{linear}froude_krylov_force_z"}
+            if in_waves and not parts.isdisjoint(loads):
+                doubled.append("froude_krylov")
+            if doubled:
                 message = f"{' and '.join(doubled)} of {body} count twice, in {one} and {two}"
                 switches = ", ".join(f"{name}: none" for name in doubled)
                 remedy = f"write 'loads: {{{switches}}}' at {other.target.component}"
                 yield system.problem(place, message, remedy)
-            if _drifts_twice(variables, link.target, other.target):
+            drifts = (f"{linear}drift_force_", f"{linear}drift_moment_")
+            if in_waves and any(name.startswith(drifts) for name in loads):
                 message = f"second-order drift of {body} counts twice: waves on the wetted hull "
                 message += f"in {one} make some of that in {two}"
                 remedy = f"remove 'drift' of the body at {other.target.component}, or the waves of "
                 yield system.problem(place, message, f"{remedy}{link.target.component}")
 
 
-def _doubled(variables: Variables, exact: Port, linear: Port) -> list[str]:
-    """Loads that are in the pressure on the hull at `exact` and linear at `linear`, both `….z`."""
-    hull, body = (port.variable.removesuffix("z") for port in (exact, linear))
-    known, others = variables[exact.component], variables[linear.component]
-    found = []
-    if f"{hull}wetted_volume" in known and f"{body}buoyancy_force_z" in others:
-        found.append("hydrostatics")
-    parts = (f"{body}excitation_force_z", f"{body}froude_krylov_force_z")
-    exact_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"} <= known.keys()
-    if exact_waves and any(name in others for name in parts):
-        found.append("froude_krylov")
-    return found
-
-
-def _drifts_twice(variables: Variables, exact: Port, slow: Port) -> bool:
-    """True if the hull at `exact` is in waves and the body at `slow` has drift, both `….z`."""
-    hull, body = (port.variable.removesuffix("z") for port in (exact, slow))
-    drifts = (f"{body}drift_force_", f"{body}drift_moment_")
-    in_waves = {f"{hull}wetted_volume", f"{hull}froude_krylov_force_z"}
-    return in_waves <= variables[exact.component].keys() and any(
-        name.startswith(drifts) for name in variables[slow.component]
-    )
+def moved_together(links: Iterable[Link]) -> dict[Port, list[Link]]:
+    """Links to heights that components take, by the height of the body that they follow."""
+    moved: dict[Port, list[Link]] = {}
+    for link in links:
+        if link.source.variable.endswith(".z") and link.target.variable.endswith(".z"):
+            moved.setdefault(link.source, []).append(link)
+    return moved
 
 
 def input_derivative_problems(
@@ -144,3 +149,45 @@ def outer_port_problems(
         elif port in driven:
             message = f"{at[1]!r} stands for {text}, which is connected"
             yield system.problem(at, message, "name an unconnected input")
+
+
+def unset_masses(
+    system: System, descriptions: Mapping[str, Description], driven: Container[str]
+) -> Iterator[Problem]:
+    """Problems with the neutral masses that neither a start value nor a connection sets.
+
+    `driven` are the variables, as ``component.variable``, that connections lead to.
+    """
+    offers = [
+        f"{component}.{variable.name.removesuffix(OFFERED)}"
+        for component, description in descriptions.items()
+        for variable in description.of_causality("calculatedParameter")
+        if variable.name.endswith(OFFERED)
+    ]
+    for component in system.components:
+        for variable in descriptions[component.name].of_causality("parameter"):
+            found = WANTED.fullmatch(variable.name)
+            name = f"{component.name}.{variable.name}"
+            if not found or name in driven or _has_value(component, variable):
+                continue
+            message = f"{name} has no value: 'mass: neutral' needs a hydrodynamics body"
+            remedy = _ways(f"{component.name}.{found[1]}", name, offers)
+            remedy += f"; or give the mass: start: {{{variable.name}: 120 t}}"
+            yield system.problem(("components", component.name), message, remedy)
+
+
+def _has_value(component: Component, variable: Variable) -> bool:
+    """True if the start value is not 0; also if it is unreadable, which is another problem."""
+    given = component.start.get(variable.name, float(variable.start or 0.0))
+    try:
+        return value_of(variable, given) != 0.0
+    except ValueError:
+        return True
+
+
+def _ways(body: str, mass: str, offers: Sequence[str]) -> str:
+    """The connections that give `mass`, of `body`, a value."""
+    if not offers:
+        return "add a component of kind hydrodynamics, and connect its body"
+    bodies = " or ".join(f"'{body} <-> {offer}'" for offer in offers[:MOST_OFFERS])
+    return f"connect it by {bodies}, or only the mass by '{offers[0]}{OFFERED} -> {mass}'"

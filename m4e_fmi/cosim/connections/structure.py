@@ -1,9 +1,21 @@
 """Order in which values are exchanged and components stepped, and the algebraic loops.
 
 At one communication point an input is as new as the output it comes from, and an output with
-feed-through as new as the inputs it depends on. Exchanging along the dependencies (`dependence`)
+feed-through as new as the inputs it depends on. Exchanging along the dependencies
 makes all of them belong to the same instant; read in any other order, outputs would show inputs of
 the step before. A delayed link carries an older value, and waits for nothing.
+
+`Description.dependencies` of a prepared system holds the inputs that an output depends on within an
+instant, from the first of these sources that exists:
+
+===========  ===================================================================================
+`STATED`     the system file declares it, under `dependencies` of the component
+`DECLARED`   the FMU declares it
+`PROBED`     the FMU declares nothing; inputs were moved, and the output read
+             (`dependence_probing`). It may be incomplete: `late_dependence` goes on watching
+`STEPPED`    likewise, but a change of the input shows after the next step: one step late
+`ASSUMED`    nothing is known: the output is taken to depend on all inputs
+===========  ===================================================================================
 """
 
 from __future__ import annotations
@@ -15,11 +27,78 @@ from typing import Literal, TypeAlias
 import networkx as nx
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.system.simulation import ComponentStep
+from m4e_fmi.cosim.system.system import System
+from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.fmu.importer.reading import Description
 
+DECLARED = "declared by its FMU"
+STATED = "declared in the system file"
+PROBED = "probed"
+STEPPED = "probed; one step late"
+ASSUMED = "assumed"
 Graph: TypeAlias = "nx.DiGraph[Port]"
 """Ports, with an edge to each port that waits for another."""
+
+
+def how_known(description: Description, output: str) -> str:
+    """The source of an output's dependencies: one of the constants of this module."""
+    if output in description.resolved:
+        return description.resolved[output]
+    return ASSUMED if output in description.undeclared else DECLARED
+
+
+def assumed(description: Description) -> frozenset[str]:
+    """Outputs with unknown dependencies."""
+    return frozenset(
+        variable.name
+        for variable in description.of_causality("output")
+        if how_known(description, variable.name) == ASSUMED
+    )
+
+
+def resolve(
+    description: Description, found: Mapping[str, Iterable[str]], how: Mapping[str, str]
+) -> Description:
+    """The description with the dependencies `found` of some outputs, and `how` they are known."""
+    needs = {name: frozenset(inputs) for name, inputs in found.items()}
+    return replace(
+        description,
+        dependencies={**description.dependencies, **needs},
+        resolved={**description.resolved, **how},
+    )
+
+
+def with_stated(system: System, descriptions: Mapping[str, Description]) -> dict[str, Description]:
+    """The descriptions with the dependencies that the system file declares."""
+    found = dict(descriptions)
+    for component in system.components:
+        needs = component.dependencies
+        if needs:
+            how = dict.fromkeys(needs, STATED)
+            found[component.name] = resolve(found[component.name], needs, how)
+    return found
+
+
+def dependency_problems(
+    system: System, descriptions: Mapping[str, Description]
+) -> Iterable[Problem]:
+    """Names under `dependencies` that are not outputs, or not inputs, of the component."""
+    for component in system.components:
+        description = descriptions[component.name]
+        outputs, inputs = (
+            [v.name for v in description.of_causality(kind)] for kind in ("output", "input")
+        )
+        for output, needs in component.dependencies.items():
+            at = ("components", component.name, "dependencies", output)
+            if output not in outputs:
+                remedy = suggestion(output, outputs, "outputs")
+                yield system.problem(at, f"{component.name!r} has no output {output!r}", remedy)
+            for name in needs:
+                if name not in inputs:
+                    remedy = suggestion(name, inputs, "inputs")
+                    message = f"{component.name!r} has no input {name!r}, on which {output} depends"
+                    yield system.problem(at, message, remedy)
 
 
 @dataclass(frozen=True)
@@ -151,7 +230,7 @@ def exchange_graph(descriptions: Mapping[str, Description], wiring: Wiring) -> G
         later = described.dependencies.get(port.variable, frozenset())
         return later | (initially & tuned[port.component])
 
-    chains = (derivative_chain(descriptions, link.source) for link in wiring.links)
+    chains = (link.source.derivatives(descriptions) for link in wiring.links)
     ends = _ends(descriptions, wiring.links)
     needed = dict.fromkeys((*(port for chain in chains for port in chain), *ends))
     return instant_graph(wiring.links, list(needed), now)
@@ -188,15 +267,6 @@ def _ends(descriptions: Mapping[str, Description], links: Sequence[Link]) -> Ite
             is_real = (variable.causality, variable.type) == ("output", "Real")
             if is_real and variable.name in described.dependencies and variable.name not in turns:
                 yield Port(name, variable.name)
-
-
-def derivative_chain(descriptions: Mapping[str, Description], port: Port) -> list[Port]:
-    """The output `port` and, as far as its FMU declares them, its first and second derivative."""
-    derivatives = descriptions[port.component].output_derivatives
-    chain = [port]
-    while len(chain) < 3 and chain[-1].variable in derivatives:
-        chain.append(Port(port.component, derivatives[chain[-1].variable]))
-    return chain
 
 
 def execution_order(

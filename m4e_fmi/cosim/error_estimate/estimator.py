@@ -61,8 +61,7 @@ from m4e_fmi.cosim.error_estimate.trajectory import (
     length_of_others,
 )
 from m4e_fmi.cosim.exchange.failures import LostError
-from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network
+from m4e_fmi.cosim.exchange.network import HALF, TWICE, Change, Network, NetworkSnapshot
 from m4e_fmi.cosim.exchange.operations import Operation, gather
 from m4e_fmi.cosim.stepping.algorithm import Algorithm
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
@@ -574,9 +573,9 @@ def error_estimator(
     order: int,
     changeable: bool,
 ) -> ErrorEstimator | str:
-    """The estimator for a run of `network` by an algorithm of this `order`, or why there is none.
+    """The estimator for a run of `network` by an algorithm of this `order`, or the reason for none.
 
-    `make` makes the algorithm anew; `second` makes a second network, at the start time. In a
+    `make` makes another algorithm; `second` makes a second network, at the start time. In a
     `changeable` run, values may be set between the steps. With actions of a scenario whose values
     are held within steps, the order is 1, as with longer steps of a component that is not sampled:
     their error is of their length, and not of the system's.

@@ -121,7 +121,7 @@ class CouplingErrorReport:
 
     @property
     def worst(self) -> CouplingError | None:
-        """The largest error of what is not `switched`, or if all is, of all; None without any."""
+        """Largest error of outputs not `switched`, or of all if all are; None without errors."""
         return next((e for e in self.errors if not e.switched), next(iter(self.errors), None))
 
     @property

@@ -8,8 +8,7 @@ import numpy as np
 
 from m4e_fmi.cosim.error_estimate.course import Course
 from m4e_fmi.cosim.error_estimate.roughness import HISTORY, RoughnessSnapshot
-from m4e_fmi.cosim.exchange.layout import NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import Change
+from m4e_fmi.cosim.exchange.network import Change, NetworkSnapshot
 
 OF_A_JUMP = np.array([1.0, -3.0, 3.0, -1.0])
 """Fourth differences about a jump, over its size."""

@@ -13,13 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from m4e_fmi.cosim.exchange.events import is_over
 from m4e_fmi.cosim.exchange.failures import EndWithinError, EventWithinError
 from m4e_fmi.cosim.exchange.network import Change, Network
 from m4e_fmi.cosim.exchange.operations import gather
-from m4e_fmi.cosim.exchange.step_loop import StepLoop
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, Undoing
-from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
+from m4e_fmi.cosim.exchange.schedule import StepLoop
+from m4e_fmi.cosim.stepping.algorithm import Algorithm, Scheduled, Undoing, step_loop
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND
 from m4e_fmi.cosim.time_loop.energy import BLOCK
 from m4e_fmi.cosim.time_loop.time_events import NEVER, in_nanoseconds
@@ -46,7 +44,6 @@ class Trajectory:
         self._network, self._make, self._sources = network, make, sources
         self._length = length
         self._values = np.zeros((BLOCK, len(sources)))
-        self._events = [instance.events for instance in network.instances.values()]
 
     @cached_property
     def _algorithm(self) -> Algorithm:
@@ -60,7 +57,7 @@ class Trajectory:
     @property
     def is_over(self) -> bool:
         """True if an FMU has asked for the end of the simulation."""
-        return is_over(self._events)
+        return self._network.is_over
 
     def halt(self) -> None:
         """End steps that are made at once at the next point, called by another thread."""

@@ -9,17 +9,22 @@ nothing of the step after it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.early_outputs import Arrivals
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
+from m4e_fmi.cosim.exchange.arrivals import (
+    NO_ARRIVALS,
+    ROWS,
+    Arrivals,
+    Rereading,
+    rereadings,
+)
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.operations import Due, Gather, GetTyped, SetTyped, Transferring, gather
-from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.fmu.importer.calls import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.type_rules import bounds, is_large
 
@@ -30,7 +35,7 @@ Kept = tuple[np.ndarray, np.ndarray, tuple[Port, ...]]
 class Discrete:
     """The outputs among `steps` that are not Real, and what takes their values by `links`.
 
-    `values` has a cell (see `standards.typed`) for each of `outputs`, as it is at the present
+    `values` has a cell (see `calls.access`) for each of `outputs`, as it is at the present
     communication point; texts have their places in `texts`. `changed` is 0 from where one changes
     until `settle`, infinite otherwise. After the `values` in `cells` come outputs that are not
     exchanged, but read with them (see `arrivals`); the exchanged values at the point before, where
@@ -44,7 +49,7 @@ class Discrete:
         steps: Sequence[Transfer | AlgebraicLoop],
         links: Mapping[Port, Link],
         texts: Texts,
-        arrivals: Arrivals | None = None,
+        arrivals: Arrivals = NO_ARRIVALS,
     ) -> None:
         self._instances, self._links, self.texts = instances, links, texts
         self._arrivals = arrivals
@@ -52,8 +57,8 @@ class Discrete:
         self.outputs = [
             Port(t.component, name) for t in transfers if t.action == "get" for name in t.variables
         ]
-        seen = {c: arrivals.further(c)[2] for c in instances} if arrivals else {}
-        self._seen_late = {c: arrivals.late(c)[2] for c in seen} if arrivals else {}
+        seen = {c: arrivals.further(c)[2] for c in instances}
+        self._seen_late = {c: arrivals.late(c)[2] for c in instances}
         ports = list(self.outputs)
         for found in (seen, self._seen_late):
             ports += [Port(c, name) for c, names in found.items() for name in names]
@@ -62,7 +67,7 @@ class Discrete:
         self.changed = np.array([np.inf])
         self._delayed = {k.source for k in links.values() if k.delayed and k.source in self._index}
         self._late = len(ports)
-        twice = {c: arrivals.twice(c, discrete=True) for c in seen} if arrivals else {}
+        twice = {c: arrivals.twice(c, discrete=True) for c in instances}
         settled = self._late + (count if self._delayed else 0)
         noted = readings = settled + count
         self._accesses = {transfer: self._access(transfer) for transfer in transfers}
@@ -80,7 +85,7 @@ class Discrete:
         self.rereadings = rereadings(twice, self.cells[readings:], self._reading)
 
     def __bool__(self) -> bool:
-        """True if there are such values."""
+        """True if there are values to exchange."""
         return bool(self.outputs)
 
     def _reading(self, component: str, names: Sequence[str], into: np.ndarray) -> GetTyped:
@@ -156,7 +161,7 @@ class Discrete:
 
     def arrival(self, component: str, due: Due | None) -> list[GetTyped]:
         """Reads what a component gives before its inputs are set; to follow its last step."""
-        early = self._arrivals.early_typed(component) if self._arrivals else None
+        early = self._arrivals.early_typed(component)
         found = [replace(o, due=due) for o in self.operations(early)] if early else []
         if component in self._seen:
             access = self._seen[component]
@@ -210,7 +215,7 @@ class Discrete:
         for port in self._delayed:
             self.cells[self._late + self._index[port]] = initial.values[initial._index[port]]
 
-    def kept(self) -> Kept:
+    def snapshot(self) -> Kept:
         """Cells (n_cells,) in their units, those of the last settled point, and late changes."""
         return self.cells.copy(), self._before.copy(), tuple(self._echo)
 
@@ -232,7 +237,7 @@ class Discrete:
             if variable.type == "String" and not 0 <= cell < len(self.texts):
                 raise ValueError(f"text {cell} of {port}")
 
-    def bring(self, kept: Kept) -> None:
+    def restore(self, kept: Kept) -> None:
         """Return to `kept`, cells (n_cells,) in the outputs' units; the FMUs have them already."""
         cells, before, echo = kept
         self.cells[:], self._before[:], self._echo = cells, before, list(echo)
@@ -246,42 +251,8 @@ class Discrete:
         for transfer in self._accesses:
             if twice := self._twice(transfer):
                 self._cells(transfer)[:] = twice.part(transfer.variables)[0]
-            elif transfer.action == "get" and not (self._arrivals and self._arrivals.has(transfer)):
+            elif transfer.action == "get" and not self._arrivals.has(transfer):
                 self.perform(transfer)
         found = bool((self.values != values).any())
         self.values[:], self.changed[:] = present, noted
         return found
-
-
-@dataclass
-class Switches:
-    """Steps of a run at whose end values had changed, within the step: `count`, the `first`.
-
-    `late` is the longest of these steps [s]. What a component gives at points of its own, or with
-    its events, does not count: it changes at that very time.
-    """
-
-    count: int = 0
-    first: str = ""
-    late: float = 0.0
-
-    def note(self, changed: Sequence[Port], time: float, size: float) -> None:
-        """Account for these changes at the end of a step of `size` [s], at `time` [s]."""
-        if not changed:
-            return
-        self.count += 1
-        self.first = self.first or f"{changed[0]} at t = {time:.9g} s"
-        self.late = max(self.late, size)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Warnings about them, one line each."""
-        if not self.count:
-            return ()
-        steps = "one step" if self.count == 1 else f"{self.count} steps"
-        ours = self.first.startswith("scenario.")
-        what = "actions of the scenario came due" if ours else "values that are not Real changed"
-        return (
-            f"{what} within {steps} (first {self.first}): they act from "
-            f"the end of the step on, up to {self.late:g} s later than the values they follow",
-        )

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.recording import size_text
+from m4e_fmi.cosim.connections.prepared import size_text
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls import (
     DISCARD,
@@ -60,7 +60,7 @@ class LostError(RunError):
     """The process of an FMU is gone."""
 
 
-class Warned(ctypes.Structure):
+class WarnedSteps(ctypes.Structure):
     """`m4e_warned` of loop.h: steps answered with Warning; when [s] the first and last began."""
 
     _fields_ = [("count", ctypes.c_uint64), ("first", ctypes.c_double), ("last", ctypes.c_double)]

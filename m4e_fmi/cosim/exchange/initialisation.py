@@ -12,7 +12,7 @@ from m4e_fmi.cosim.exchange.discrete import Discrete
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.newton import LoopEquations
 from m4e_fmi.cosim.exchange.operations import Get, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.fmu.importer.calls import Texts
 
 
@@ -21,8 +21,8 @@ class Initialisation:
 
     After `run`, `found` has the Real outputs in their own units, `discrete` the others; `given` are
     the values that links to Real inputs have carried, in the units of their sources. FMUs of FMI
-    1.0 are initialised by their first transfer that reads outputs: `arrive` is called with the
-    component's name and what is `given` straight after that, and these components are in `arrived`.
+    1.0 are initialised by their first transfer that reads outputs: right after that, `arrive` is
+    called with the component's name and `given`, and these components are in `arrived`.
     """
 
     def __init__(

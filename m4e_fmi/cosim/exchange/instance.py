@@ -15,6 +15,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from m4e_fmi.cosim.connections.links import InputScales
 from m4e_fmi.cosim.exchange.failures import (
     ANSWERS,
     KEEP,
@@ -22,7 +23,7 @@ from m4e_fmi.cosim.exchange.failures import (
     EndWithinError,
     EventWithinError,
     Explanation,
-    Warned,
+    WarnedSteps,
     failed_step,
     value_out_of_range,
     worker_lost,
@@ -46,8 +47,7 @@ from m4e_fmi.fmu.importer.calls import (
     Texts,
     Value,
 )
-from m4e_fmi.fmu.importer.calls.parts import RawComponent
-from m4e_fmi.fmu.importer.calls.scaled import InputScales
+from m4e_fmi.fmu.importer.calls.access import RawComponent
 from m4e_fmi.fmu.importer.messages import Listener, Messages
 from m4e_fmi.fmu.importer.reading import Description
 from m4e_fmi.fmu.importer.type_rules import REAL
@@ -81,7 +81,7 @@ class Instance:
         self.description = description
         self._told_name = name + suffix
         self._messages = Messages(listener, self._told_name)
-        self.warned = Warned()
+        self.warned = WarnedSteps()
         self.spent: np.ndarray | None = None
         self.time = self._start = 0.0
         self._broken = self._initialised = False
@@ -145,7 +145,7 @@ class Instance:
 
     @not_lost()
     def set_values(self, values: Mapping[str, Value]) -> None:
-        """Set variables of any type by name, as far as FMI lets them be set at this time."""
+        """Set variables of any type by name, those that FMI allows to be set at this time."""
         if values:
             self._usable.set_values(values)
 
@@ -354,7 +354,7 @@ class Instance:
 
     @not_lost()
     def close(self) -> None:
-        """Terminate and free as far as the FMU's condition allows; a refusal is a message."""
+        """Terminate and free, if the FMU's condition allows it; a refusal becomes a message."""
         fmu, states = self._fmu, list(self._states.values())
         self._states.clear()
         if fmu.component is None:

@@ -75,12 +75,12 @@ def _ours() -> set[signal.Signals]:
 def stepping(
     halt: Callable[[], None] | None = None, where: Callable[[], str] = str
 ) -> Generator[Callable[[], None]]:
-    """Around steps: gives what is to be called between them.
+    """Context of steps; yields a function to call between them.
 
-    It raises KeyboardInterrupt, or Terminated, after a signal that asks for it; an exception raised
+    It raises KeyboardInterrupt, or Terminated, after such a signal; an exception raised
     inside an FMU written in Python would be fatal to it. A second signal interrupts at once, as
-    usual. `halt` is called every `TICK`, in another thread. If a call goes on after a signal, the
-    user is told so, with `where` the run is.
+    usual. `halt` is called every `TICK`, in another thread. If a call continues after a signal, a
+    message to the user says so, with the place of the run, `where`.
     """
     asking = _ours()
     with (

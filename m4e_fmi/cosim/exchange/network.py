@@ -1,7 +1,16 @@
 """The coupled instances at run time: one array of all exchanged values, and the calls that fill it.
 
 An algorithm steps every component from `now`; `advance` then makes the new point the present one.
-`layout` describes the blocks of `values`.
+`Network.values` has blocks of the same layout, all Real outputs that are exchanged, component by
+component:
+
+====================  ==========================================================================
+``values[now:]``      at the present communication point, consistent with one another
+``values[before:]``   at the communication point before (equal to `now` at the start)
+``values[stepped:]``  at the end of the step being made, of the components that have made it
+``values[middle:]``   in the middle of the step being made, where an algorithm evaluates that
+``values[earlier:]``  in the middle of the step before, likewise
+====================  ==========================================================================
 
 Outputs that do not depend on connected inputs within an instant are read straight after the last
 step of their component (`arrival`), before any of its inputs is set: some FMUs lose them then. They
@@ -12,28 +21,42 @@ or observers, and then the readings of those that are read twice.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
+from operator import attrgetter
 from typing import Any, TypeVar
 from weakref import WeakSet
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.early_outputs import Arrivals, Groups, following
 from m4e_fmi.cosim.connections.links import Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Exchange, Transfer
-from m4e_fmi.cosim.exchange.discrete import Discrete
+from m4e_fmi.cosim.connections.structure import (
+    STEPPED,
+    AlgebraicLoop,
+    Exchange,
+    Transfer,
+    how_known,
+    transfers_of,
+)
+from m4e_fmi.cosim.exchange.arrivals import (
+    ROWS,
+    Arrivals,
+    Groups,
+    Rereading,
+    following,
+    rereadings,
+)
+from m4e_fmi.cosim.exchange.discrete import Discrete, Kept
 from m4e_fmi.cosim.exchange.initialisation import Initialisation
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.layout import BLOCKS, OWN_PLACES, ExchangedVariables, NetworkSnapshot
-from m4e_fmi.cosim.exchange.newton import LoopEquations
+from m4e_fmi.cosim.exchange.newton import LoopEquations, LoopSnapshot, SolvedLoop
 from m4e_fmi.cosim.exchange.operations import (
-    LOST,
-    Choose,
     DoStep,
+    Due,
     Get,
     GetTyped,
     Operation,
@@ -41,37 +64,72 @@ from m4e_fmi.cosim.exchange.operations import (
     gather,
     setting,
 )
-from m4e_fmi.cosim.exchange.rereading import ROWS, Rereading, rereadings
-from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.scenario.scenario import Scenario
-from m4e_fmi.cosim.system.component_step import ComponentStep
+from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.scenario.scenario import Scenario, ScenarioSnapshot
+from m4e_fmi.cosim.system.simulation import ComponentStep
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.errors import RunError
+from m4e_fmi.errors import UnknownNameError
 from m4e_fmi.fmu.importer.calls import Texts
 from m4e_fmi.shown import listing
+
+BLOCKS = 5
+OWN_PLACES = 2
+"""Places of FMU states that are reserved: for algorithms (0), and the error estimate (1)."""
+TWICE, HALF = 2.0, 0.5
+"""Length of the steps of the error estimate, over that of the simulation."""
+
+_ENDED = attrgetter("ended")
 
 Made = TypeVar("Made")
 Change = tuple[str, Mapping[str, Value]]
 """A component, and values of variables of it by name."""
-TWICE, HALF = 2.0, 0.5
-"""Length of the steps of the error estimate, over that of the simulation."""
 
 
-class Network(ExchangedVariables):
+@dataclass(frozen=True, eq=False)
+class NetworkSnapshot:
+    """A communication point to which a network can return; the FMUs keep their states in `place`.
+
+    `values`, `inputs` and those that are not Real (`discrete`) are copies of the network's, `loops`
+    the starting points of its algebraic loops, `roughness` how well they were solved; `scenario` is
+    what its actions know.
+    """
+
+    place: int
+    time: float
+    last: float
+    values: np.ndarray
+    inputs: np.ndarray
+    discrete: Kept
+    loops: tuple[LoopSnapshot, ...]
+    roughness: float
+    scenario: ScenarioSnapshot
+
+
+class Network:
     """Instances of a prepared system, in listing order, with the values that pass between them.
+
+    Exchanged are the Real outputs `outputs` and the connected Real inputs `targets`, ordered by
+    component, so that those of one are consecutive (`output_slice`, `input_slice`); `links[k]`
+    leads to `targets[k]`, which is there once for each of its links: they add up. `now`, `before`,
+    `stepped`, `middle` and `earlier` are the starts of the blocks of `values`, which are in the
+    units of the FMUs; `inputs[k]` is the value of the connected input `targets[k]` at the present
+    point, in the unit of its source. Values that are not Real are in `discrete`.
 
     `time` is the present communication point [s]. `last` is the size [s] of the step that led there
     from the one before, 0 where nothing before it counts (at the start, after a jump); `size` that
     of the step being made, set by algorithms. `coarse` is the length of the steps being made over
     the simulation's step, which an algorithm must know when it is made.
-    `values` (five blocks of outputs, and further outputs) are in the units of the FMUs; `inputs[k]`
-    is the value of the connected input `targets[k]` at the present point, in the unit of its
-    source. All these are Real; other values are in `discrete`. `roughness` is the largest share of
-    an input's size by which it still misses its source where algebraic loops are solved. `left` are
-    the values (n,) before the scenario's actions at this point, in the same units, if it has acted
-    (None: it has not). `pause` is called between steps that are not part of the run, and raises to
-    end them early. `recorded` are the outputs by component that results will have; those that are
-    not exchanged are read too, and all others if they are `watched`.
+    `roughness` is the largest share of an input's size by which it still misses its source where
+    algebraic loops are solved. `left` are the values (n,) before the scenario's actions at this
+    point, in the same units, if it has acted (None: it has not). `pause` is called between steps
+    that are not part of the run, and raises to end them early.
+
+    `execution_order` is the order in which a Gauss–Seidel algorithm steps the components;
+    `has_loops` is True if algebraic loops are solved at each communication point. `rates` are the
+    steps of the components that have their own, `sampled` those that are controllers by nature:
+    their outputs are discrete. `telling` can tell of events and of the end (FMI 3.0).
+    `monitored_outputs` are those by which the coupling error is measured, each with the index of a
+    connection: the sources of all links, and the outputs of components without connected outputs.
     """
 
     def __init__(
@@ -82,19 +140,41 @@ class Network(ExchangedVariables):
         recorded: Mapping[str, Collection[str]],
         watched: bool = False,
     ) -> None:
-        super().__init__(prepared)
+        """`recorded` are the outputs by component that results will have.
+
+        Those that are not exchanged are read too, and all others if they are `watched`.
+        """
         self.instances = dict(instances)
+        self._descriptions = descriptions = prepared.descriptions
+        self._wiring, self._structure = wiring, structure = prepared.wiring, prepared.structure
+        exchange = structure.exchange
+        self.execution_order, self.has_loops = structure.execution_order, bool(structure.loops)
+        self.outputs = _ports(exchange, "get", descriptions)
+        carried = set(wiring.links)
+        inputs = _ports(exchange, "set", descriptions)
+        self.links = [k for port in inputs for k in wiring.into[port] if k in carried]
+        self.targets = [link.target for link in self.links]
+        into = {link.target.component: link.connection for link in reversed(wiring.links)}
+        self.monitored_outputs = (
+            *((link.connection, link.source) for link in self.links),
+            *((into[port.component], port) for port in structure.ends),
+        )
+        size = len(self.outputs)
+        self.now, self.before, self.stepped, self.middle, self.earlier = (
+            k * size for k in range(BLOCKS)
+        )
+        self.rates = prepared.rates
+        self.sampled = frozenset(n for n, rate in self.rates.items() if rate.is_longer) - {
+            *prepared.longer
+        }
+        self._origin = prepared.system.simulation.start_ns
+        self._index = {port: k for k, port in enumerate(self.outputs)}
+        self._place = {link.ends: k for k, link in enumerate(self.links)}
+        self._output_ranges, self._input_ranges = _ranges(self.outputs), _ranges(self.targets)
         self._apart = [one for name, one in instances.items() if name in prepared.hosts]
-        wiring = prepared.wiring
-        once = set(wiring.initial_links)
-        for links in wiring.into.values():
-            scales = self.instances[links[0].target.component].scales
-            mixed = not (once.isdisjoint(links) or once.issuperset(links))
-            for link in links:
-                if link.is_real and not link.is_plain:
-                    scales.set(link.ends, link.factor, link.offset)
-                if mixed:
-                    scales.follow(link.ends)
+        self.telling = tuple(i for i in instances.values() if i.description.version == "3.0")
+        self._events = tuple(instance.events for instance in instances.values())
+        self._set_scales()
         self.scenario = Scenario(prepared, self)
         self._points: WeakSet[NetworkSnapshot] = WeakSet()
         self.time = prepared.system.simulation.start_time
@@ -104,12 +184,11 @@ class Network(ExchangedVariables):
         self.left: np.ndarray | None = None
         self.roughness = 0.0
         self.inputs = np.zeros(len(self.targets))
-        exchange = prepared.structure.exchange
         recorded = self.scenario.with_watched(recorded)
-        self._arrivals = Arrivals(self._descriptions, exchange, recorded, watched=watched)
-        by_target = {link.target: link for link in wiring.links}
-        self.discrete = Discrete(self.instances, exchange, by_target, Texts(), self._arrivals)
-        first_seen, size = BLOCKS * len(self.outputs), len(self.outputs)
+        self._arrivals = Arrivals(descriptions, exchange, recorded, watched=watched)
+        typed = {link.target: link for link in wiring.links if not link.is_real}
+        self.discrete = Discrete(self.instances, exchange, typed, Texts(), self._arrivals)
+        first_seen = BLOCKS * size
         self._seen_index = {port: first_seen + k for k, port in enumerate(self._arrivals.ports)}
         late = {name: self._arrivals.twice(name, discrete=False) for name in instances}
         places = first_seen + len(self._seen_index)
@@ -123,20 +202,100 @@ class Network(ExchangedVariables):
         self._exchange = tuple(self._exchanged(exchange))
         self._loops = [p.equations for p in self._exchange if isinstance(p, SolvedLoop)]
 
-    @property
-    def stops(self) -> np.ndarray:
-        """One value (1,) [1] that a change makes finite, to stop steps that are made at once.
+    def _set_scales(self) -> None:
+        """Have inputs take the values of their sources in their own units."""
+        once = set(self._wiring.initial_links)
+        for links in self._wiring.into.values():
+            scales = self.instances[links[0].target.component].scales
+            mixed = not (once.isdisjoint(links) or once.issuperset(links))
+            for link in links:
+                if link.is_real and not link.is_plain:
+                    scales.set(link.ends, link.factor, link.offset)
+                if mixed:
+                    scales.follow(link.ends)
 
-        Empty where all values are Real.
-        """
-        return self.discrete.changed if self.discrete else np.zeros(0)
+    # ---- places of exchanged variables ----
+
+    def due(self, component: str) -> Due | None:
+        """The times of the component's points; None if it has one at every communication point."""
+        rate = self.rates.get(component)
+        if rate is None or not rate.is_longer:
+            return None
+        return Due(self._origin, rate.step_ns)
+
+    def index(self, output: Port) -> int:
+        """Place of an output in a block of `values`."""
+        return self._index[output]
+
+    def place(self, link: Link) -> int:
+        """Place in `inputs` of the value that a link carries."""
+        return self._place[link.ends]
+
+    def links_to(self, component: str) -> list[Link]:
+        """The links to a component's Real inputs, in the order of their places."""
+        return self.links[self.input_slice(component)]
+
+    def held_place(self, link: Link) -> int | None:
+        """Place in `values` of the value that a delayed link carries all through a step."""
+        return self.before + self.index(link.source) if link.delayed else None
+
+    def _present(self, link: Link) -> int:
+        """Place in `values` of the value that a link carries to the present point."""
+        held = self.held_place(link)
+        return self.index(link.source) if held is None else held
+
+    def derivatives(self, output: Port) -> list[Port]:
+        """The output itself and its declared first and second time derivative, if there are."""
+        return output.derivatives(self._descriptions)
+
+    def output_slice(self, component: str) -> slice:
+        """Places of a component's outputs in a block of `values`."""
+        return self._output_ranges.get(component, slice(0, 0))
+
+    def input_slice(self, component: str) -> slice:
+        """Places in `inputs` of the values of the links to a component."""
+        return self._input_ranges.get(component, slice(0, 0))
+
+    def early(self, component: str) -> slice:
+        """Places of the exchanged outputs that a component gives before its inputs are set."""
+        start = self.output_slice(component).start
+        return slice(start, start + len(self._arrivals.early(component)))
+
+    def recorded(self, component: str) -> tuple[str, ...]:
+        """Outputs that are not exchanged, but read for results before any input is set."""
+        return self._arrivals.further(component)[0]
+
+    def moved(self, component: str) -> dict[str, str]:
+        """Inputs that a component moves along others, their rates, each carried by one link."""
+        names = [link.target.variable for link in self.links_to(component)]
+        rates = self._descriptions[component].input_derivatives
+        return {w: u for w, u in rates.items() if names.count(w) == names.count(u) == 1}
+
+    def unit(self, port: Port) -> str:
+        """The unit of a variable, as its FMU names it."""
+        return self._descriptions[port.component].variables[port.variable].unit
+
+    def nominal(self, port: Port) -> float:
+        """The order of magnitude of a variable, in its unit."""
+        return self._descriptions[port.component].variables[port.variable].nominal
+
+    def to_si(self, port: Port) -> float:
+        """SI value over value of a variable, 1 if its FMU gives no unit."""
+        dimension = self._descriptions[port.component].variables[port.variable].dimension
+        return dimension.factor if dimension else 1.0
+
+    # ---- values at the present point ----
 
     def read(self, name: str) -> Any:
         """The present value of ``component.variable``, exchanged or not, in its own type.
 
-        UnknownNameError, a KeyError, if there is none of this name.
+        UnknownNameError, a KeyError, for an unknown name.
         """
-        port = self.port(name)
+        port = Port.named(name)
+        description = self._descriptions.get(port.component)
+        if description is None or port.variable not in description.variables:
+            known = [f"{c}.{v}" for c, d in self._descriptions.items() for v in d.variables]
+            raise UnknownNameError.of("no variable is called", [name], known)
         place = self.known(port)
         if place is not None:
             return float(self.values[place])
@@ -157,6 +316,43 @@ class Network(ExchangedVariables):
         place = self._index.get(port)
         return self._seen_index.get(port) if place is None else self.now + place
 
+    @property
+    def is_over(self) -> bool:
+        """True if an FMU has asked for the end of the simulation."""
+        return min(map(_ENDED, self._events)) < math.inf
+
+    @property
+    def ended(self) -> str:
+        """Which FMUs have asked for the end of the simulation, and when; empty if none has."""
+        return "; ".join(
+            f"{i.name} requested the end of the simulation at t = {i.events.ended:.9g} s"
+            for i in self.instances.values()
+            if i.has_ended
+        )
+
+    @property
+    def lost(self) -> dict[str, list[str]]:
+        """Outputs by component that setting inputs to the values that they have has changed."""
+        found = {n: [o for one in self.rereadings(n) for o in one.lost] for n in self.instances}
+        return {name: sorted(outputs) for name, outputs in found.items() if outputs}
+
+    @property
+    def late(self) -> dict[str, list[str]]:
+        """Links and outputs that bring their values a step late, by the reason."""
+        delayed = [str(link) for link in self.links if link.delayed]
+        sources = (link.source for link in self.links)
+        stepped = dict.fromkeys(
+            str(port)
+            for port in sources
+            if how_known(self._descriptions[port.component], port.variable) == STEPPED
+        )
+        return {
+            "has the value of the previous step": delayed,
+            "shows its FMU's inputs only after the next step": list(stepped),
+        }
+
+    # ---- operations of one component ----
+
     def arrival(self, component: str) -> list[Get | GetTyped]:
         """The operations that read early outputs straight after the component's last step."""
         early, names = self.early(component), self._arrivals.early(component)
@@ -176,7 +372,7 @@ class Network(ExchangedVariables):
                 start = self._seen_index[Port(component, names[0])]
                 yield replace(self._reading(component, names, start), checked=checked)
 
-    def reread(self, component: str, held: Iterable[Operation]) -> list[Operation]:
+    def reread(self, component: str, held: Iterable[Transferring]) -> list[Transferring]:
         """Reads outputs that depend on inputs straight after the last step, and once more.
 
         In between, `held` sets connected inputs to the values that they have. Of FMUs that were
@@ -191,7 +387,7 @@ class Network(ExchangedVariables):
 
     def hold(
         self, component: str, values: np.ndarray, moved: Collection[str] = ()
-    ) -> tuple[Operation, ...]:
+    ) -> tuple[Transferring, ...]:
         """Sets a component's connected inputs to the values that they have, but those `moved`.
 
         Those of its Real inputs are `values` (n_inputs,), in the units of their sources.
@@ -212,31 +408,10 @@ class Network(ExchangedVariables):
     def _read(self, component: str, names: Sequence[str], into: np.ndarray) -> Get:
         return Get(self.instances[component], tuple(names), into, checked=False)
 
-    def moved(self, component: str) -> dict[str, str]:
-        """Inputs that a component moves along others, their rates, each carried by one link."""
-        names = [link.target.variable for link in self.links_to(component)]
-        rates = self._descriptions[component].input_derivatives
-        return {w: u for w, u in rates.items() if names.count(w) == names.count(u) == 1}
-
-    @property
-    def lost(self) -> dict[str, list[str]]:
-        """Outputs by component that setting inputs to the values that they have has changed."""
-        found = {n: [o for one in self.rereadings(n) for o in one.lost] for n in self.instances}
-        return {name: sorted(outputs) for name, outputs in found.items() if outputs}
-
     def rereadings(self, component: str) -> list[Rereading]:
         """Outputs of a component that are read twice: Reals, and others."""
         both = self._rereadings, self.discrete.rereadings
         return [found[component] for found in both if component in found]
-
-    def recorded(self, component: str) -> tuple[str, ...]:
-        """Outputs that are not exchanged, but read for results before any input is set."""
-        return self._arrivals.further(component)[0]
-
-    def early(self, component: str) -> slice:
-        """Places of the exchanged outputs that a component gives before its inputs are set."""
-        start = self.output_slice(component).start
-        return slice(start, start + len(self._arrivals.early(component)))
 
     def _reading(self, component: str, names: tuple[str, ...], start: int) -> Get:
         view = self.values[start : start + len(names)]
@@ -265,6 +440,8 @@ class Network(ExchangedVariables):
         A piece has several steps where the macro step is longer than the simulation's.
         """
         return rate.pieces, int(max(self.coarse, 1.0))
+
+    # ---- communication points ----
 
     def advance(self, time: float) -> tuple[Port, ...]:
         """Make `time` [s], which all instances have reached by a step, the present point.
@@ -350,13 +527,22 @@ class Network(ExchangedVariables):
             reading.into[stays] = before[stays]
 
     def _run_exchange(self) -> None:
-        over = [
-            i for i in self.instances.values() if i.has_ended and i.description.version == "2.0"
-        ]
+        instances = self.instances.values()
+        over = [i for i in instances if i.has_ended and i.description.version == "2.0"]
         for part in self._exchange:
-            if over and isinstance(part, Schedule):
-                part = part.without_sets(over)
-            part.run(self.time)
+            if isinstance(part, SolvedLoop):
+                part.run(self.time)
+                self.roughness = max(self.roughness, part.equations.roughness)
+            else:
+                (part.without_sets(over) if over else part).run(self.time)
+
+    @property
+    def stops(self) -> np.ndarray:
+        """One value (1,) [1] that a change makes finite, to stop steps that are made at once.
+
+        Empty where all values are Real.
+        """
+        return self.discrete.changed if self.discrete else np.zeros(0)
 
     @property
     def operations(self) -> tuple[Operation, ...] | None:
@@ -366,12 +552,14 @@ class Network(ExchangedVariables):
             return None
         return tuple(o for part in (self._shift, *parts) for o in part.operations)
 
+    # ---- states ----
+
     def snapshot(self, place: int) -> NetworkSnapshot:
         """The present point, instead of the one kept before in the same place."""
         for instance in self.instances.values():
             instance.save_state(place)
         loops = tuple(part.snapshot() for part in self._loops)
-        copies = self.values.copy(), self.inputs.copy(), self.discrete.kept()
+        copies = self.values.copy(), self.inputs.copy(), self.discrete.snapshot()
         rest = self.roughness, self.scenario.snapshot()
         return NetworkSnapshot(place, self.time, self.last, *copies, loops, *rest)
 
@@ -393,7 +581,7 @@ class Network(ExchangedVariables):
         self.time, self.last = point.time, point.last
         self.values[:] = point.values
         self.inputs[:] = point.inputs
-        self.discrete.bring(point.discrete)
+        self.discrete.restore(point.discrete)
         self.roughness = point.roughness
         self.scenario.restore(point.scenario)
         for loop, kept in zip(self._loops, point.loops, strict=True):
@@ -406,6 +594,8 @@ class Network(ExchangedVariables):
             for instance in self.instances.values():
                 stack.enter_context(instance.rehearsing())
             yield
+
+    # ---- the start ----
 
     def initialise(self) -> None:
         """In initialization mode: carry over parameters, then outputs, along declared dependencies.
@@ -461,12 +651,31 @@ class Network(ExchangedVariables):
                 continue
             yield Schedule(operations)
             operations = []
-            yield SolvedLoop(self, transfer)
+            yield self._solved(transfer)
         for component in self.instances:
             for reading in self._unexchanged(component, self._arrivals.late(component)):
                 operations += self.read_late(component, reading)
             operations += self.discrete.seen(component, self.due(component))
         yield Schedule(operations)
+
+    def _solved(self, loop: AlgebraicLoop) -> SolvedLoop:
+        """An algebraic loop within the exchange."""
+        equations = LoopEquations(self.instances, loop, self.links)
+        readings = [
+            (transfer, one.part(transfer.variables))
+            for transfer in loop.gets
+            for one in self.rereadings(transfer.component)[:1]
+            if transfer.variables[0] in one.names
+        ]
+        return SolvedLoop(
+            equations,
+            self.values,
+            self.inputs,
+            outputs=[self.index(port) for port in equations.outputs],
+            into=[self.place(link) for link in equations.links],
+            known={link: self._present(link) for link in equations.known},
+            readings=readings,
+        )
 
     def _transfer(self, transfer: Transfer) -> tuple[Transferring, ...]:
         if transfer.discrete:
@@ -482,7 +691,7 @@ class Network(ExchangedVariables):
         start = self.place(links[0])
         view = self.inputs[start : start + len(links)]
         return (
-            gather(view, self.values, list(map(self.present, links))),
+            gather(view, self.values, list(map(self._present, links))),
             *setting(instance, links, view),
         )
 
@@ -491,59 +700,19 @@ class Network(ExchangedVariables):
         return listing(title, components=self.instances, inputs=[str(p) for p in self.targets])
 
 
-class SolvedLoop:
-    """An algebraic loop within the exchange, whose solution goes into values and inputs."""
+def _ports(exchange: Exchange, action: str, components: Iterable[str]) -> list[Port]:
+    """All Real variables of the transfers of one kind, by component and within it by call."""
+    found: dict[str, list[Port]] = {component: [] for component in components}
+    for transfer in transfers_of(exchange):
+        if transfer.action == action and not transfer.discrete:
+            found[transfer.component] += [Port(transfer.component, n) for n in transfer.variables]
+    return [port for ports in found.values() for port in ports]
 
-    def __init__(self, network: Network, loop: AlgebraicLoop) -> None:
-        self._network = network
-        self.equations = LoopEquations(network.instances, loop, network.links)
-        outputs = [network.index(port) for port in self.equations.outputs]
-        inputs = [network.place(link) for link in self.equations.links]
-        self._outputs = np.array(outputs, dtype=np.intp)
-        self._inputs = np.array(inputs, dtype=np.intp)
-        self._readings = [
-            (transfer, one.part(transfer.variables))
-            for transfer in loop.gets
-            for one in network.rereadings(transfer.component)[:1]
-            if transfer.variables[0] in one.names
-        ]
-        self._choose = Schedule(
-            [
-                Choose(
-                    network.instances[transfer.component],
-                    transfer.variables,
-                    np.zeros(len(transfer.variables)),
-                    readings,
-                    checked=False,
-                )
-                for transfer, readings in self._readings
-            ]
-        )
 
-    def run(self, time: float) -> None:
-        """Solve the loop at the present point, `time` [s].
-
-        RunError if it fails, is singular at first, or setting its inputs loses outputs.
-        """
-        is_first = not self.equations.is_started
-        network = self._network
-        self.equations.solve({k: network.values[network.present(k)] for k in self.equations.known})
-        if is_first:
-            self.equations.check_regular()
-        self._network.roughness = max(self._network.roughness, self.equations.roughness)
-        self._network.values[self._outputs] = self.equations.output_values
-        self._network.inputs[self._inputs] = self.equations.input_values
-        for transfer, readings in self._readings:
-            start = self._network.index(Port(transfer.component, transfer.variables[0]))
-            readings[3] = self._network.values[start : start + len(transfer.variables)]
-        self._choose.run(time)
-        for transfer, (first, second, before, _, size, lost) in self._readings:
-            gross = np.isfinite(before) & ~(np.abs(second - first) <= LOST * size)
-            for name in np.array(transfer.variables)[(lost > 0) & gross]:
-                raise RunError(
-                    f"{transfer.component}.{name} at t = {time:.9g} s is lost when inputs are set, "
-                    "so that the algebraic loop through it has no solution",
-                    f"list the inputs on which it really depends under `dependencies` of "
-                    f"{transfer.component} in the system file, as {{{name}: []}}",
-                )
-            lost[:] = 0  # noise of the FMU, with which the solution counts
+def _ranges(ports: Sequence[Port]) -> dict[str, slice]:
+    """Component → its places among `ports`, which are consecutive."""
+    found: dict[str, slice] = {}
+    for k, port in enumerate(ports):
+        first = found[port.component].start if port.component in found else k
+        found[port.component] = slice(first, k + 1)
+    return found

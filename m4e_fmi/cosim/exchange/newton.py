@@ -7,20 +7,19 @@ where that is not enough it is found anew. An iteration that does not converge i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Link, Port
-from m4e_fmi.cosim.connections.structure import AlgebraicLoop
+from m4e_fmi.cosim.connections.links import PLAIN, Link, Port
+from m4e_fmi.cosim.connections.structure import AlgebraicLoop, Transfer
 from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.operations import Get, Operation, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.operations import LOST, Choose, Get, Operation, setting
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.errors import RunError
-from m4e_fmi.fmu.importer.calls.scaled import PLAIN
 from m4e_fmi.program import is_singular
 
 TOLERANCE = 1e-9
@@ -41,7 +40,7 @@ REMEDY = (
 )
 DIFFERENCE = 1e-6
 """Step of a difference, over the scale of the variable."""
-LOST = 1e-6
+MISSED = 1e-6
 """Largest residual of a linear solution that counts as one, over the largest right-hand side."""
 OF_NOMINAL = 0.01
 """Share of a variable's nominal value below which its size does not matter (FMI 2.0, 2.2.7)."""
@@ -49,7 +48,7 @@ OF_NOMINAL = 0.01
 Residual = Callable[[np.ndarray], np.ndarray]
 
 
-class Jacobian(Protocol):
+class _Jacobian(Protocol):
     """Unknowns x and the residual there → matrix of its derivatives.
 
     `again` if one was found for this solution before, and was not good enough.
@@ -85,13 +84,13 @@ class QuasiNewton:
         self._matrix = None
 
     def solve(
-        self, residual: Residual, jacobian: Jacobian, x: np.ndarray, scale: np.ndarray
+        self, residual: Residual, jacobian: _Jacobian, x: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         """The zero near `x` of `residual`, f(x) - x, all (n,) in the unknowns' units.
 
         `scale` (n,), in the unknowns' units, are the least sizes of the unknowns; `jacobian` may
         enlarge them in place. An unknown is as large as x and f(x) are, there.
-        The last call of `residual` is the one at the zero. NotConvergedError if there is none.
+        The last call of `residual` is the one at the zero. NotConvergedError if no zero is found.
         """
         r = residual(x)
         least = np.maximum(np.abs(x), np.abs(x + r))
@@ -126,16 +125,16 @@ class QuasiNewton:
 
 
 def _solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Of the linear equations; the smallest that fits best if they are singular.
+    """Solution of the linear equations; the smallest least-squares solution if they are singular.
 
-    Elimination keeps apart what is not connected: a motion that symmetry forbids stays zero.
+    Elimination does not mix unconnected unknowns: a motion that symmetry forbids stays zero.
     """
     try:
         found = np.linalg.solve(matrix, right)
     except np.linalg.LinAlgError:
         return np.linalg.lstsq(matrix, right, rcond=None)[0]
     size = np.abs(right).max(initial=0.0)
-    if np.abs(matrix @ found - right).max(initial=0.0) <= LOST * size:
+    if np.abs(matrix @ found - right).max(initial=0.0) <= MISSED * size:
         return found
     return np.linalg.lstsq(matrix, right, rcond=None)[0]
 
@@ -165,7 +164,7 @@ class LoopEquations:
     def __init__(
         self, instances: Mapping[str, Instance], loop: AlgebraicLoop, links: Iterable[Link]
     ) -> None:
-        self._instances = instances
+        self.instances = instances
         into: dict[Port, list[Link]] = {}
         for link in links:
             into.setdefault(link.target, []).append(link)
@@ -277,7 +276,7 @@ class LoopEquations:
     @property
     def _time(self) -> float:
         """The present time [s]."""
-        return self._instances[self.links[0].target.component].time
+        return self.instances[self.links[0].target.component].time
 
     def _residual(self, x: np.ndarray) -> np.ndarray:
         self.input_values[self._places] = x
@@ -288,7 +287,7 @@ class LoopEquations:
         del again  # derivatives are exact, differences cannot be had better
         matrix = np.zeros((len(x), len(x)))
         for column, link in enumerate(self._solved):
-            port, instance = link.target, self._instances[link.target.component]
+            port, instance = link.target, self.instances[link.target.component]
             described = instance.description
             is_input = described.variables[port.variable].causality == "input"
             if not (is_input and described.directional_derivatives):
@@ -304,3 +303,63 @@ class LoopEquations:
                     matrix[row, column] = instance.scales.factor(link.ends) * slope
             matrix[column, column] -= 1.0
         return matrix
+
+
+class SolvedLoop:
+    """An algebraic loop within the exchange, whose solution goes into `values` and `inputs`.
+
+    `outputs` are the places of its outputs in `values`, `into` those of its links in `inputs`;
+    `known` the places in `values` of links that carry values from outside. All values are in the
+    units of the links' sources. Of outputs that are read twice there are `readings` (see `Choose`).
+    """
+
+    def __init__(
+        self,
+        equations: LoopEquations,
+        values: np.ndarray,
+        inputs: np.ndarray,
+        *,
+        outputs: Sequence[int],
+        into: Sequence[int],
+        known: Mapping[Link, int],
+        readings: Sequence[tuple[Transfer, np.ndarray]],
+    ) -> None:
+        self.equations = equations
+        self._values, self._inputs, self._known = values, inputs, known
+        self._outputs, self._into = np.array(outputs, np.intp), np.array(into, np.intp)
+        place = dict(zip(equations.outputs, outputs, strict=True))
+        self._readings: list[tuple[Transfer, np.ndarray, np.ndarray]] = []
+        choices: list[Choose] = []
+        for transfer, rows in readings:
+            names, component = transfer.variables, transfer.component
+            start = place[Port(component, names[0])]
+            self._readings.append((transfer, values[start : start + len(names)], rows))
+            instance, chosen = equations.instances[component], np.zeros(len(names))
+            choices.append(Choose(instance, names, chosen, rows, checked=False))
+        self._choose = Schedule(choices)
+
+    def run(self, time: float) -> None:
+        """Solve the loop at the present point, `time` [s].
+
+        RunError if it fails, is singular at first, or setting its inputs loses outputs.
+        """
+        equations, values = self.equations, self._values
+        is_first = not equations.is_started
+        equations.solve({link: values[place] for link, place in self._known.items()})
+        if is_first:
+            equations.check_regular()
+        values[self._outputs] = equations.output_values
+        self._inputs[self._into] = equations.input_values
+        for _, solved, readings in self._readings:
+            readings[3] = solved
+        self._choose.run(time)
+        for transfer, _, (first, second, before, _, size, lost) in self._readings:
+            gross = np.isfinite(before) & ~(np.abs(second - first) <= LOST * size)
+            for name in np.array(transfer.variables)[(lost > 0) & gross]:
+                raise RunError(
+                    f"{transfer.component}.{name} at t = {time:.9g} s is lost when inputs are set, "
+                    "so that the algebraic loop through it has no solution",
+                    f"list the inputs on which it really depends under `dependencies` of "
+                    f"{transfer.component} in the system file, as {{{name}: []}}",
+                )
+            lost[:] = 0  # noise of the FMU, with which the solution counts

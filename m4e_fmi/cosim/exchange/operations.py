@@ -151,8 +151,8 @@ class Gather:
 class Monitor:
     """``into[0]`` = number of values of `source` (n,) that are rough at once: kinks and jumps.
 
-    See the runtime's monitor.c. `gate` (n,) are the fourth differences below which nothing is told.
-    `past` (6 n + 1) is what is known of the steps before, in this order: last value, first, second,
+    See the runtime's loop.c. Fourth differences below `gate` (n,) are not counted.
+    `past` (6 n + 1) holds the history of earlier steps, in this order: last value, first, second,
     third difference, level, and largest of the fourth differences; steps to wait.
     """
 

@@ -12,8 +12,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from m4e_fmi.cosim.connections.links import Port, Wiring
-from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, Hull
-from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS, Balance, balances
+from m4e_fmi.cosim.monitoring.hulls import BUOYANCY, AtStart, FloatingHull
+from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS, BodyBalance, balances
 
 Gravity = Callable[[str], float | None]
 
@@ -56,7 +56,7 @@ def start_warnings(
     return tuple(found)
 
 
-def _is_at_rest(balance: Balance) -> bool:
+def _is_at_rest(balance: BodyBalance) -> bool:
     """True if nothing accelerates the bodies at the start, wherever they are."""
     gravity = abs(balance.buoyancy / balance.neutral_mass)
     return all(
@@ -68,7 +68,7 @@ def _is_at_rest(balance: Balance) -> bool:
     )
 
 
-def _hulls(network: AtStart, wiring: Wiring) -> Iterator[Hull]:
+def _hulls(network: AtStart, wiring: Wiring) -> Iterator[FloatingHull]:
     """The bodies in water that take their motion from a connection."""
     sources = {link.target: link for link in wiring.links}
     for component, instance in network.instances.items():
@@ -79,10 +79,10 @@ def _hulls(network: AtStart, wiring: Wiring) -> Iterator[Hull]:
             if body == name or link is None:
                 continue
             if all(f"{body}.{other}" in known for other in OTHERS):
-                yield Hull(network, component, body, link)
+                yield FloatingHull(network, component, body, link)
 
 
-def _pose(hull: Hull) -> Iterator[str]:
+def _pose(hull: FloatingHull) -> Iterator[str]:
     """The start pose, where it is another than the one that the coefficients are for."""
     variables = hull.network.instances[hull.component].description.variables
     limits = dict.fromkeys(("x", "y"), ASIDE * hull.size) | {"z": SHARE_OF_DRAFT * hull.draft}
@@ -106,7 +106,7 @@ def _pose(hull: Hull) -> Iterator[str]:
             )
 
 
-def _meant(hull: Hull, symbol: str, now: float) -> float:
+def _meant(hull: FloatingHull, symbol: str, now: float) -> float:
     """Where the coefficients are for: the start value, turned with the heading if that is set."""
     variables = hull.network.instances[hull.component].description.variables
     if symbol == "psi" and "heading" in variables:
@@ -118,7 +118,7 @@ def _meant(hull: Hull, symbol: str, now: float) -> float:
     return float(variables[f"{hull.body}.{symbol}"].start or 0.0)
 
 
-def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:
+def _weight(balance: BodyBalance, gravity_of: Gravity) -> Iterator[str]:
     """The vertical load at the start, where the still water carries something else."""
     buoyancy, force = balance.buoyancy, balance.force
     if force is None or abs(force) <= UNBALANCED * abs(buoyancy):
@@ -138,13 +138,13 @@ def _weight(balance: Balance, gravity_of: Gravity) -> Iterator[str]:
     )
 
 
-def _holders(balance: Balance) -> str:
+def _holders(balance: BodyBalance) -> str:
     """The bodies as their component calls them."""
     first, *others = [hull.holder for hull in balance.hulls]
     return " and ".join([first, *(name.partition(".")[2] for name in others)])
 
 
-def _other_gravity(balance: Balance, gravity_of: Gravity) -> str:
+def _other_gravity(balance: BodyBalance, gravity_of: Gravity) -> str:
     """The remedy of a gravity that is not that of the water; no text if they agree."""
     water = balance.buoyancy / balance.neutral_mass
     gravity = gravity_of(balance.hulls[0].link.source.component)
@@ -153,7 +153,7 @@ def _other_gravity(balance: Balance, gravity_of: Gravity) -> str:
     return f"gravity of the model is {gravity:g} m/s2, of the water {water:.6g}: make them equal"
 
 
-def _remedy(balance: Balance) -> str:
+def _remedy(balance: BodyBalance) -> str:
     """The mass with which a body, or bodies that are joined, float in the reference pose."""
     hull, neutral = balance.hulls[0], balance.neutral_mass
     change = (balance.force or 0.0) / balance.buoyancy * neutral
@@ -189,7 +189,7 @@ def _remedy(balance: Balance) -> str:
     )
 
 
-def _neutral_remedy(hull: Hull, wanted: str, change: float, carried: Sequence[str]) -> str:
+def _neutral_remedy(hull: FloatingHull, wanted: str, change: float, carried: Sequence[str]) -> str:
     """The connection of the parameter `wanted`, the neutral mass of a hull, by a `change` [kg]."""
     neutral, now = hull.neutral_mass, hull.network.read(wanted)
     excess = now + change - neutral
@@ -205,18 +205,18 @@ def _neutral_remedy(hull: Hull, wanted: str, change: float, carried: Sequence[st
     )
 
 
-def _offset(hull: Hull, excess: float) -> str:
+def _offset(hull: FloatingHull, excess: float) -> str:
     """The neutral mass of a hull and an `excess` [kg], as a connection writes it."""
     return f"{hull.name}.neutral_mass {'+-'[excess < 0]} {abs(excess):.6g}"
 
 
-def _carrying(balance: Balance) -> str:
+def _carrying(balance: BodyBalance) -> str:
     """Names of the bodies that are carried, in words; no text if there are none."""
     names = [name.removeprefix("body.") for name in balance.carried]
     return f"with {', '.join(names)}" if names else ""
 
 
-def _trim(balance: Balance) -> Iterator[str]:
+def _trim(balance: BodyBalance) -> Iterator[str]:
     """The moment at the start, where the still water does not carry it."""
     moment, stiffness = balance.moment, balance.pitch_stiffness
     if moment is None:
@@ -244,7 +244,7 @@ def _trim(balance: Balance) -> Iterator[str]:
     )
 
 
-def _stability(balance: Balance) -> Iterator[str]:
+def _stability(balance: BodyBalance) -> Iterator[str]:
     """A free body, or joined ones with all that they carry, that nothing turns back."""
     hull, stiffness = balance.hulls[0], balance.pitch_stiffness
     if balance.moment is None or balance.top_weight is None:

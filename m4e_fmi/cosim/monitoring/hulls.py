@@ -75,7 +75,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Hull:
+class FloatingHull:
     """A body of a hydrodynamics component: `component`.`body`; `link` leads to its ``z``.
 
     It is looked at in a `plane`.

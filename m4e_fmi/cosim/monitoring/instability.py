@@ -1,10 +1,10 @@
 """Instability of a coupled run: when it is stopped, and the message (criterion: results/growth).
 
-Exchanged outputs are looked at now and then. Where one has become `HUGE` by growth without bound
-(`m4e_fmi.results.growth`), the run ends there. Where an FMU fails, or gives no number, the looks
-and the rows of the results tell if something had grown so before. A run that reaches its stop
-time while something grows says so. Where the coupling error that the run states is small, the
-steps are not the cause, and the remedy is none of theirs.
+Exchanged outputs are checked at intervals. When one has become `HUGE` by growth without bound
+(`m4e_fmi.results.growth`), the run ends. When an FMU fails, or returns no number, these checks
+and the rows of the results show if an output had grown so before. A run that reaches its stop
+time while an output grows gives a warning. If the coupling error of the run is small, the
+steps are not the cause, and the remedy does not concern them.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class StabilitySnapshot:
     next: int
 
 
-class Stability:
+class Instability:
     """Looks at the exchanged outputs of `network`, which runs by `simulation`.
 
     `stated` gives the largest coupling error up to the present point, over the range; None if it is
@@ -91,7 +91,7 @@ class Stability:
         last = self._looks[-1]
         grown = self._grown(STOPS, HUGE) if last.dot(last) > HUGE**2 else None
         if grown:
-            raise RunError(f"unstable: {self._told(grown)}", self._remedy(grown))
+            raise RunError(f"unstable: {self._text(grown)}", self._remedy(grown))
 
     def is_lost(self) -> bool:
         """True if something has grown without bound that is LARGE already, looked at just now."""
@@ -117,7 +117,7 @@ class Stability:
         grown = self._grown(STOPS, LARGE)
         if not grown:
             return ""
-        return f"{self._told(grown)}: this seems to be unstable; {self._remedy(grown)}"
+        return f"{self._text(grown)}: this seems to be unstable; {self._remedy(grown)}"
 
     def explained(self, error: RunError, results: ResultsWriter | None) -> RunError:
         """`error`, or if something had grown without bound before it, what says so."""
@@ -133,7 +133,7 @@ class Stability:
         grown = max((one for one in found if one), key=lambda one: one.decades, default=None)
         if grown is None or grown.high < self._nominal(grown.name):
             return error
-        message = f"unstable: {self._told(grown)}; then {error.message}"
+        message = f"unstable: {self._text(grown)}; then {error.message}"
         return RunError(message, self._remedy(grown))
 
     def _keep(self, time: float, values: slice) -> None:
@@ -159,11 +159,11 @@ class Stability:
     def _nominal(self, name: str) -> float:
         return max(1.0, self._network.nominal(_port(name)))
 
-    def _told(self, grown: Growth) -> str:
+    def _text(self, grown: Growth) -> str:
         port = _port(grown.name)
         instance = self._network.instances[port.component]
         variable = instance.description.variables[port.variable]
-        return grown.told(variable.description, variable.unit)
+        return grown.text(variable.description, variable.unit)
 
     def _remedy(self, grown: Growth) -> str:
         """Remedies, the likeliest first."""

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.dependence import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.connections.structure import DECLARED, PROBED, STATED, how_known
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, setting
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 
 RARER = 2
 """After n steps, the next look is n over this many steps later."""
@@ -106,11 +106,11 @@ class SecondLook:
 
     @property
     def wanted(self) -> bool:
-        """True if there are such outputs."""
+        """True if there are outputs to check."""
         return bool(self._parts)
 
     def room(self, steps: int) -> int | None:
-        """Steps up to the next look, after so many steps of the run; None if there is none."""
+        """Steps up to the next check, after `steps` steps of the run; None without checks."""
         return max(1, self._next - steps) if self._parts else None
 
     def look(self, steps: int, *, last: bool) -> None:
@@ -133,7 +133,7 @@ class SecondLook:
     def _note(
         self, part: _Part, changed: Sequence[str], exchanged: np.ndarray, values: np.ndarray
     ) -> None:
-        """Tell of outputs of a component that have changed, as far as they follow inputs."""
+        """Report outputs of a component that have changed and follow inputs."""
         component, description = part.instance.name, part.instance.description
         moved = dict(zip(part.outputs, part.changed(exchanged, values), strict=True))
         suspects = [name for name in changed if moved[name]]

@@ -10,7 +10,7 @@ from pathlib import Path
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
 from m4e_fmi.cosim.monitoring.start_balance import ACCELERATIONS
-from m4e_fmi.cosim.preparation.surroundings import model_gravity
+from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.system.connection_text import parse_connection
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.fmu import Description
@@ -49,7 +49,7 @@ def _ends(text: str) -> set[str]:
 
 
 class ProgramStart:
-    """A composed program at its start values: what is read of a network at the start of a run."""
+    """A composed program at its start values, read like a network at the start of a run."""
 
     def __init__(self, program: Program) -> None:
         self._program = program
@@ -66,7 +66,7 @@ class ProgramStart:
         return PartStart(part, replace(description, directional_derivatives=True), given)
 
     def read(self, name: str) -> float:
-        """The value of ``component.variable``, in its unit; KeyError if there is none."""
+        """The value of ``component.variable``, in its unit; KeyError for an unknown variable."""
         component, _, variable = name.partition(".")
         return self.instances[component].value(variable)
 
@@ -93,7 +93,7 @@ class PartStart:
     _slopes: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def value(self, variable: str) -> float:
-        """The value of a variable, in its unit; KeyError if there is none."""
+        """The value of a variable, in its unit; KeyError for an unknown variable."""
         return self.given[variable] if variable in self.given else self._results[variable]
 
     @cached_property

@@ -21,10 +21,10 @@ from functools import cached_property
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.added_mass.matrices import added_mass_bodies, in_order
-from m4e_fmi.cosim.connections.added_mass.matrices import group as connector
+from m4e_fmi.cosim.connections.added_mass import added_mass_bodies, in_order
+from m4e_fmi.cosim.connections.added_mass import group as connector
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, Hull, Plane
+from m4e_fmi.cosim.monitoring.hulls import FORCES, WRENCH, AtStart, FloatingHull, Plane
 
 ACCELERATIONS: dict[str, str] = dict(
     zip(FORCES, ("ax", "ay", "az", "alpha_x", "alpha", "alpha_z"), strict=True)
@@ -38,7 +38,7 @@ COUPLED = 1e-6
 
 
 @dataclass(frozen=True)
-class Balance:
+class BodyBalance:
     """A free body, or bodies that joints join, at the start.
 
     `force` and `moment` are out of balance [N, N.m]: load and buoyancy in the reference pose, in
@@ -50,7 +50,7 @@ class Balance:
     `is_shared` if other components, as members, add to the forces of the water on them.
     """
 
-    hulls: tuple[Hull, ...]
+    hulls: tuple[FloatingHull, ...]
     load: float = 0.0
     connected: float = 0.0
     mass: float = 0.0
@@ -92,10 +92,12 @@ class Balance:
         return pitch - coupling**2 / free if free > 0 else pitch
 
 
-def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterator[Balance]:
+def balances(
+    network: AtStart, wiring: Wiring, hulls: Sequence[FloatingHull]
+) -> Iterator[BodyBalance]:
     """For each free body and each group of joined ones, of the components that tell it."""
     sources = {(k.target, k.source.component): k for k in wiring.all_links}
-    held: dict[str, list[Hull]] = {}
+    held: dict[str, list[FloatingHull]] = {}
     for hull in hulls:
         if hull.planes() and _is_told(network, sources, hull):
             held.setdefault(hull.link.source.component, []).append(hull)
@@ -104,7 +106,7 @@ def balances(network: AtStart, wiring: Wiring, hulls: Sequence[Hull]) -> Iterato
         yield from _Mobility(network, wiring, holder, of_it, wet).balances()
 
 
-def _is_told(network: AtStart, sources: dict[tuple[Port, str], Link], hull: Hull) -> bool:
+def _is_told(network: AtStart, sources: dict[tuple[Port, str], Link], hull: FloatingHull) -> bool:
     """True if the holder has exact derivatives, and the water's force comes straight to it.
 
     `sources` are links by target and component that gives it; others may add forces to it.
@@ -147,7 +149,7 @@ class _Mobility:
         network: AtStart,
         wiring: Wiring,
         component: str,
-        hulls: Sequence[Hull],
+        hulls: Sequence[FloatingHull],
         wet: Collection[str],
     ) -> None:
         self.network, self.wiring, self.component = network, wiring, component
@@ -214,7 +216,7 @@ class _Mobility:
 
     @cached_property
     def connected(self) -> np.ndarray:
-        """Accelerations (m,) by the connected forces, but for those of the water."""
+        """Accelerations (m,) by the connected forces, without those of the water."""
         total = np.zeros(len(self.outputs))
         for link in self.wiring.all_links:
             component, name = link.target.component, link.target.variable
@@ -239,7 +241,7 @@ class _Mobility:
             found.append(sorted(group))
         return [group for group in found if group[0] < len(self.hulls)]
 
-    def balances(self) -> Iterator[Balance]:
+    def balances(self) -> Iterator[BodyBalance]:
         for group in self.groups():
             hulls = [self.hulls[k] for k in group if k < len(self.hulls)]
             planes = [hull.planes() for hull in hulls]
@@ -249,13 +251,13 @@ class _Mobility:
                 # the weight is told once, by the first plane
                 yield found if number == 0 else replace(found, force=None)
 
-    def _balance(self, group: Sequence[int], hulls: tuple[Hull, ...]) -> Balance:
+    def _balance(self, group: Sequence[int], hulls: tuple[FloatingHull, ...]) -> BodyBalance:
         """That of one group, in the plane of `hulls`."""
         wrench, acceleration = self._of_water(), self._read(self.outputs)
         wrench[self.owners >= len(self.hulls)] = 0.0  # no water
         heave, turn = np.tile([0.0, 1.0, 0.0], len(hulls)), _rotation(hulls)
         buoyancy = np.concatenate([hull.buoyancy for hull in hulls])
-        found = Balance(
+        found = BodyBalance(
             hulls,
             carried=tuple(self.bodies[k].base for k in group[len(hulls) :]),
             is_shared=bool(self.added),
@@ -283,7 +285,7 @@ class _Mobility:
         return found
 
     def _allowed(
-        self, group: Sequence[int], hulls: Sequence[Hull], motion: np.ndarray
+        self, group: Sequence[int], hulls: Sequence[FloatingHull], motion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, bool] | None:
         """A motion (3,) of the group as one, as a motion (m,) [m, rad]; its weights c (m,).
 
@@ -297,7 +299,7 @@ class _Mobility:
         return None
 
     def _spread(
-        self, members: Sequence[int], hulls: Sequence[Hull], motion: np.ndarray
+        self, members: Sequence[int], hulls: Sequence[FloatingHull], motion: np.ndarray
     ) -> np.ndarray:
         """A motion (3,) of bodies as one, in the plane of `hulls` about their middle, as (m,)."""
         along, up = _middle(hulls)
@@ -326,7 +328,7 @@ class _Mobility:
             return None
         return self.unit * (self.inverse @ scaled)
 
-    def _top_weight(self, group: Sequence[int], hulls: Sequence[Hull]) -> float | None:
+    def _top_weight(self, group: Sequence[int], hulls: Sequence[FloatingHull]) -> float | None:
         """Sum of mass times height over the middle of the hulls [kg.m], of all bodies.
 
         It is what couples the motions ahead and turning, without the added mass. 0 of one body,
@@ -342,7 +344,9 @@ class _Mobility:
         added = self._added_mass(hulls, np.tile([1.0, 0.0, 0.0], len(hulls)), _rotation(hulls))
         return float(turn[1] @ ahead[0]) - added
 
-    def _added_mass(self, hulls: Sequence[Hull], motion: np.ndarray, other: np.ndarray) -> float:
+    def _added_mass(
+        self, hulls: Sequence[FloatingHull], motion: np.ndarray, other: np.ndarray
+    ) -> float:
         """Added mass that the component carries, between two motions (3n,) of hulls, in SI."""
         given = {
             link.source.component
@@ -374,20 +378,20 @@ class _Mobility:
         return np.array([[read(f"{component}.{MATRIX}{i},{j}]") for j in columns] for i in rows])
 
 
-def _unit(hull: Hull, symbol: str) -> float:
+def _unit(hull: FloatingHull, symbol: str) -> float:
     """By which a motion of a body is made dimensionless: √mass [√kg], times the size of a turn."""
     size = max(hull.size, 1e-9) if symbol.startswith("moment") else 1.0
     return size * math.sqrt(max(hull.neutral_mass, 1e-9))
 
 
-def _rotation(hulls: Sequence[Hull]) -> np.ndarray:
+def _rotation(hulls: Sequence[FloatingHull]) -> np.ndarray:
     """Motions (3n,) of bodies that turn as one about the middle of the displaced water."""
     along, up = _middle(hulls)
     places = [_place(hull.network, hull.name, hull.plane) for hull in hulls]
     return np.array([[place[1] - up, along - place[0], 1.0] for place in places]).ravel()
 
 
-def _middle(hulls: Sequence[Hull]) -> tuple[float, float]:
+def _middle(hulls: Sequence[FloatingHull]) -> tuple[float, float]:
     """Of the hulls' centres of gravity, weighted by the displaced water: ahead, and up [m]."""
     places = np.array([_place(hull.network, hull.name, hull.plane) for hull in hulls])
     masses = np.array([max(hull.neutral_mass, 1e-9) for hull in hulls])

@@ -1,19 +1,19 @@
 """Dependencies that FMUs do not declare, found by moving their inputs.
 
-Where an FMU declares nothing, each output may depend on every input, and a ring of such FMUs is an
-algebraic loop that mostly is none. Which of the outputs in such loops follow which inputs, is seen
-in an instance that is thrown away: at three points (after initialisation, and after one and two
-steps with all inputs moved) each input is moved, and the outputs are read. First by little, then by
-its nominal or its start value, within its range; what is not Real gets another value. An output
-that changes, depends; so does one that changes between two readings, and all where the FMU answers
-with an error to a value.
+If an FMU declares nothing, each output may depend on every input, and a ring of such FMUs seems to
+be an algebraic loop, mostly wrongly. Dependencies of the outputs in such loops are measured
+in a temporary instance: at three points (after initialisation, and after one and two
+steps with all inputs moved) each input is moved, and the outputs are read. It moves first by
+little, then by its nominal or its start value, within its range; inputs that are not Real get
+another value. An output depends on an input if it changes, if it changes between two readings, or
+if the FMU answers with an error to a value.
 
-Some FMUs compute outputs in steps only. What an input is moved by shows after the next step then,
-and no longer when the input is back one step later; what is integrated stays. That is no loop, but
-a delay of one step.
+Some FMUs compute outputs in steps only. The change of an input then shows after the next step, and
+disappears one step after the input is back; the change of an integral stays. That is not a loop,
+but a delay of one step.
 
-Outputs in no loop are tried for that too, and keep the dependencies that are assumed. An output in
-a loop that a step leaves as it is, and that setting inputs brings then, is taken to depend on them.
+Outputs in no loop are tested for that, too, and keep their assumed dependencies. An output in
+a loop depends on the inputs if a step does not change it, but setting the inputs then does.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ from itertools import product
 
 import networkx as nx
 
-from m4e_fmi.cosim.connections.dependence import PROBED, STEPPED, assumed, resolve
 from m4e_fmi.cosim.connections.links import Wiring
-from m4e_fmi.cosim.connections.structure import exchange_graph
+from m4e_fmi.cosim.connections.structure import PROBED, STEPPED, assumed, exchange_graph, resolve
 from m4e_fmi.cosim.exchange.interruption import setting_up
 from m4e_fmi.cosim.preparation.trial_instances import Instances, Subject, Trials, driven_inputs
 from m4e_fmi.cosim.system.start_values import Value
@@ -61,7 +60,7 @@ def probed(
     wiring: Wiring,
     hosts: Mapping[str, Host],
 ) -> tuple[dict[str, Description], list[str]]:
-    """The descriptions with what probing has found, and what is to be said of it, line by line."""
+    """The descriptions with the dependencies found by probing, and lines that report on it."""
     result, trials = dict(descriptions), Trials(system, descriptions, hosts)
     unknown = {name: assumed(description) for name, description in descriptions.items()}
     driven = {name: inputs for name, inputs in driven_inputs(wiring).items() if unknown[name]}
@@ -175,11 +174,6 @@ def _differ(a: Value, b: Value) -> bool:
     return a != b and not (a != a and b != b)  # two that are nan are the same
 
 
-def _distance(a: Value, b: Value) -> float:
-    """How far two values are apart; 1 if they are no numbers, and differ."""
-    return abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
-
-
 def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[str]:
     """Outputs that follow some input in the step after it is moved, and in no other.
 
@@ -199,7 +193,8 @@ def _late(new: Instances, outputs: Sequence[str], inputs: Sequence[str]) -> set[
     found = set()
     for name, *values in zip(outputs, *course(SHARES[0]), *course(0.0), strict=True):
         first, still, second = (
-            _distance(a, b) for a, b in zip(values[:3], values[3:], strict=True)
+            abs(a - b) if isinstance(a, float) and isinstance(b, float) else float(a != b)
+            for a, b in zip(values[:3], values[3:], strict=True)
         )
         lost = (1.0 - LOST_AGAIN) * first
         if second < lost <= still:

@@ -1,39 +1,50 @@
-"""From a System to one that can run: build what is missing, read the FMUs, connect, check."""
+"""From a System to one that can run: build missing FMUs, read the FMUs, connect, check.
+
+Components run in separate processes if their FMUs were not built here. An FMU was built here if the
+record beside it says so and fits its content, or if its library has the same bytes as that of all
+native FMUs of this package. Statements of an FMU about itself are not trusted.
+"""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
+from zipfile import ZipFile
 
-from m4e_fmi.cosim.connections.added_mass.left_out import without_added_mass
+import fmpy
+
+from m4e_fmi.cosim.connections.added_mass import without_added_mass
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.connections.dependence import with_stated
-from m4e_fmi.cosim.connections.missing.loose_ends import loose_ends, unconnected_parameters
+from m4e_fmi.cosim.connections.missing import loose_ends, unconnected_parameters
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.structure import analyse, broken
-from m4e_fmi.cosim.exchange.native_executor import loop_library
-from m4e_fmi.cosim.preparation.components import ReadyFmu, ready_fmus
+from m4e_fmi.cosim.connections.structure import analyse, broken, with_stated
+from m4e_fmi.cosim.exchange.schedule import loop_library
+from m4e_fmi.cosim.preparation.components import Draft, ReadyFmu, check_components, ready_fmus
 from m4e_fmi.cosim.preparation.dependence_probing import probed
-from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
-from m4e_fmi.cosim.preparation.double_drag import double_drag
 from m4e_fmi.cosim.preparation.doubtful_values import (
+    differing,
+    double_buoyancy,
+    double_drag,
     reversed_forces,
     start_values_without_effect,
     within_ramps,
 )
-from m4e_fmi.cosim.preparation.hosts import available, hosts
-from m4e_fmi.cosim.preparation.inputs import Draft, check_components
 from m4e_fmi.cosim.preparation.state_trials import without_forgetful, without_refused
-from m4e_fmi.cosim.preparation.surroundings import differing
 from m4e_fmi.cosim.scenario.plan import scenario_problems
+from m4e_fmi.cosim.system.component import HERE, OWN, Component, FmuFile
 from m4e_fmi.cosim.system.component_steps import pace, refined, rounded
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system
-from m4e_fmi.errors import InputError, Problem
+from m4e_fmi.errors import InputError, Problem, RunError
+from m4e_fmi.files.archives import ERRORS
 from m4e_fmi.fmu import Description, read_description
-from m4e_fmi.fmu.importer.opening import replaced
+from m4e_fmi.fmu.export.build_record import read_record
+from m4e_fmi.fmu.export.native_fmu import shell_binaries
+from m4e_fmi.fmu.importer.opening import opened, replaced
 from m4e_fmi.fmu.importer.reading import resized
+from m4e_fmi.fmu.importer.worker import Host
 from m4e_fmi.threads import ONE_RUN
 
 
@@ -46,11 +57,11 @@ def prepare(
     drafts: Mapping[str, Draft] | None = None,
     fmus: Mapping[str, ReadyFmu] | None = None,
 ) -> Prepared:
-    """Build what is missing (`native` or not: see `fmu_files`), read the FMUs, connect them.
+    """Build missing FMUs (`native` or not: see `fmu_files`), read the FMUs, connect them.
 
     `system` may be the path of a system's file, whose notes `tell` receives. `drafts` are those
     of a system whose inputs have been checked (`waiting`), `fmus` the FMUs of all components if
-    they are there already.
+    they exist already.
 
     InputError with all problems of the FMU files, else of connections and start values, else of
     components' own steps, else of the scenario; RunError for a build that failed, or without the C
@@ -125,3 +136,55 @@ def _as_system(given: object, tell: Callable[[str], None] | None) -> System:
         for note in system.notes:
             tell(f"{given}: {note}")
     return system
+
+
+def hosts(system: System, descriptions: Mapping[str, Description]) -> dict[str, Host]:
+    """The conditions for each component that runs in a process of its own, by name."""
+    files = {d.path: d for d in descriptions.values()}
+    known = cache(lambda path: read_record(path) is not None or _has_our_library(files[path]))
+
+    def is_apart(component: Component) -> bool:
+        if component.process or component.limits:
+            return component.process != HERE
+        path = descriptions[component.name].path
+        return isinstance(component.source, FmuFile) and not known(path)
+
+    return {c.name: system.processes.host(c.limits) for c in system.components if is_apart(c)}
+
+
+def available(system: System, hosts: Mapping[str, Host]) -> tuple[dict[str, Host], list[str]]:
+    """All `hosts` if this machine can start processes, else no hosts and a warning.
+
+    InputError if it cannot, and a component asks for a process or for limits.
+    """
+    if not hosts or hasattr(os, "fork"):
+        return dict(hosts), []
+    why = "this system has no fork, by which other processes are started"
+    parts = [(c, ("components", c.name)) for c in system.components]
+    asking = [
+        *((*place, "process") for component, place in parts if component.process == OWN),
+        *((*place, "limits") for component, place in parts if component.limits),
+        *([("limits",)] if system.processes.limits else []),
+    ]
+    if asking:
+        message = f"no FMU can have a process of its own: {why}"
+        remedy = "leave this out, or run the system on another machine"
+        raise InputError([system.problem(place, message, remedy) for place in asking])
+    return {}, [f"{', '.join(hosts)}: run in this process, where a fault of an FMU ends all: {why}"]
+
+
+def _has_our_library(description: Description) -> bool:
+    """True if the library for this machine is that of native FMUs."""
+    path = description.path
+    fmi3 = description.version == "3.0"
+    folder = fmpy.platform_tuple if fmi3 else fmpy.platform
+    name = f"binaries/{folder}/{description.identifier}{fmpy.sharedLibraryExtension}"
+    try:
+        ours = shell_binaries(description.identifier, fmi="3" if fmi3 else "2").get(name)
+    except RunError:
+        return False
+    try:
+        with opened(path, description.content) as file, ZipFile(file) as archive:
+            return ours is not None and name in archive.namelist() and archive.read(name) == ours
+    except ERRORS:  # damaged, which is told where it is unpacked
+        return False

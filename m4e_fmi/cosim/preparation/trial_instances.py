@@ -13,7 +13,7 @@ from m4e_fmi.cosim.connections.links import Wiring
 from m4e_fmi.cosim.exchange.instance import Instance
 from m4e_fmi.cosim.exchange.loading.binary import Files, opened_binary
 from m4e_fmi.cosim.exchange.operations import DoStep
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.simulation import Simulation
 from m4e_fmi.cosim.system.start_values import Value, start_values

@@ -17,8 +17,8 @@ from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Get, GetTyped, Operation, gather
 from m4e_fmi.cosim.scenario.plan import COMPONENT
 from m4e_fmi.fmu.importer.reading import Variable
-from m4e_fmi.results.recorded import TEXT, Recorded
-from m4e_fmi.results.row_file import CELLS, Column, Section
+from m4e_fmi.results.row_file import CELLS, ResultColumn, RowSection
+from m4e_fmi.results.series import TEXT, Recorded
 
 ROUNDING = 1e-9
 """Share of its limits, nominal value or value by which an output may be outside by rounding."""
@@ -26,7 +26,7 @@ _WIDTHS = {f"{sign}Int{bits}": f"{'u' if sign else 'i'}{bits // 8}"
            for sign in ("", "U") for bits in (8, 16, 32, 64)}  # fmt: skip
 
 
-class Block:
+class ComponentBlock:
     """Room for `rows` of some variables of a component, Real or not, filled by `operations`.
 
     `limited` are the columns that have a range; `outside` has a warning for each of them that was
@@ -55,7 +55,7 @@ class Block:
         columns = tuple(_column(v) for v in variables)
         attributes = {"step_size": f"{rate.step:g} s"} if rate else {}
         kind = "f8" if self._real else CELLS
-        self.section = Section(component, columns, kind, attributes)
+        self.section = RowSection(component, columns, kind, attributes)
         ask = network.known if self._real else network.discrete.known
         found = [ask(Port(component, v.name)) for v in variables]
         known = [place for place in found if place is not None]
@@ -106,8 +106,10 @@ class ScenarioBlock:
     def __init__(self, network: Network, rows: int) -> None:
         names, cells = network.scenario.names, network.scenario.cells
         truth = Recorded("Boolean", "i1")
-        columns = tuple(Column(n, "", f"true while the action {n} is active", truth) for n in names)
-        self.section = Section(COMPONENT, columns, CELLS)
+        columns = tuple(
+            ResultColumn(n, "", f"true while the action {n} is active", truth) for n in names
+        )
+        self.section = RowSection(COMPONENT, columns, CELLS)
         self._rows = np.zeros((rows, len(names)), dtype=np.int64)
         self.operations: list[Operation] = [gather(self._rows, cells, range(len(names)))]
 
@@ -118,17 +120,17 @@ class ScenarioBlock:
 
 def blocks(
     network: Network, component: str, variables: Sequence[Variable], rows: int
-) -> list[Block]:
+) -> list[ComponentBlock]:
     """The blocks of a component: one of Reals, and one of other variables if there are any."""
     reals = [v for v in variables if v.type == "Real"]
     others = [v for v in variables if v.type != "Real"]
-    found = [Block(network, component, reals, rows)]
-    return [*found, Block(network, component, others, rows)] if others else found
+    found = [ComponentBlock(network, component, reals, rows)]
+    return [*found, ComponentBlock(network, component, others, rows)] if others else found
 
 
-def _column(variable: Variable) -> Column:
+def _column(variable: Variable) -> ResultColumn:
     unit = variable.unit or "1" if variable.type == "Real" else ""
-    return Column(variable.name, unit, variable.description, _recorded(variable))
+    return ResultColumn(variable.name, unit, variable.description, _recorded(variable))
 
 
 def _recorded(variable: Variable) -> Recorded:

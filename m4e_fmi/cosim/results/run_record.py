@@ -98,7 +98,7 @@ def _short(path: Path, folder: Path) -> str:
 
 def _seeds(value: object, place: str) -> Iterator[tuple[str, str]]:
     """Seeds of random numbers below a value of a system's file, with their places in it."""
-    if isinstance(value, dict | list):
+    if isinstance(value, (dict, list)):
         items = value.items() if isinstance(value, dict) else enumerate(value)
         for key, member in items:
             if key == SEED:

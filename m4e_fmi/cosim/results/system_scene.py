@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import Component, Kind, ModelFile, kind_module
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.cosim.system.system import System

@@ -18,14 +18,14 @@ from pathlib import Path
 import numpy as np
 
 from m4e_fmi.cosim.exchange.network import Network
-from m4e_fmi.cosim.exchange.step_loop import Schedule
-from m4e_fmi.cosim.results.blocks import Block, ScenarioBlock, blocks
+from m4e_fmi.cosim.exchange.schedule import Schedule
+from m4e_fmi.cosim.results.blocks import ComponentBlock, ScenarioBlock, blocks
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.locks import ROWS
 from m4e_fmi.files.writing import cannot_write
 from m4e_fmi.fmu.importer.reading import Variable
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, digest_of, rows_of, write_netcdf
-from m4e_fmi.results.row_file import RowFile, Section
+from m4e_fmi.results.row_file import RowFile, RowSection
 from m4e_fmi.signals import let_through
 
 LEAST_ROWS, MOST_ROWS, MOST_VALUES = 64, 65536, 2**22
@@ -95,7 +95,7 @@ class ResultsWriter:
             for block in blocks(network, name, recorded[name], self._block)
         ]
         self._limited = [block for block in self._blocks if block.limited]
-        self._groups: list[Block | ScenarioBlock] = [*self._blocks]
+        self._groups: list[ComponentBlock | ScenarioBlock] = [*self._blocks]
         if network.scenario:
             self._groups.append(ScenarioBlock(network, self._block))
         self._times = np.zeros((self._block, 1))
@@ -260,11 +260,11 @@ class ResultsWriter:
     def close(
         self, ended: str, closing: Callable[[], Mapping[str, str]] = dict, *, failed: bool = False
     ) -> None:
-        """Write what is left and how the run has `ended`, and close the file.
+        """Write the last rows and how the run has `ended`, and close the file.
 
         `closing` gives further attributes when all rows are on the disk. A run that has `failed`
-        before its first step does not replace results that are there. RunError if the disk does not
-        take the rows. A signal that is `held` is let through once they are on the disk.
+        before its first step does not replace existing results. RunError if the rows cannot be
+        written. A signal that is `held` is delivered once they are on the disk.
         """
         try:
             own = self._file.path == self.path or not self.path.exists()
@@ -290,7 +290,7 @@ class ResultsWriter:
             self._write({**self._attributes, "ended": ended, **further})
 
     def _write(self, attributes: Mapping[str, str]) -> None:
-        """Write the netCDF-4 file, or tell why there is none."""
+        """Write the netCDF-4 file, or tell why it cannot be written."""
         count, folder = self._count, self.path.parent
         vanished = not folder.is_dir()
         in_memory = count == self.row
@@ -321,7 +321,7 @@ class ResultsWriter:
         return self._before + self.row
 
     @property
-    def _sections(self) -> list[Section]:
+    def _sections(self) -> list[RowSection]:
         return [group.section for group in self._groups]
 
     @contextmanager

@@ -29,8 +29,7 @@ from typing import TypeVar
 
 from m4e_fmi.cosim.error_estimate.estimator import EstimateSnapshot
 from m4e_fmi.cosim.exchange.fmu_log import Kinds, Warn
-from m4e_fmi.cosim.exchange.layout import OWN_PLACES, NetworkSnapshot
-from m4e_fmi.cosim.exchange.network import Network
+from m4e_fmi.cosim.exchange.network import OWN_PLACES, Network, NetworkSnapshot
 from m4e_fmi.cosim.monitoring.instability import StabilitySnapshot
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLookSnapshot
 from m4e_fmi.cosim.results.writer import FirstRows, Mark
@@ -79,9 +78,9 @@ def results_of(checkpoint: Path) -> Path:
 class State:
     """The state of a whole system at a communication point of a run, until that ends.
 
-    It holds the states of the FMUs, the exchanged values, what the algorithm knows of the past,
-    the energy balance, the place in time, the row of the results, and what is known of the errors.
-    `run` is the one that it belongs to.
+    It holds the states of the FMUs, the exchanged values, the algorithm's past values,
+    the energy balance, the position in time, the row of the results, and the error estimate.
+    `run` is the run that it belongs to.
     """
 
     run: object = field(repr=False, metadata=LIVE)
@@ -224,9 +223,9 @@ class Checkpoint:
 
 
 def write_checkpoint(path: Path, parts: Mapping[str, object]) -> None:
-    """Write dataclasses to `path`, in place of what is there once they are on the disk.
+    """Write dataclasses to `path`; an existing file is replaced once they are on the disk.
 
-    RunError if that fails; TypeError if they hold what cannot be saved.
+    RunError if that fails; TypeError if they hold values that cannot be saved.
     """
     encoder = Encoder()
     data = {name: encoder.encode(part) for name, part in parts.items()}
@@ -291,7 +290,7 @@ def _content(path: Path) -> bytes:
 class Checkpoints:
     """Checkpoints of a run by `simulation` at `path`, each in place of the one before.
 
-    `taken` is the time [s] of the last one, None if there is none. `warn` is told once that one
+    `taken` is the time [s] of the last one, None before the first. `warn` is called once if one
     could not be written.
     """
 

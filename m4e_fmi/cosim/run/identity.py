@@ -1,7 +1,7 @@
-"""Identity of a run: all that must be the same where it goes on from a checkpoint.
+"""Identity of a run: everything that must be equal when it continues from a checkpoint.
 
-The stop time may differ, and when checkpoints are taken. Everything else that the results follow
-from is told by name and value: the version of m4e_fmi, the platform (the binaries of an FMU for two
+The stop time and the times of checkpoints may differ. Everything else that affects the results is
+listed by name and value: the version of m4e_fmi, the platform (the binaries of an FMU for two
 platforms may have states of different form), the FMUs by their SHA-256, start values, connections
 and units of buses, actions of the scenario, settings, recorded variables.
 """

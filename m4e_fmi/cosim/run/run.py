@@ -29,17 +29,21 @@ from m4e_fmi.cosim.exchange.interruption import (
 )
 from m4e_fmi.cosim.exchange.loading.binary import PYTHON, Binary, binaries
 from m4e_fmi.cosim.exchange.network import Change, Network
-from m4e_fmi.cosim.monitoring.instability import Stability
+from m4e_fmi.cosim.monitoring.instability import Instability
 from m4e_fmi.cosim.monitoring.late_dependence import SecondLook
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoint, Checkpoints, Head, Memory, Saved, State
-from m4e_fmi.cosim.run.notes import discarded_at_every_length
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, Outcome
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
-from m4e_fmi.cosim.stepping.algorithm_choice import error_estimating, made
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    ErrorEstimating,
+    Undoing,
+    error_estimating,
+    made,
+)
 from m4e_fmi.cosim.stepping.step_control import StepControl
 from m4e_fmi.cosim.system.component import Kind
-from m4e_fmi.cosim.system.component_step import nanoseconds
+from m4e_fmi.cosim.system.simulation import nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, start_values
 from m4e_fmi.cosim.time_loop.energy import BLOCK, EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEXT_EVENT_TIME
@@ -57,7 +61,7 @@ SECOND_SET = "_again"
 
 
 @dataclass(frozen=True)
-class Options:
+class RunOptions:
     """Options of a run; see `m4e_fmi.cosim.run.verbs.run`.
 
     A run is `changeable` if values may be set between its steps. `observers` are called at every
@@ -88,13 +92,13 @@ class Run:
     """Owns the instances of a system from `with` to the end of the block; it begins with `begin`.
 
     Rows go to `results`, the states of a run of this `identity` to `checkpoints`, if they are set
-    before. `estimator` repeats steps for the certificate; `unwatched` is why there is none.
-    `is_stepping` is True while steps are made, and where they were left unfinished. `warnings` are
-    those from before the first step; the `outcome` is there when the run has ended without error.
+    before. `estimator` repeats steps for the certificate; `unwatched` is the reason without one.
+    `is_stepping` is True while steps are made, and after unfinished steps. `warnings` are
+    those from before the first step; `outcome` is set when the run has ended without error.
     """
 
-    def __init__(self, prepared: Prepared, options: Options | None = None) -> None:
-        self.prepared, self.options = prepared, options or Options()
+    def __init__(self, prepared: Prepared, options: RunOptions | None = None) -> None:
+        self.prepared, self.options = prepared, options or RunOptions()
         self.simulation = prepared.system.simulation
         self._stop = self.simulation.stop_ns
         # what FMUs log at the start was told before a checkpoint
@@ -214,7 +218,7 @@ class Run:
             singly=bool(self.options.observers) or self.options.changeable,
             hopeless=lambda: self.stability.is_lost(),
         )
-        self.stability = Stability(self.network, self.simulation, self._stated)
+        self.stability = Instability(self.network, self.simulation, self._stated)
         self.journal.clock = lambda: self.time_loop.time
         if self.options.checkpoint:
             self._resume(self.options.checkpoint)
@@ -322,7 +326,7 @@ class Run:
             self.time_loop.advance(room if room <= most else int(most))
             self.network.flush()
         except RunError as failure:
-            error = discarded_at_every_length(failure, self.time_loop, self.simulation.step_size)
+            error = self.time_loop.explained(failure)
             told = self.stability.explained(error, self.results)
             if told is failure:
                 raise

@@ -7,7 +7,7 @@ where they are.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -15,16 +15,15 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.exchange.events import ended
+from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.monitoring.flotation import start_warnings
-from m4e_fmi.cosim.preparation.surroundings import model_gravity
+from m4e_fmi.cosim.preparation.doubtful_values import model_gravity
 from m4e_fmi.cosim.results.run_record import attributes_of
 from m4e_fmi.cosim.results.writer import ResultsWriter
 from m4e_fmi.cosim.run.checkpoint import Checkpoints, checkpoint_of
 from m4e_fmi.cosim.run.identity import identity
-from m4e_fmi.cosim.run.notes import early_end, network_notes, slow_code
 from m4e_fmi.cosim.run.outcome import NOT_ASKED, ExportError, Outcome
-from m4e_fmi.cosim.run.run import Options, Run
+from m4e_fmi.cosim.run.run import Run, RunOptions
 from m4e_fmi.errors import RunError
 from m4e_fmi.files.locks import claimed
 from m4e_fmi.report.animation.scene_text import carried
@@ -32,12 +31,16 @@ from m4e_fmi.report.run_report.record import FlowEnergy, RecordEnd, StatedError,
 from m4e_fmi.results.results_file import AT_STOP, as_given, check_export, export, stream_of
 from m4e_fmi.signals import Terminated, ending_cleanly, held, let_through
 
+MOST_NAMED = 3
+"""Outputs of a component that are named in one note."""
+SHORT = 1.0
+"""Wall time [s] of a run up to which nobody asks what takes it."""
 LONG = 5.0
 """Seconds of wall time that a run takes, from which on the estimate after it is told."""
 
 
 @contextmanager
-def running(prepared: Prepared, options: Options) -> Generator[Run]:
+def running(prepared: Prepared, options: RunOptions) -> Generator[Run]:
     """A run at its start or its checkpoint, which the block steps; its `outcome` follows the block.
 
     InputError or RunError before any FMU is loaded if the results cannot be written.
@@ -96,7 +99,7 @@ def _add_facts(error: BaseException, facts: Sequence[str]) -> None:
             error.add_note(fact)
 
 
-def without_checkpoints(prepared: Prepared, options: Options) -> str:
+def without_checkpoints(prepared: Prepared, options: RunOptions) -> str:
     """The reason why no checkpoints can be taken of a run; empty if they can."""
     if options.changeable:
         return "use 'run', or 'save' of this run in between"
@@ -160,7 +163,7 @@ def _stepped(run: Run) -> Generator[Run]:
     if run.results:
         how = f"stopped at t = {run.network.time:.9g} s"
         if run.done:
-            how = ended(run.network.instances.values()) or AT_STOP
+            how = run.network.ended or AT_STOP
         run.results.close(how, partial(_closing, run, began, failed=False))
 
 
@@ -234,7 +237,7 @@ def _outcome(run: Run, *, failed: bool = False) -> Outcome:
     if not failed:
         grown, certificate = run.stability.warning(), run.certificate()
         warnings += (
-            *early_end(network, run.simulation.stop_time, steps=run.steps),
+            *_early_end(run),
             *run.second_look.notes,
             *([grown] if grown else []),
         )
@@ -254,14 +257,64 @@ def _outcome(run: Run, *, failed: bool = False) -> Outcome:
             *prepared.notes,
             *(f"{name} {rate}" for name, rate in prepared.rates.items()),
             *run.algorithm.notes,
-            *network_notes(network, run.time_loop.position.switches, prepared.wiring.bonds),
+            *_network_notes(run),
         ),
         rejected=run.rejected,
         certificate=certificate,
         messages=run.journal.messages(network.instances.values()),
         warnings=warnings,
-        scenario=network.scenario.told(),
+        scenario=network.scenario.report(),
     )
+
+
+def _network_notes(run: Run) -> Iterator[str]:
+    """Notes of events, switches, lost outputs, inputs solved badly, held actions; a line each."""
+    network, bonds = run.network, run.prepared.wiring.bonds
+    for instance in network.instances.values():
+        if count := instance.events.interruptions:
+            yield (
+                f"{instance.name} had {count} event{'s' * (count > 1)} within steps, at which the "
+                "other components did not stop"
+            )
+    yield from run.time_loop.position.switches.notes
+    for name, outputs in network.lost.items():
+        more = len(outputs) - MOST_NAMED
+        named = ", ".join(outputs[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+        yield (
+            f"{name}: setting inputs, even to the values that they have, changes {named} by "
+            "more than its noise: the values straight after its steps count"
+        )
+    if rough := network.roughness:
+        yield (
+            f"inputs are solved only to {rough:.1e} of their size: the FMUs' outputs for "
+            "nearly the same inputs jump by that much"
+        )
+    if held := network.scenario.held:
+        yield (
+            f"values that actions give ({', '.join(held)}) change at communication points and are "
+            "held within steps, so that errors fall with the step size only: take small steps"
+        )
+    summed = network.scenario.untouched(bonds)
+    if names := [bond.name for bond in bonds if bond not in summed]:
+        yield f"the scenario changes signals of {' and '.join(names)}: no energy balance there"
+    if network.ended:
+        yield network.ended
+
+
+def _early_end(run: Run) -> list[str]:
+    """A warning of FMUs that have asked for the end before the stop time."""
+    network, stop = run.network, run.simulation.stop_time
+    if not run.steps:
+        names = [name for name, instance in network.instances.items() if instance.has_ended]
+        return [
+            f"the run ended before its first step, and its results have the start only: {name} "
+            "asked for the end of the simulation in its first step; if that is not meant, look at "
+            "what its step answers (in PythonFMU, do_step must return True)"
+            for name in names
+        ]
+    if network.ended and not run.is_at_stop:
+        return [f"the run ended before its stop time of {stop:.9g} s: {network.ended}"]
+    return []
 
 
 def _last_outcome(run: Run, wall_time: float, given: Path) -> Outcome:
@@ -275,6 +328,18 @@ def _last_outcome(run: Run, wall_time: float, given: Path) -> Outcome:
         wall_time=wall_time,
         notes=(*outcome.notes, *late),
     )
+
+
+def slow_code(network: Network, wall_time: float) -> list[str]:
+    """A note of a component of Python code that takes most of a run of `wall_time` [s]."""
+    taken = ((i.name, float(i.spent[0])) for i in network.instances.values() if i.spent is not None)
+    return [
+        f"steps of {name} took {spent / wall_time:.0%} of the run's {wall_time:.3g} s: its Python "
+        "code is not recorded; `rates` and `calculate` of plain `math`, without NumPy, are, and "
+        "run many times faster"
+        for name, spent in taken
+        if wall_time > SHORT and spent > wall_time / 2
+    ]
 
 
 def _time(run: Run) -> str:

@@ -7,8 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.connections.recording import thinned
+from m4e_fmi.cosim.connections.prepared import Prepared, thinned
 from m4e_fmi.cosim.error_estimate.report import ONE_LENGTH, Trace, compared
 from m4e_fmi.cosim.exchange.fmu_log import Warn
 from m4e_fmi.cosim.preparation.prepare import prepare
@@ -21,7 +20,7 @@ from m4e_fmi.cosim.run.checkpoint import (
 )
 from m4e_fmi.cosim.run.execution import Execution
 from m4e_fmi.cosim.run.outcome import Outcome
-from m4e_fmi.cosim.run.run import Observer, Options
+from m4e_fmi.cosim.run.run import Observer, RunOptions
 from m4e_fmi.cosim.run.running import running, without_checkpoints
 from m4e_fmi.cosim.system.component_steps import pace
 from m4e_fmi.cosim.system.simulation import CHECKPOINTS
@@ -152,13 +151,13 @@ def _ready(
     tell: Callable[[str], None] | None,
     *,
     animated: bool = False,
-) -> tuple[Prepared, Options]:
+) -> tuple[Prepared, RunOptions]:
     """The prepared system, with what its results record, and the options that they give."""
     prepared = system
     if not isinstance(prepared, Prepared):
         prepared = prepare(prepared, build_directory=build_directory, tell=tell)
     if results is None:
-        return replace(prepared, recorded={}), Options()
+        return replace(prepared, recorded={}), RunOptions()
     scene = system_scene(prepared.system, prepared.descriptions, prepared.wiring)
     prepared = prepared.recording(variables)
     if animated and scene is None:
@@ -178,10 +177,10 @@ def _ready(
         tell(note)
     notes = (*prepared.notes, note) if note else prepared.notes
     paced = replace(prepared.system, simulation=settings)
-    return replace(prepared, system=paced, notes=notes), Options(results=results, scene=scene)
+    return replace(prepared, system=paced, notes=notes), RunOptions(results=results, scene=scene)
 
 
-def _no_checkpoints(prepared: Prepared, options: Options) -> list[str]:
+def _no_checkpoints(prepared: Prepared, options: RunOptions) -> list[str]:
     """The warning of a run that takes none of the checkpoints that its settings ask for.
 
     InputError if it is to be resumed from one.
@@ -193,19 +192,19 @@ def _no_checkpoints(prepared: Prepared, options: Options) -> list[str]:
     return [f"{' and '.join(asked)}: no checkpoints are taken: {why}"] if why and asked else []
 
 
-def _once(system: Prepared, options: Options) -> Outcome:
+def _once(system: Prepared, options: RunOptions) -> Outcome:
     with running(system, options) as run:
         run.finish()
     assert run.outcome
     return run.outcome
 
 
-def _checked(system: Prepared, options: Options) -> Outcome:
+def _checked(system: Prepared, options: RunOptions) -> Outcome:
     """The outcome of a run, with its differences from a second one at finer steps."""
     again = _finer(system)
     trace, finer_trace = Trace(), Trace()
     outcome = _once(system, replace(options, observers=[*options.observers, trace]))
-    second = Options(certify=False, observers=[finer_trace], progress=options.progress)
+    second = RunOptions(certify=False, observers=[finer_trace], progress=options.progress)
     try:
         _once(again, second)
     except (KeyboardInterrupt, Terminated) as error:

@@ -10,10 +10,9 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from m4e_fmi.cosim.connections.links import Link, Port, Wiring
-from m4e_fmi.cosim.system.scenario_section import Action
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value, value_of
-from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.sections import Location
 from m4e_fmi.fmu.importer.reading import Description, Variable
@@ -103,7 +102,7 @@ class PlannedAction:
 
 @dataclass
 class Planner:
-    """Makes planned actions of those of a system; `problems` are what is wrong with them."""
+    """Makes planned actions from the actions of a system; `problems` are the errors in them."""
 
     system: System
     descriptions: Mapping[str, Description]
@@ -111,7 +110,6 @@ class Planner:
     problems: list[Problem] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._targets = {link.target: link for link in self.wiring.links}
         self._variables = {name: d.variables for name, d in self.descriptions.items()}
 
     def actions(self) -> tuple[PlannedAction, ...]:
@@ -230,8 +228,9 @@ class Planner:
 
     def _is_settable(self, at: Location, port: Port, variable: Variable, *, ramp: bool) -> bool:
         why, remedy = why_fixed(variable), "set an unconnected input or a tunable parameter"
-        if port in self._targets:
-            why = f"is connected to {self._targets[port].source}"
+        sources = [link.source for link in self.wiring.links if link.target == port]
+        if sources:
+            why = f"is connected to {sources[-1]}"
             remedy = "'replace' gives its taker another value"
         elif not why and ramp and variable.type != REAL:
             why, remedy = f"is of type {variable.type}", "a ramp needs a Real; use 'set'"

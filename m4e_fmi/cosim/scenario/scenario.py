@@ -18,15 +18,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from m4e_fmi.cosim.connections.links import Bond, Link, Port
+from m4e_fmi.cosim.connections.links import PLAIN, Bond, InputScales, Link, Port
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.scenario.plan import COMPONENT, NEVER, PlannedAction, Planner, Setting
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, nanoseconds
 from m4e_fmi.cosim.system.start_values import Value
-from m4e_fmi.fmu.importer.calls.scaled import PLAIN, InputScales
 
 
-class Host(Protocol):
+class _Network(Protocol):
     """The part of a network that its scenario needs."""
 
     @property
@@ -84,7 +83,7 @@ class _Running:
 
     @property
     def next(self) -> int:
-        """The time [ns] of its beginning or end, as far as it is known; NEVER if it is not."""
+        """The time [ns] of its beginning or end; NEVER while unknown."""
         if self.began is None:
             return NEVER if self.planned.at is None else self.planned.at
         duration = self.planned.duration
@@ -146,7 +145,7 @@ class _Effect:
 class _Signal:
     """A link on whose signal actions act, with their effects in the order of the file."""
 
-    def __init__(self, link: Link, host: Host) -> None:
+    def __init__(self, link: Link, host: _Network) -> None:
         self.ends = link.ends
         self.scales: InputScales = host.instances[link.target.component].scales
         self.plain = PLAIN if link.is_plain else (link.factor, link.offset)
@@ -187,7 +186,7 @@ class Scenario:
     variables of those that may have been due anywhere in the last step.
     """
 
-    def __init__(self, prepared: Prepared, host: Host) -> None:
+    def __init__(self, prepared: Prepared, host: _Network) -> None:
         planned = Planner(prepared.system, prepared.descriptions, prepared.wiring).actions()
         self._actions = [_Running(action) for action in planned]
         self._host = host
@@ -285,7 +284,7 @@ class Scenario:
         planned = (action.planned for action in self._actions)
         return tuple(a.name for a in planned if any(setting.within for setting in a.settings))
 
-    def told(self) -> tuple[str, ...]:
+    def report(self) -> tuple[str, ...]:
         """When each action began and ended, one line each."""
         return tuple(map(str, self._actions))
 

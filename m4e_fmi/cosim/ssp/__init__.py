@@ -1,8 +1,8 @@
 """Systems as SSP 1.0 packages: a ZIP archive with SystemStructure.ssd and the FMUs.
 
-Start reading at `read` and `write`. `package` opens the archive and its XML files; `elements` is
-the tree of systems and components in it, `signals` what flows through its connectors, `parameters`
-the start values; `units` are shared by both ways.
+Start reading at `read` and `write`. `package` opens the archive and its XML files, and has their
+units; `elements` is the tree of systems and components in it, and what flows between them;
+`parameters` are the start values.
 Source: Modelica Association, System Structure and Parameterization 1.0.1, 2022.
 """
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 import hashlib
 import os
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.errors import InputError, Problem, is_file, is_other, suggestion
 from m4e_fmi.files.archives import ERRORS, opened_archive
@@ -24,6 +25,7 @@ from m4e_fmi.files.files_read import file_hash
 from m4e_fmi.files.limits import MB
 from m4e_fmi.files.writing import written
 from m4e_fmi.files.xml_text import Element, broken_names, check_size, xml_root
+from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
 
 SSD_FILE = "SystemStructure.ssd"
 PARAMETER_FILE = "resources/{}.ssv"
@@ -51,14 +53,13 @@ OSP = "com.opensimulationplatform"
 OSP_SPACE = "{http://opensimulationplatform.com/SSP/OSPAnnotations}"
 GRAPHICS = ("ElementGeometry", "ConnectorGeometry", "ConnectionGeometry", "SystemGeometry",
             "GraphicalElements")  # fmt: skip
-SUFFIX = ".ssp"
 """Suffix of an SSP package; any other file with a system is YAML."""
 
 
 class Package:
-    """A folder of files inside an archive; `problems` and `notes` collect what is found in them.
+    """A folder of files inside an archive; `problems` and `notes` collect the findings in them.
 
-    InputError at once if the archive is not readable, or should not be read.
+    InputError at once if the archive is not readable, or not safe to read.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -90,7 +91,7 @@ class Package:
         return Problem(message, remedy, file, element.sourceline or 0)
 
     def note(self, text: str) -> None:
-        """Note what is left out or changed."""
+        """Note a part that is left out or changed."""
         self.notes.setdefault(text)
 
     def pieces(self, name: str) -> Iterator[bytes]:
@@ -168,3 +169,47 @@ def unpack_member(package: Path, member: str, folder: Path) -> Path:
         for piece in archive.pieces(member):
             file.write(piece)
     return target
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A unit and what it adds after the factor (temperatures)."""
+
+    unit: Unit
+    offset: float = 0.0
+
+
+def read_units(root: Element) -> dict[str, Definition]:
+    """Units that a file defines, by name."""
+    found = {}
+    for element in root.iter(f"{SSC}Unit"):
+        base = element.find(f"{SSC}BaseUnit")
+        exponents = tuple(int(base.get(name, 0)) for name in BASE_UNITS)
+        unit = Unit(element.get("name"), exponents, float(base.get("factor", 1)))
+        found[unit.text] = Definition(unit, float(base.get("offset", 0)))
+    return found
+
+
+def unit_named(name: str, *known: Mapping[str, Definition]) -> Definition:
+    """The first definition of `name`, or what it says itself; ValueError if it says nothing."""
+    for definitions in known:
+        if name in definitions:
+            return definitions[name]
+    return Definition(parse_unit(name))
+
+
+def write_units(parent: Element, definitions: Mapping[str, Definition]) -> None:
+    """Append the element `Units` to `parent`, in its own namespace, if there are any."""
+    if not definitions:
+        return
+    units = etree.SubElement(parent, f"{{{etree.QName(parent).namespace}}}Units")
+    for name, definition in sorted(definitions.items()):
+        element = etree.SubElement(units, f"{SSC}Unit", name=name)
+        base = etree.SubElement(element, f"{SSC}BaseUnit")
+        for symbol, exponent in zip(BASE_UNITS, definition.unit.exponents, strict=True):
+            if exponent:
+                base.set(symbol, str(exponent))
+        if definition.unit.factor != 1.0:
+            base.set("factor", repr(definition.unit.factor))
+        if definition.offset:
+            base.set("offset", repr(definition.offset))

@@ -19,12 +19,14 @@ from m4e_fmi.cosim.ssp.package import (
     SSD,
     SSM,
     SSV,
+    Definition,
     Element,
     Package,
     checked,
     parse,
+    read_units,
+    unit_named,
 )
-from m4e_fmi.cosim.ssp.units import Definition, read_units, unit_named
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import TooLongError, read_bytes
 from m4e_fmi.files.limits import LARGEST_XML
@@ -35,7 +37,7 @@ Value = float | int | bool | str | Quantity
 
 
 @dataclass(frozen=True)
-class Parameter:
+class _Parameter:
     """A named value; a Real with a unit is a Quantity, an item of an enumeration its name."""
 
     name: str
@@ -95,7 +97,7 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
     return {parameter.name: parameter.value for parameter in _parameters(root, {})}
 
 
-def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[Parameter]:
+def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[_Parameter]:
     """The values of a ParameterSet; InputError for one that cannot be read."""
     own = read_units(root)
     for element in root.iterfind(f"{SSV}Parameters/{SSV}Parameter"):
@@ -116,12 +118,12 @@ def _parameters(root: Element, units: dict[str, Definition]) -> Iterator[Paramet
                 problem = Problem(f"parameter {name!r}: {error}", remedy, file, line)
                 raise InputError([problem]) from None
             result = Quantity(float(given), unit.unit, unit.offset)
-        yield Parameter(name, result, element)
+        yield _Parameter(name, result, element)
 
 
 def bound_parameters(
     package: Package, node: Node, units: dict[str, Definition]
-) -> Iterator[Parameter]:
+) -> Iterator[_Parameter]:
     """The values that the bindings of one element give, by names that count from there."""
     for binding in node.element.findall(f"{SSD}ParameterBindings/{SSD}ParameterBinding"):
         root = _content(

@@ -18,27 +18,26 @@ from pydantic import ValidationError
 
 from m4e_fmi.cosim.connections.connect import connect
 from m4e_fmi.cosim.connections.links import SAME_UNIT, Wiring
-from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, read_tree
+from m4e_fmi.cosim.ssp.elements import Node, Path, Signal, SignalPath, follow, read_edges, read_tree
 from m4e_fmi.cosim.ssp.package import (
     OSP_SPACE,
     OWN,
     SSC,
     SSD,
     SSD_FILE,
+    Definition,
     Element,
     Package,
+    read_units,
     unpack_member,
 )
 from m4e_fmi.cosim.ssp.parameters import Value, bound_parameters, targets
-from m4e_fmi.cosim.ssp.signals import Flow, follow, read_edges
-from m4e_fmi.cosim.ssp.units import Definition, read_units
 from m4e_fmi.cosim.system.component import Component, FmuFile
-from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
-from m4e_fmi.cosim.system.scenario_section import Action
+from m4e_fmi.cosim.system.connection_text import ConnectionText
 from m4e_fmi.cosim.system.simulation import Simulation, SimulationSection
-from m4e_fmi.cosim.system.system import System
+from m4e_fmi.cosim.system.system import Action, System
 from m4e_fmi.errors import InputError, suggestion
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.reading import Description, read_description
 from m4e_fmi.units import Unit
 
@@ -72,7 +71,8 @@ def read_ssp(path: str | pathlib.Path) -> System:
     start = _start(package, tree, flows, descriptions, units)
     inputs, outputs = _outside(package, tree, flows, names)
     simulation = _simulation(package, root)
-    connections = _connections(package, flows, names)
+    links = [f for f in flows if f.origin[0] in names and f.sink[0] in names]
+    connections = tuple(dict.fromkeys(_text(flow, names) for flow in links))
     if package.problems:
         raise InputError(dict.fromkeys(package.problems))
     title = root.get("name")
@@ -102,39 +102,42 @@ def read_ssp(path: str | pathlib.Path) -> System:
     )
     found = zip(system.components, (descriptions[node.path] for node in parts), strict=True)
     described = {component.name: component.described(d) for component, d in found}
-    return _with_buses(package, system, _annotation(root), described)
+    return _as_written(package, system, _annotation(root), described)
 
 
-def _with_buses(
+def _as_written(
     package: Package,
     system: System,
     told: Mapping[str, Any],
     descriptions: Mapping[str, Description],
 ) -> System:
-    """The system with the buses that its annotation tells of, if its connections mean the same."""
-    buses, connections = told.get("buses"), told.get("connections")
-    if not buses or not isinstance(buses, dict) or not isinstance(connections, list):
+    """The system with the texts of connections, and the buses, that its annotation tells of.
+
+    They are taken if they mean the same as the package's connections, which have no delays.
+    """
+    buses, connections = told.get("buses", {}), told.get("connections")
+    if not connections:
         return system
     try:
         units = {str(bus): dict(signals) for bus, signals in buses.items()}
         whole = replace(system, buses=units, connections=tuple(map(str, connections)))
         if _alike(connect(whole, descriptions), connect(system, descriptions)):
             return whole
-    except (InputError, TypeError, ValueError):
+    except (InputError, AttributeError, TypeError, ValueError):
         pass  # what stands alone is checked when the system is prepared
     package.note(
-        "its buses differ from the package's connections: components are connected directly"
+        "its connections are not those with which it was written: each variable is connected "
+        "alone, without buses and delays"
     )
     return replace(system, notes=tuple(package.notes))
 
 
 def _alike(one: Wiring, other: Wiring) -> bool:
-    """True if two wirings carry the same values."""
+    """True if two wirings carry the same values, but for delays."""
     mine, others = ({k.ends: k for k in wiring.all_links} for wiring in (one, other))
     return mine.keys() == others.keys() and all(
         math.isclose(link.factor, others[ends].factor, rel_tol=SAME_UNIT)
         and math.isclose(link.offset, others[ends].offset, rel_tol=SAME_UNIT, abs_tol=SAME_UNIT)
-        and link.delayed == others[ends].delayed
         for ends, link in mine.items()
     )
 
@@ -221,7 +224,7 @@ def _compared(
 def _start(
     package: Package,
     tree: Node,
-    flows: Iterable[Flow],
+    flows: Iterable[SignalPath],
     descriptions: dict[Path, Description],
     units: dict[str, Definition],
 ) -> dict[Path, dict[str, Value]]:
@@ -252,7 +255,7 @@ def _start(
 
 
 def _outside(
-    package: Package, tree: Node, flows: Iterable[Flow], names: dict[Path, str]
+    package: Package, tree: Node, flows: Iterable[SignalPath], names: dict[Path, str]
 ) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
     """The root system's own inputs and outputs, and what they stand for."""
     inputs: dict[str, list[str]] = {}
@@ -274,55 +277,10 @@ def _outside(
     return {name: tuple(ports) for name, ports in inputs.items()}, outputs
 
 
-def _connections(
-    package: Package, flows: Iterable[Flow], names: dict[Path, str]
-) -> tuple[str, ...]:
-    """Connection texts; those that our own annotation puts together are one text again."""
-    texts: dict[str, None] = {}
-    groups: dict[str, list[Flow]] = {}
-    for flow in flows:
-        if flow.origin[0] not in names or flow.sink[0] not in names:
-            continue
-        told = _annotation(flow.edges[0].element) if len(flow.edges) == 1 else {}
-        whole = told.get("connection")
-        if isinstance(whole, str):
-            groups.setdefault(whole, []).append(flow)
-            texts.setdefault(whole)
-        else:
-            texts.setdefault(_text(flow, names))
-    for whole, members in groups.items():
-        if not _agrees(whole, members, names):
-            package.note(
-                f"{whole!r} differs from the package's connections: its members stand alone"
-            )
-            place = list(texts)
-            at = place.index(whole)
-            place[at : at + 1] = [_text(flow, names) for flow in members]
-            texts = dict.fromkeys(place)
-    return tuple(texts)
-
-
-def _agrees(whole: str, members: list[Flow], names: dict[Path, str]) -> bool:
-    """True if connections are still the members of the text from which they were written."""
-    if {_annotation(flow.edges[0].element).get("of") for flow in members} != {len(members)}:
-        return False
-    try:
-        text = parse_connection(whole)
-    except InputError:
-        return False
-    ends = {text.left.partition(".")[0], text.right.partition(".")[0]}
-    way = (text.factor, text.offset, text.units_ignored)
-    return all(
-        {names[flow.origin[0]], names[flow.sink[0]]} == ends
-        and (flow.factor, flow.offset, flow.units_ignored) == way
-        for flow in members
-    )
-
-
-def _text(flow: Flow, names: dict[Path, str]) -> str:
+def _text(flow: SignalPath, names: dict[Path, str]) -> str:
     (origin, output), (sink, taken) = flow.origin, flow.sink
     return str(
-        Connection(
+        ConnectionText(
             f"{names[origin]}.{output}",
             f"{names[sink]}.{taken}",
             factor=flow.factor,
@@ -333,7 +291,7 @@ def _text(flow: Flow, names: dict[Path, str]) -> str:
 
 
 def _annotation(element: Element) -> dict[str, Any]:
-    """Content of our own annotation of an element, empty if there is none."""
+    """Content of our own annotation of an element, empty without one."""
     for annotation in element.findall(f"{SSD}Annotations/{SSC}Annotation"):
         if annotation.get("type") == OWN and len(annotation):
             try:
@@ -374,7 +332,6 @@ def _simulation(package: Package, root: Element) -> Simulation:
         package.note(f"names no step: {settings['step_size']:g} s is taken (--step-size)")
     try:
         return Simulation(**SimulationSection(**settings).model_dump())
-    except (ValidationError, InputError) as error:
-        text = error.problems[0].message if isinstance(error, InputError) else str(error)
-        package.reject(root, f"its experiment: {text}")
+    except ValidationError as error:
+        package.reject(root, f"its experiment: {error.errors()[0]['msg']}")
         return Simulation(STOP_TIME, STOP_TIME / STEPS)

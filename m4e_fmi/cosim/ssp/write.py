@@ -2,7 +2,7 @@
 
 Every connected variable becomes a connector, every link a connection; start values go into a
 parameter set for each component, where most tools look for them. What SSP has no place for is in
-annotations: which connections are one of ours (``a.m <-> b.end``), buses, through which values are
+annotations: connections as they were written (``a.m <-> b.end``), buses, through which values are
 connected from end to end, how to step, the components' own steps included, and the scenario; the
 system's step alone also in the words of the Open Simulation Platform.
 """
@@ -17,7 +17,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.cosim.connections.links import SAME_UNIT, Link, Port, conversion
 from m4e_fmi.cosim.connections.prepared import Prepared
@@ -32,11 +32,11 @@ from m4e_fmi.cosim.ssp.package import (
     SSD_FILE,
     SSV,
     VERSION,
+    Definition,
     Element,
+    write_units,
 )
-from m4e_fmi.cosim.ssp.units import Definition, write_units
-from m4e_fmi.cosim.system.component import Component
-from m4e_fmi.cosim.system.connection_text import Connection, parse_connection
+from m4e_fmi.cosim.system.connection_text import ConnectionText, parse_connection
 from m4e_fmi.cosim.system.start_values import start_values
 from m4e_fmi.files.writing import written
 from m4e_fmi.fmu.importer.opening import opened
@@ -113,8 +113,11 @@ def _description(
     root.set("generationTool", OWN)
     element = etree.SubElement(root, f"{SSD}System", name=system.name)
     ports = _connected(prepared)
-    enumerations = _enumerations(prepared, ports)
-    _system_connectors(prepared, element, enumerations)
+    items = dict.fromkeys(tuple(_variable(prepared, port).items.items()) for port in ports)
+    enumerations = {found: f"enumeration {k}" for k, found in enumerate(filter(None, items), 1)}
+    stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
+    own = ((name, _variable(prepared, Port.named(text))) for name, text in stand_for.items())
+    _connectors(element, own, enumerations)
     elements = etree.SubElement(element, f"{SSD}Elements")
     components = {component.name: component for component in system.components}
     for name, file in resources.items():
@@ -132,20 +135,17 @@ def _description(
             bindings = etree.SubElement(component, f"{SSD}ParameterBindings")
             source = PARAMETER_FILE.format(name)
             etree.SubElement(bindings, f"{SSD}ParameterBinding", source=source)
-        if own := _ours(components[name]):
-            _annotate(component, own)
-    _connections(prepared, element)
+        needs = {output: list(n) for output, n in components[name].dependencies.items()}
+        keys = {"step_size": components[name].step_size, "dependencies": needs}
+        if keys := {key: value for key, value in keys.items() if value}:
+            _annotate(component, keys)  # for which SSP has no place
+    connections = _connections(prepared, element)
+    if connections:
+        told = {"connections": connections, **told}
     _write_enumerations(root, enumerations)
     write_units(root, _units(prepared, ports))
     _experiment(prepared, root, told)
     return root
-
-
-def _ours(component: Component) -> dict[str, Any]:
-    """Keys of a component in system files for which SSP has no place."""
-    needs = {name: list(inputs) for name, inputs in component.dependencies.items()}
-    given = {"step_size": component.step_size, "dependencies": needs}
-    return {key: value for key, value in given.items() if value}
 
 
 def _connected(prepared: Prepared) -> list[Port]:
@@ -160,11 +160,6 @@ def _connected(prepared: Prepared) -> list[Port]:
 
 Enumerations = dict[tuple[tuple[str, int], ...], str]
 """Items and their numbers → the name that the package gives to the enumeration."""
-
-
-def _enumerations(prepared: Prepared, ports: Iterable[Port]) -> Enumerations:
-    items = dict.fromkeys(tuple(_variable(prepared, port).items.items()) for port in ports)
-    return {found: f"enumeration {k}" for k, found in enumerate(filter(None, items), 1)}
 
 
 def _write_enumerations(root: Element, enumerations: Enumerations) -> None:
@@ -194,39 +189,31 @@ def _connectors(
             kind.set("name", enumerations[tuple(variable.items.items())])
 
 
-def _system_connectors(prepared: Prepared, parent: Element, enumerations: Enumerations) -> None:
-    system = prepared.system
-    stand_for = {name: texts[0] for name, texts in system.inputs.items()} | dict(system.outputs)
-    found = ((name, _variable(prepared, Port.named(text))) for name, text in stand_for.items())
-    _connectors(parent, found, enumerations)
-
-
-def _connections(prepared: Prepared, parent: Element) -> None:
+def _connections(prepared: Prepared, parent: Element) -> list[str]:
+    """Write all links; texts of connections that mean the same, without buses."""
     system, links = prepared.system, prepared.wiring.all_links
     outer = [(None, name, *text.split(".", 1)) for name, t in system.inputs.items() for text in t]
     outer += [(*text.split(".", 1), None, name) for name, text in system.outputs.items()]
     if not links and not outer:
-        return
+        return []
     connections = etree.SubElement(parent, f"{SSD}Connections")
     for ends in outer:
         _connection(connections, *ends)
+    texts: list[str] = []
     for index, text in enumerate(system.connections):
         members = [link for link in links if link.connection == index]
         written = parse_connection(text)
         components = {end.partition(".")[0] for end in (written.left, written.right)}
         direct = components.issuperset(port.component for link in members for port in link.ends)
-        for link in members:
-            way = written if direct else _from_end_to_end(link, prepared)
+        ways = [written if direct else _from_end_to_end(link, prepared) for link in members]
+        for link, way in zip(members, ways, strict=True):
             ends = (text for port in link.ends for text in (port.component, port.variable))
-            element = _connection(connections, *ends)
-            _transform(element, way)
-            whole = members if direct else [link]
-            if not _stands_alone(way, whole):
-                content = {"connection": text if direct else str(way), "of": len(whole)}
-                _annotate(element, content)
+            _transform(_connection(connections, *ends), way)
+        texts += [text] if direct else map(str, ways)
+    return texts
 
 
-def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
+def _from_end_to_end(link: Link, prepared: Prepared) -> ConnectionText:
     """The text of a link, whose factor and offset act after the conversion of units."""
     give, take = (_variable(prepared, port) for port in link.ends)
     one, other = give.dimension, take.dimension
@@ -235,7 +222,7 @@ def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
     factor = link.factor / scale
     if math.isclose(factor, 1.0, rel_tol=SAME_UNIT):
         factor = 1.0
-    return Connection(
+    return ConnectionText(
         str(link.source),
         str(link.target),
         factor=factor,
@@ -243,13 +230,6 @@ def _from_end_to_end(link: Link, prepared: Prepared) -> Connection:
         units_ignored=ignored,
         delayed=link.delayed,
     )
-
-
-def _stands_alone(written: Connection, members: list[Link]) -> bool:
-    """True if the one link says all that the text does."""
-    if written.both_ways or written.delayed or len(members) != 1:
-        return False
-    return (written.left, written.right) == (str(members[0].source), str(members[0].target))
 
 
 def _connection(parent: Element, *ends: str | None) -> Element:
@@ -261,7 +241,7 @@ def _connection(parent: Element, *ends: str | None) -> Element:
     return element
 
 
-def _transform(element: Element, written: Connection) -> None:
+def _transform(element: Element, written: ConnectionText) -> None:
     if written.units_ignored:
         element.set("suppressUnitConversion", "true")
     if (written.factor, written.offset) != (1.0, 0.0):

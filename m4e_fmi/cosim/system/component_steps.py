@@ -7,8 +7,16 @@ from dataclasses import replace
 from fractions import Fraction
 
 from m4e_fmi.cosim.system.component import Component
-from m4e_fmi.cosim.system.component_step import ComponentStep, common_step, fits, rate, seconds
-from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation, is_whole
+from m4e_fmi.cosim.system.simulation import (
+    NS_PER_SECOND,
+    ComponentStep,
+    Simulation,
+    common_step,
+    fits,
+    is_whole,
+    rate,
+    seconds,
+)
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.fmu.importer.reading import Description

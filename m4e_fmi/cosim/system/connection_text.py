@@ -32,7 +32,7 @@ _OPERATOR = re.compile(r"\s[*/+-]\s")
 
 
 @dataclass(frozen=True)
-class Connection:
+class ConnectionText:
     """A connection's text in parts: target = `factor` · source + `offset`.
 
     `left` and `right` are ``component.name``; with `both_ways` they name groups, whose members
@@ -67,7 +67,7 @@ def unknown_component(end: str, known: Collection[str]) -> Problem | None:
     return Problem(f"unknown component {component!r}", remedy)
 
 
-def parse_connection(text: str) -> Connection:
+def parse_connection(text: str) -> ConnectionText:
     """The parts of a connection's text; InputError if it is not a connection."""
     if text.count("->") > 1:
         remedy = "write a connection for each pair"
@@ -79,7 +79,7 @@ def parse_connection(text: str) -> Connection:
     factor, offset = float(match["factor"] or 1.0), float(match["offset"] or 0.0)
     if match["sign"] == "-":
         offset = -offset
-    found = Connection(
+    found = ConnectionText(
         match["left"],
         match["right"],
         both_ways=match["arrow"] == "<->",
@@ -92,7 +92,7 @@ def parse_connection(text: str) -> Connection:
     return found
 
 
-def _check(found: Connection) -> None:
+def _check(found: ConnectionText) -> None:
     """InputError for parts that a connection cannot have."""
     factor, offset = found.factor, found.offset
     if _OPERATOR.search(found.left):

@@ -1,30 +1,206 @@
-"""Settings of a simulation: times, algorithm and tolerances, checked."""
+"""Settings of a simulation, checked, and steps of components in it.
+
+Times are read from texts as exact fractions; the master counts them in whole nanoseconds. A
+component may have a step of its own, h, beside the macro step H of the system. Either H = n h: it
+makes n steps in each macro step; or h = m H: it makes one in every m-th. Its points are then points
+of the system, or lie between them at equal distances, and never drift away from them: they are
+integers, converted to floating point only where the FMU is called. Where h = p/q H is neither, the
+system steps by the longest part of H that meets all points (`common_step`).
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import re
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Annotated, SupportsFloat, SupportsIndex
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationError, model_validator
 
-from m4e_fmi.cosim.system.component_step import NS_PER_SECOND, TIMES, nanoseconds, time_of
 from m4e_fmi.coupling_algorithms import DEFAULT_ALGORITHM, algorithm_names
 from m4e_fmi.errors import InputError, Problem, suggestion
-from m4e_fmi.files.document import Section, rejected
+from m4e_fmi.files.document import Section, rejected, rejected_at
 from m4e_fmi.files.limits import LONGEST_RUN, beyond_limits
+from m4e_fmi.units import parse_unit
 
+NS_PER_SECOND = 1_000_000_000
+"""Nanoseconds, in which the master counts time."""
+FINEST = 10
+"""Most parts into which the given step of a system is divided to meet the points of all."""
+HUGE = re.compile(r"e[+-]?\d{3}", re.IGNORECASE)
+"""An exponent that no step has, and that takes forever as a fraction."""
+TIMES = "give a number of seconds, or a text as '10 ms' or '1/3 ms', a blank before the unit"
+"""Remedy for a text that is not a duration."""
+DIGITS = 5e-6
+"""Relative error of a step written in decimals: 0.000333333 s is a third of 1 ms."""
 ODD = 1e-3
 """Nanoseconds by which a time may miss whole ones for being a number in floating point."""
-
 TOLERANCES = ("tolerance", "coupling_tolerance")
 CHECKPOINTS = ("checkpoint_interval", "checkpoint_wall_interval")
 OPTIONAL = ("output_interval", *CHECKPOINTS, *TOLERANCES)
 NUMBERS = ("stop_time", "step_size", "start_time", *OPTIONAL)
 """Settings of a simulation that are numbers."""
+
+
+def nanoseconds(time: float) -> int:
+    """A time [s] as the master counts it [ns]."""
+    return round(time * NS_PER_SECOND)
+
+
+@dataclass(frozen=True)
+class ComponentStep:
+    """A component's own step [s]: `pieces` in each macro step, or one in `every` so many.
+
+    `constant`: its FMU makes no other steps. `adaptive`: the steps of the system change, its own
+    change with them, and `step` is the longest. `held`: it steps by the system's step and holds its
+    outputs in between, as a digital controller does.
+    """
+
+    step: float
+    pieces: int = 1
+    every: int = 1
+    constant: bool = False
+    adaptive: bool = False
+    held: bool = False
+
+    @property
+    def step_ns(self) -> int:
+        """`step` as the master counts it [ns]."""
+        return nanoseconds(self.step)
+
+    @property
+    def is_longer(self) -> bool:
+        """True if inputs and outputs stand still all through it."""
+        return self.held or self.every > 1
+
+    @property
+    def shortens(self) -> bool:
+        """True if the steps of the system may be shorter than usual."""
+        return self.is_longer or not self.constant
+
+    def __str__(self) -> str:
+        if self.adaptive and self.pieces == 1:
+            return (
+                f"is stepped with the system, whose steps are of {self.step:g} s at most, for the "
+                "coupling_tolerance: it is not sampled at its step_size"
+            )
+        if self.adaptive:
+            return (
+                f"makes {self.pieces} steps in each of the system's, of {self.step:g} s at most, "
+                "for the coupling_tolerance: not all are of its step_size"
+            )
+        only = " (the only size of step that its FMU makes)" if self.constant else ""
+        how = f"steps by {self.step:g} s{only}"
+        if self.held:
+            return f"{how}, and holds its outputs in between"
+        if self.is_longer:
+            return f"{how}, once in {self.every} steps"
+        return f"{how}, {self.pieces} times in each step" if self.pieces > 1 else how
+
+
+def seconds(given: float | str) -> Fraction:
+    """The time [s] of a number of seconds or a text as ``"10 ms"``, ``"1/3 ms"``.
+
+    InputError if `given` is not a duration, or not above zero.
+    """
+    try:
+        found = time_of(str(given))
+    except ValueError:
+        message = f"step_size {given!r} is not a valid duration"
+        raise InputError.single(message, TIMES) from None
+    if found <= 0:
+        raise InputError.single(f"step_size {given!r}: expected more than 0 s", TIMES)
+    return found
+
+
+def time_of(text: str) -> Fraction:
+    """The time [s] of a text: ``"10 ms"``, ``"1/3 ms"`` or ``"0.1"``; ValueError if it has none."""
+    number, _, unit = text.strip().partition(" ")
+    scale = parse_unit(unit.strip() or "s")
+    if HUGE.search(number) or not scale.same_dimension(parse_unit("s")):
+        raise ValueError(f"{text!r} is not a valid duration")
+    try:
+        return Fraction(number) * Fraction(str(scale.factor))
+    except ZeroDivisionError:
+        raise ValueError(f"{text!r} is not a valid duration") from None
+
+
+def common_step(
+    macro: Fraction, steps: Mapping[str, Fraction]
+) -> tuple[Fraction, dict[str, Problem]]:
+    """The longest step [s], `macro` or a part of it, to which all own `steps` of components fit.
+
+    It is of whole nanoseconds. Own steps that fit to no such step, or to none of reasonable length,
+    have a problem each, by component.
+    """
+    problems: dict[str, Problem] = {}
+    found, before = macro, Fraction(0)
+    while found != before:
+        before = found
+        for name, step in steps.items():
+            if name in problems or fits(step, found):
+                continue
+            # the largest time of which both are multiples
+            a, b = step.as_integer_ratio(), found.as_integer_ratio()
+            finer = Fraction(math.gcd(a[0] * b[1], b[0] * a[1]), a[1] * b[1])
+            if macro / finer > FINEST or (finer * NS_PER_SECOND).denominator > 1:
+                problems[name] = (
+                    _misfit(step, macro) if not fits(step, macro) else _clash(step, steps)
+                )
+            else:
+                found = finer
+    return found, problems
+
+
+def fits(step: Fraction, macro: Fraction) -> bool:
+    """True if one of the two is a multiple of the other."""
+    ratio = max(step, macro) / min(step, macro)
+    return abs(ratio - round(ratio)) <= DIGITS * ratio
+
+
+def rate(step: Fraction, macro: Fraction, *, constant: bool = False) -> ComponentStep:
+    """The step of a component that steps by `step` in a system that steps by `macro` [s].
+
+    InputError if neither is a multiple of the other.
+    """
+    if not fits(step, macro):
+        raise InputError([_misfit(step, macro)])
+    count = round(max(step, macro) / min(step, macro))
+    if step > macro and count > 1:
+        return ComponentStep(float(count * macro), every=count, constant=constant)
+    return ComponentStep(float(macro / count), pieces=count, constant=constant)
+
+
+def _clash(step: Fraction, steps: Mapping[str, Fraction]) -> Problem:
+    """The problem of a step that fits to the system's, but not to another component's."""
+    other = next(name for name, one in steps.items() if not fits(step, one))
+    message = f"step_size {float(step):g} s and {float(steps[other]):g} s of {other!r} do not meet"
+    return Problem(message, "take steps of which one is a multiple of the other")
+
+
+def _misfit(step: Fraction, macro: Fraction) -> Problem:
+    """The problem of a step that does not fit to the system's, with the nearest that do."""
+    own, whole = float(step), float(macro)
+    if step < macro:
+        message = f"step_size {own:g} s goes {whole / own:g} times into the system's {whole:g} s"
+        fewer = int(macro / step)
+        fitting = f"{_written(macro / (fewer + 1))} or {_written(macro / fewer)}"
+        systems = f"{_written(step * fewer)} or {_written(step * (fewer + 1))}"
+    else:
+        message = f"step_size {own:g} s is {own / whole:g} times the system's {whole:g} s"
+        fewer = int(step / macro)
+        fitting = f"{_written(macro * fewer)} or {_written(macro * (fewer + 1))}"
+        systems = f"{_written(step / (fewer + 1))} or {_written(step / fewer)}"
+    return Problem(message, f"take {fitting}, or for the system {systems}")
+
+
+def _written(time: Fraction) -> str:
+    """A time as text: in decimals, if it has few digits, else as a fraction."""
+    text = f"{float(time):.12g}"
+    return f"{text} s" if Fraction(text) == time else f"{time} s"
 
 
 @dataclass(frozen=True)
@@ -96,7 +272,7 @@ class Simulation:
             except InputError as error:
                 problems += error.problems
         if not problems:
-            problems = [*_time_problems(self), *_interval_problems(self), *_other_problems(self)]
+            problems = list(_problems(self))
         if not problems:
             span = self.stop_time - self.start_time
             intervals = {"output_interval": self.output_interval, "step_size": self.step_size}
@@ -143,7 +319,7 @@ Time = Annotated[float, BeforeValidator(_in_seconds)]
 
 
 class SimulationSection(Section):
-    """A Simulation as files have it."""
+    """A Simulation as files have it, with the same problems."""
 
     stop_time: Time
     step_size: Time
@@ -155,13 +331,22 @@ class SimulationSection(Section):
     checkpoint_interval: Time | None = None
     checkpoint_wall_interval: Time | None = None
 
+    @model_validator(mode="after")
+    def _fitting(self) -> SimulationSection:
+        try:
+            Simulation(**self.model_dump())
+        except InputError as error:
+            wrong = [rejected_at(p.keys, p.message, p.remedy) for p in error.problems]
+            raise ValidationError.from_exception_data("simulation", wrong) from None
+        return self
+
 
 def _problem(key: str, message: str, remedy: str) -> Problem:
     return Problem(message, remedy, keys=(key,))
 
 
-def _time_problems(simulation: Simulation) -> Iterator[Problem]:
-    """Problems of start time, stop time and step."""
+def _problems(simulation: Simulation) -> Iterator[Problem]:
+    """Problems of the times, the tolerances, the checkpoints and the algorithm."""
     span = simulation.stop_time - simulation.start_time
     step = simulation.step_size
     if not (math.isfinite(span) and span > 0):
@@ -176,20 +361,12 @@ def _time_problems(simulation: Simulation) -> Iterator[Problem]:
     elif span > 0 and step > span:
         text = f"step_size {step:g} s is longer than the run of {span:g} s"
         yield _problem("step_size", text, f"take {span:g} s or less, or a longer run")
-
-
-def _interval_problems(simulation: Simulation) -> Iterator[Problem]:
-    """The problem of an output interval that is not a multiple of the step."""
-    interval, step = simulation.output_interval, simulation.step_size
-    if interval is None:
-        return
-    if not abs(interval) <= LONGEST_RUN:
+    interval = simulation.output_interval
+    if interval is not None and not abs(interval) <= LONGEST_RUN:
         text = f"output_interval {interval:g} s: expected a multiple of step_size"
         yield _problem("output_interval", text, "leave it out for a row after every step")
-    elif step <= LONGEST_RUN and step * NS_PER_SECOND >= 1:
+    elif interval is not None and step <= LONGEST_RUN and not _is_multiple(interval, step):
         count = nanoseconds(interval) / simulation.step_ns
-        if count >= 1 and count == int(count):
-            return
         text = f"output_interval {interval:g} s is not a multiple of step_size {step:g} s"
         remedy = f"take {max(1, round(count)) * step:g} s, or leave it out"
         if not is_whole(step):
@@ -200,10 +377,6 @@ def _interval_problems(simulation: Simulation) -> Iterator[Problem]:
             nearest = _fitting(step, interval)
             remedy = f"take a step_size of {nearest:.12g} s, or leave output_interval out"
         yield _problem("output_interval", text, remedy)
-
-
-def _other_problems(simulation: Simulation) -> Iterator[Problem]:
-    """Problems of the tolerances, the checkpoints and the algorithm."""
     for key in CHECKPOINTS:
         interval = getattr(simulation, key)
         if interval is not None and not 0 < interval <= LONGEST_RUN:
@@ -217,6 +390,12 @@ def _other_problems(simulation: Simulation) -> Iterator[Problem]:
     if simulation.algorithm not in algorithm_names():
         text = f"unknown algorithm {simulation.algorithm!r}"
         yield _problem("algorithm", text, suggestion(simulation.algorithm, algorithm_names()))
+
+
+def _is_multiple(interval: float, step: float) -> bool:
+    """True if `interval` is a multiple of `step`, or `step` [s] is less than a nanosecond."""
+    whole, part = nanoseconds(interval), nanoseconds(step)
+    return step * NS_PER_SECOND < 1 or (whole >= part and whole % part == 0)
 
 
 def is_whole(time: float) -> bool:

@@ -297,8 +297,8 @@ class EnergyBalance:
 def _passed(rates: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Integrals (steps, n) over steps of `sizes` (steps, 1) [s] of `rates` (steps + 1, n).
 
-    Trapezoids, less H³/12 times the mean second derivative at both ends, as far as it is known from
-    points beside the step: neighbouring steps must be of like size, which those at a jump are not.
+    Trapezoids, less H³/12 times the mean second derivative at both ends, if it is known from
+    points beside the step: neighbouring steps must be of like size, which is not so at a jump.
     """
     found = sizes / 2 * (rates[1:] + rates[:-1])
     if len(sizes) < 2:

@@ -11,21 +11,24 @@ from typing import Protocol, cast
 import numpy as np
 
 from m4e_fmi.cosim.connections.links import Port
-from m4e_fmi.cosim.exchange.discrete import Switches
-from m4e_fmi.cosim.exchange.events import event_count, is_over, telling
 from m4e_fmi.cosim.exchange.failures import DiscardedError, EndWithinError, EventWithinError
-from m4e_fmi.cosim.exchange.native_executor import State
 from m4e_fmi.cosim.exchange.network import Network
 from m4e_fmi.cosim.exchange.operations import Operation
-from m4e_fmi.cosim.exchange.step_loop import Schedule, StepLoop
+from m4e_fmi.cosim.exchange.schedule import LoopState, Schedule, StepLoop
 from m4e_fmi.cosim.results.writer import ResultsWriter
-from m4e_fmi.cosim.stepping.algorithm import Algorithm, ErrorEstimating, Undoing
-from m4e_fmi.cosim.stepping.scheduled import Scheduled, step_loop
+from m4e_fmi.cosim.stepping.algorithm import (
+    Algorithm,
+    ErrorEstimating,
+    Scheduled,
+    Undoing,
+    step_loop,
+)
 from m4e_fmi.cosim.stepping.step_control import SMALLEST, StepControl
 from m4e_fmi.cosim.system.simulation import NS_PER_SECOND, Simulation
 from m4e_fmi.cosim.time_loop.energy import BLOCK as ENERGY_BLOCK
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 from m4e_fmi.cosim.time_loop.time_events import NEVER, TimeEvents, in_nanoseconds
+from m4e_fmi.errors import RunError
 
 MOST_DISCARDED = 128
 """Attempts that may be discarded within one step of the simulation's size, if they become SHORT."""
@@ -36,7 +39,7 @@ SHORT = 1e-3
 
 
 class Watcher(Protocol):
-    """Looks at every step of a run; where many are made at once, as far as there is `room`.
+    """Checks every step of a run; if many are made at once, no more than `room` allows.
 
     Its `operations` are performed after each step, in rows of a block.
     """
@@ -50,6 +53,40 @@ class Watcher(Protocol):
     def after(
         self, steps: int, size: int, row: int, *, jumped: bool = False, within: bool = False
     ) -> None: ...
+
+
+@dataclass
+class Switches:
+    """Steps of a run at whose end values had changed, within the step: `count`, the `first`.
+
+    `late` is the longest of these steps [s]. What a component gives at points of its own, or with
+    its events, does not count: it changes at that very time.
+    """
+
+    count: int = 0
+    first: str = ""
+    late: float = 0.0
+
+    def note(self, changed: Sequence[Port], time: float, size: float) -> None:
+        """Account for these changes at the end of a step of `size` [s], at `time` [s]."""
+        if not changed:
+            return
+        self.count += 1
+        self.first = self.first or f"{changed[0]} at t = {time:.9g} s"
+        self.late = max(self.late, size)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Warnings about them, one line each."""
+        if not self.count:
+            return ()
+        steps = "one step" if self.count == 1 else f"{self.count} steps"
+        ours = self.first.startswith("scenario.")
+        what = "actions of the scenario came due" if ours else "values that are not Real changed"
+        return (
+            f"{what} within {steps} (first {self.first}): they act from "
+            f"the end of the step on, up to {self.late:g} s later than the values they follow",
+        )
 
 
 @dataclass
@@ -107,10 +144,8 @@ class TimeLoop:
         self._every = 1 if in_steps else simulation.output_ns
         self._time_events = TimeEvents(network)
         self._has_time_events = bool(self._time_events)
-        self._telling = telling(network.instances.values())
-        self._events = tuple(instance.events for instance in network.instances.values())
         self._note = Schedule(watcher.operations if watcher else ())
-        self._running: State | None = None
+        self._running: LoopState | None = None
         start = self._start
         self.position = Position(start, start, 0, 0, NEVER, Switches(), 0, start, NEVER, 1)
 
@@ -129,14 +164,14 @@ class TimeLoop:
         every = -(-self._every // self._size)
         loop = step_loop(self._algorithm, self._network, noted, rows, every=every)
         if loop:
-            anywhere = self._singly or self._telling  # where rows end is not known before
+            anywhere = self._singly or self._network.telling  # where rows end is not known before
             loop.state.rows_from = self._start if anywhere else self._stop
         return loop
 
     @property
     def over(self) -> bool:
         """True if an FMU has asked for the end of the simulation."""
-        return is_over(self._events)
+        return self._network.is_over
 
     def halt(self) -> None:
         """End what `advance` does at the next point, called by another thread."""
@@ -235,12 +270,12 @@ class TimeLoop:
 
     def _single(self, size: int) -> None:
         """Make a step of `size` [ns], or what FMUs and control allow."""
-        at, before = self.position, event_count(self._telling)
+        at, before = self.position, self._event_count()
         size = self._step(size)
         at.now += size
         full = (at.now - self._start) % self._size == 0
         at.cap = NEVER if full else max(at.cap, 2 * size)
-        within = event_count(self._telling) > before and at.now != at.jump
+        within = self._event_count() > before and at.now != at.jump
         jumped = within or at.now == at.jump
         if jumped:
             self._network.forget()
@@ -253,6 +288,32 @@ class TimeLoop:
             self._watcher.after(1, size, 0, jumped=jumped or bool(changed), within=within)
         if at.now == self._stop or self.over or at.now >= at.row + self._every:
             self._record()
+
+    def explained(self, error: RunError) -> RunError:
+        """`error`, or the error of an FMU that discards steps of all lengths."""
+        if not isinstance(error, DiscardedError) or isinstance(error, EventWithinError):
+            return error
+        step_size = self._size / NS_PER_SECOND
+        sizes = f"{step_size:g} s down to {error.size:.3g} s"
+        if error.size <= 2 * SMALLEST * step_size:
+            tried = f"every step from there, of {sizes}"
+        elif self.position.discarded >= MOST_DISCARDED:
+            since = self.position.full / NS_PER_SECOND
+            tried = f"{self.position.discarded} steps since t = {since:.9g} s, of {sizes}"
+        else:
+            return error
+        first = "fix the problem stated by the FMU first"
+        return RunError(
+            f"{error.message}; {error.component} has discarded {tried}",
+            f"{first}; "
+            * error.remedy.startswith(first)
+            + f"no step_size helps: check what {error.component} cannot compute there, and at "
+            "its inputs in the results",
+        )
+
+    def _event_count(self) -> int:
+        """How many events there were, in steps that were taken back, too."""
+        return sum(instance.events.handled for instance in self._network.telling)
 
     def _switched(self, changed: Sequence[Port], size: int) -> bool:
         """Note outputs that have `changed` at the present point; whether within the last step."""

@@ -41,21 +41,22 @@ def model_identifier(name: str) -> str:
     return identifier
 
 
-def license_files(*, pythonfmu: bool, binaries: Iterable[str]) -> dict[str, bytes]:
+def license_files(files: Iterable[str], *, native: bool) -> dict[str, bytes]:
     """Name in the archive → text: an overview, and each license of what the FMU holds.
 
-    Sources: FMI Specification 2.0.4, section 2.3; 3.0.2, section 2.5.1. `binaries` are the names of
-    its libraries in the archive. The model itself is its author's, who may say more by
-    documentation of the same names.
+    Sources: FMI Specification 2.0.4, section 2.3; 3.0.2, section 2.5.1. `files` are the names of
+    the others in the archive. The model itself is its author's, who may say more by documentation
+    of the same names.
     """
-    packages = ["m4e_fmi", "pythonfmu"] if pythonfmu else ["m4e_fmi"]
-    texts = {name: _license(name) for name in packages}
+    texts = {
+        name: _license(name) for name in (("m4e_fmi",) if native else ("m4e_fmi", "pythonfmu"))
+    }
     start_up = packaged("fmi", PLATFORMS["x86_64-windows"], START_UP)
-    if start_up is not None and any(name.endswith(".dll") for name in binaries):
+    if native and start_up is not None and any(name.endswith(".dll") for name in files):
         texts["mingw-w64"] = start_up.read_bytes()
     overview = "".join(f"{_HOLDS[name]}; see {name}.txt\n" for name in texts)
-    files = {f"{LICENSES}/{name}.txt": text for name, text in texts.items()}
-    return {f"{LICENSES}/license.txt": f"This FMU holds\n{overview}".encode(), **files}
+    licenses = {f"{LICENSES}/{name}.txt": text for name, text in texts.items()}
+    return {f"{LICENSES}/license.txt": f"This FMU holds\n{overview}".encode(), **licenses}
 
 
 @cache

@@ -73,18 +73,14 @@ class Grouped:
         return "; ".join(texts)
 
 
-@dataclass(frozen=True)
-class Place:
-    """Where a scalar is: value reference of its variable, and element, counting from 1."""
-
-    reference: int
-    element: int
+Place = tuple[int, int]
+"""Where a scalar is: value reference of its variable, and element, counting from 1."""
 
 
 def places(variables: Sequence[Grouped]) -> dict[str, Place]:
     """Name of each scalar → its place. Value references count the variables from 0."""
     return {
-        member.name: Place(reference, element)
+        member.name: (reference, element)
         for reference, variable in enumerate(variables)
         for element, member in enumerate(variable.members, start=1)
     }
@@ -131,7 +127,7 @@ def dependencies(variable: FmuVariable, *, initial: bool) -> list[tuple[str, str
 
 
 def layout_files(description: ModelDescription, variables: Sequence[Grouped]) -> dict[str, bytes]:
-    """Name in `resources` → content: which scalars a value reference of FMI 3.0 stands for.
+    """Name in the archive → content: which scalars a value reference of FMI 3.0 stands for.
 
     All are lines of numbers; scalars are numbered as the value references of FMI 2.0 are, time
     last. `variables.txt` has a line for each value reference: its scalars. `dependencies.txt` has
@@ -145,13 +141,14 @@ def layout_files(description: ModelDescription, variables: Sequence[Grouped]) ->
         lines.append(" ".join(str(numbers[m.name]) for m in variable.members))
         initial = variable.first.causality == "calculatedParameter"
         for member in variable.members:
-            here = place[member.name]
             for name, kind in dependencies(member, initial=initial) or ():
-                on = place[name]
-                line = f"{here.reference} {here.element} {on.reference} {on.element}"
-                needs.append(f"{line} {KIND_NUMBERS[kind]}")
+                indices = (*place[member.name], *place[name], KIND_NUMBERS[kind])
+                needs.append(" ".join(map(str, indices)))
     texts = {"variables.txt": lines, "dependencies.txt": needs}
-    return {name: "".join(f"{x}\n" for x in text).encode() for name, text in texts.items()}
+    return {
+        f"resources/{name}": "".join(f"{x}\n" for x in text).encode()
+        for name, text in texts.items()
+    }
 
 
 def _candidates(names: Sequence[str]) -> dict[str, tuple[tuple[int, ...], list[str]]]:
@@ -227,7 +224,7 @@ def _group_of(found: Mapping[str, Grouped]) -> dict[str, Grouped]:
 
 
 def _unfit(found: Mapping[str, Grouped], variables: Collection[FmuVariable]) -> list[str]:
-    """Names of the arrays that are derivatives of what is none, or have scalars as derivatives."""
+    """Names of arrays that are derivatives of other things, or have scalars as derivatives."""
     members = _group_of(found)
     arrays = {tuple(m.name for m in group.members) for group in found.values()}
     of_scalars = {v.derivative_of for v in variables if v.name not in members}

@@ -7,16 +7,42 @@ same source gives the same bytes.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.fmu.export.archive import write_archive
+from m4e_fmi.fmu.export.archive import (
+    content_guid,
+    license_files,
+    model_identifier,
+    write_archive,
+)
+from m4e_fmi.fmu.export.arrays import grouped, layout_files
 from m4e_fmi.fmu.export.build_record import BuildRecord, write_record
-from m4e_fmi.fmu.export.description import Options, PythonSource, asked, described, shown
-from m4e_fmi.fmu.export.native_fmu import native_fmu_files
-from m4e_fmi.fmu.export.python_fmu import python_fmu_files, python_slave
+from m4e_fmi.fmu.export.description import (
+    ModelDescription,
+    Options,
+    PythonSource,
+    asked,
+    described,
+    shown,
+)
+from m4e_fmi.fmu.export.model_description import (
+    BUILD,
+    NATIVE_2,
+    NATIVE_3,
+    PYTHON,
+    XML,
+    build_description_xml,
+    model_description_xml,
+    terminals_xml,
+    with_guid,
+)
+from m4e_fmi.fmu.export.native_fmu import SETTINGS, native_members
+from m4e_fmi.fmu.export.python_fmu import python_members, python_slave
+from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import Program
 
 OF_PROGRAMS = ("native", "fmi", "method", "outputs", "rename")
@@ -87,10 +113,11 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
         program = shown(source, options)
         description = described(program, options)
         if options.native:
-            return native_fmu_files(program, description, options)
-        slave = python_slave(program, description, options.method)
-        return python_fmu_files(slave, options.documentation)
-    if not isinstance(source, PythonSource):  # pyright: ignore[reportUnnecessaryIsInstance]
+            members = native_members(program, description, options)
+        else:
+            members = python_members(python_slave(program, description, options.method))
+        return _with_description(members, description, options)
+    if not isinstance(source, PythonSource):
         message = f"expected a Program or a PythonSource, got {type(source).__name__}"
         raise InputError.single(message, "model_program makes that of a model, or of a model file")
     for name in OF_PROGRAMS:
@@ -99,4 +126,30 @@ def fmu_files(source: Program | PythonSource, options: Options) -> dict[str, byt
             message = f"{source.description.name} is Python code: it cannot {what}"
             raise InputError.single(message, f"build it without {name}")
     description = asked(source.description, options)
-    return python_fmu_files(replace(source, description=description), options.documentation)
+    members = python_members(replace(source, description=description))
+    return _with_description(members, description, options)
+
+
+def _with_description(
+    files: dict[str, bytes], description: ModelDescription, options: Options
+) -> dict[str, bytes]:
+    """Members of an FMU with its description, licenses and documentation, and what follows."""
+    files |= license_files(files, native=options.native) | dict(options.documentation)
+    identifier, variables = model_identifier(description.name), grouped(description, options.fmi)
+    sources = [Path(name).name for name in files if re.fullmatch(r"sources/.*\.c", name)]
+    form = NATIVE_2 if options.native else PYTHON
+    if options.fmi == "3":
+        form = NATIVE_3
+        files |= layout_files(description, variables)
+        if sources:
+            files[BUILD] = build_description_xml(identifier, sources)
+        if terminals := terminals_xml(variables):
+            files[TERMINALS] = terminals
+    xml = model_description_xml(
+        description, variables, form, model_identifier=identifier, sources=sources
+    )
+    guid = content_guid(files, xml)
+    if options.native:
+        files[SETTINGS] = f"{guid} ".encode() + files[SETTINGS]
+    files[XML] = with_guid(xml, guid)
+    return files

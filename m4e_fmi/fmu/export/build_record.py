@@ -12,7 +12,7 @@ import json
 import os
 from pathlib import Path
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from m4e_fmi.files.document import Section
 from m4e_fmi.files.files_read import are_unchanged, file_hash
@@ -42,7 +42,7 @@ def read_record(fmu: Path) -> BuildRecord | None:
     """The record of an FMU that was built here and is as it was then; None for any other file."""
     try:
         record = BuildRecord.model_validate(json.loads(_place(fmu).read_bytes()))
-    except (OSError, ValueError, RecursionError, ValidationError):
+    except (OSError, ValueError, RecursionError):
         return None
     if record.fmu != file_hash(fmu):
         return None

@@ -35,8 +35,8 @@ class FmuVariable:
 
     `dependencies` names the inputs and states that an output depends on at one moment (None: all);
     `initial_dependencies` names what its initial value depends on (None: all). `kinds` and
-    `initial_kinds` say how, in FMI's words, one for each name; None says nothing. What is set
-    outside `minimum` … `maximum`, both included, is refused. `nominal` is an order of magnitude.
+    `initial_kinds` say how, in FMI's words, one for each name; None declares nothing. Values
+    outside `minimum` … `maximum`, both included, are refused. `nominal` is an order of magnitude.
     """
 
     name: str
@@ -218,27 +218,29 @@ def _variables(program: Program) -> Iterator[FmuVariable]:
         }
 
     for v in program.parameters:
-        yield _variable(v, "parameter", _variability(v.tunable), "exact", start=v.start)
+        variability = "tunable" if v.tunable else "fixed"
+        yield _variable(v, "parameter", variability, "exact", start=v.start)
     for v, node in zip(program.calculated, program.constants, strict=True):
         tunable = any(p.tunable for p in program.parameters if p.name in needs[node])
-        variability = _variability(tunable)
+        variability = "tunable" if tunable else "fixed"
         yield _variable(v, "calculatedParameter", variability, "calculated", first=first(node))
     for v in program.inputs:
         yield _variable(v, "input", "continuous", None, start=v.start)
     for v in program.states:
         now = {v.name: "constant"}
-        yield _variable(v, _causality(v), "continuous", "exact", start=v.start, now=now)
+        yield _variable(
+            v, "local" if v.local else "output", "continuous", "exact", start=v.start, now=now
+        )
     for v, node in zip(program.outputs, program.results, strict=True):
         now = {name: kind for name, kind in needs[node].items() if name in moving}
-        yield _variable(v, _causality(v), "continuous", "calculated", now=now, first=first(node))
-
-
-def _variability(tunable: bool) -> str:
-    return "tunable" if tunable else "fixed"
-
-
-def _causality(v: Variable) -> str:
-    return "local" if v.local else "output"
+        yield _variable(
+            v,
+            "local" if v.local else "output",
+            "continuous",
+            "calculated",
+            now=now,
+            first=first(node),
+        )
 
 
 def _variable(

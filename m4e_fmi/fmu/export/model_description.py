@@ -17,7 +17,6 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import m4e_fmi
 from m4e_fmi.fmu.export.arrays import Grouped, dependencies, places
 from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
-from m4e_fmi.fmu.export.quantities import QUANTITIES, display_factor
 from m4e_fmi.fmu.importer.elements import ELEMENTS
 from m4e_fmi.program.dependence import KINDS
 from m4e_fmi.units import BASE_UNITS, parse_unit
@@ -39,11 +38,51 @@ _RANK = {kind: k for k, kind in enumerate(("", *KINDS))}
 
 
 @dataclass(frozen=True)
+class _Quantity:
+    """A quantity of `unit`; values may be shown in `displays`, and are in `shown` at first."""
+
+    name: str
+    unit: str
+    displays: tuple[str, ...] = ()
+    shown: str | None = None
+
+    @property
+    def type_name(self) -> str:
+        """Name of the type in the model description."""
+        return f"SI.{self.name}"  # no variable may have the name of a type: none begins like this
+
+
+QUANTITIES = {  # by unit; named as in the Modelica Standard Library, which importers know
+    q.unit: q
+    for q in (
+        _Quantity("Length", "m", ("mm", "km")),
+        _Quantity("Velocity", "m/s", ("kn", "km/h")),
+        _Quantity("Acceleration", "m/s2"),
+        _Quantity("Angle", "rad", ("deg",), "deg"),
+        _Quantity("AngularVelocity", "rad/s", ("rpm", "deg/s"), "rpm"),
+        _Quantity("AngularAcceleration", "rad/s2", ("deg/s2",), "deg/s2"),
+        _Quantity("Mass", "kg", ("t",)),
+        _Quantity("MomentOfInertia", "kg.m2", ("t.m2",)),
+        _Quantity("Force", "N", ("kN", "MN"), "kN"),
+        _Quantity("Torque", "N.m", ("kN.m", "MN.m"), "kN.m"),
+        _Quantity("TranslationalSpringConstant", "N/m", ("kN/m",)),
+        _Quantity("RotationalSpringConstant", "N.m/rad", ("kN.m/rad", "N.m/deg")),
+        _Quantity("TranslationalDampingConstant", "N.s/m", ("kN.s/m",)),
+        _Quantity("RotationalDampingConstant", "N.m.s/rad", ("kN.m.s/rad",)),
+        _Quantity("Energy", "J", ("kJ", "MJ", "kW.h")),
+        _Quantity("Power", "W", ("kW", "MW")),
+        _Quantity("Time", "s", ("min", "h")),
+        _Quantity("Frequency", "Hz"),
+    )
+}
+
+
+@dataclass(frozen=True)
 class Form:
-    """How a kind of FMU is described: version of FMI, its words, and what the FMU can do.
+    """Form of a kind of model description: version of FMI, its words, and the FMU's abilities.
 
     `token` is the attribute for the GUID; `unknowns` are the elements for outputs, rates of states,
-    and what is computed at the start. `abilities` are attributes of both modes, `exchange` (None:
+    and initial unknowns. `abilities` are attributes of both modes, `exchange` (None:
     no model exchange) and `stepping` further ones of model exchange and co-simulation.
     """
 
@@ -208,6 +247,11 @@ def _add_units(root: Element, reals: Sequence[FmuVariable]) -> None:
             SubElement(element, "DisplayUnit", name=display, factor=repr(factor))
 
 
+def display_factor(unit: str, display: str) -> float:
+    """Value in `display` = this · value in `unit`: FMI 2.0.4, section 2.2.2."""
+    return parse_unit(unit).factor / parse_unit(display).factor
+
+
 def _add_types(root: Element, reals: Sequence[FmuVariable], form: Form) -> None:
     """Add the quantities of variables as types."""
     found = [QUANTITIES[unit] for unit in {v.unit for v in reals} if unit in QUANTITIES]
@@ -227,7 +271,7 @@ def _numbers(variables: Sequence[Grouped], form: Form) -> dict[str, int]:
     In FMI 2.0 its place, from 1; in FMI 3.0 its value reference, which is its place from 0.
     """
     first = 1 if form.is_2 else 0
-    return {name: first + place.reference for name, place in places(variables).items()}
+    return {name: first + reference for name, (reference, _) in places(variables).items()}
 
 
 def _add_variables(root: Element, variables: Sequence[Grouped], form: Form) -> None:
@@ -339,9 +383,7 @@ def _state_rates(description: ModelDescription, variables: Sequence[Grouped]) ->
     by_name = {v.name: v for v in description.variables}
     rate_of = {by_name[name].derivative_of: name for name in description.derivatives}
     return [
-        variables[place[rate_of[v.first.name]].reference]
-        for v in variables
-        if v.first.name in rate_of
+        variables[place[rate_of[v.first.name]][0]] for v in variables if v.first.name in rate_of
     ]
 
 

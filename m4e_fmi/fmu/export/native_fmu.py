@@ -1,8 +1,8 @@
 """The files of a native FMU: FMI 2.0 or 3.0, without Python and without a compiler.
 
 `native/src/` is the shell around the runtime's C library: `instance.h` first, then `fmi.c`, the
-standards' names for what is declared there. Both together are one shared library, the same for
-every FMU of a platform; what a model is lies in `resources/`: `model.m4e`, the program in its
+standards' names for its functions. Both together are one shared library, the same for
+every FMU of a platform; the model lies in `resources/`: `model.m4e`, the program in its
 binary form, `tangent.m4e`, its directional derivatives, and `fmu.txt`: the GUID, the number of the
 integration method, the default tolerance and the longest step [s] of rk4; for FMI 3.0 also
 `variables.txt` and `dependencies.txt`, which `arrays.layout_files` explains.
@@ -19,21 +19,9 @@ from zipfile import BadZipFile, ZipFile
 
 from m4e_fmi.errors import InputError, RunError
 from m4e_fmi.files.limits import LARGEST_PROGRAM
-from m4e_fmi.fmu.export.archive import content_guid, license_files, model_identifier
-from m4e_fmi.fmu.export.arrays import grouped, layout_files
+from m4e_fmi.fmu.export.archive import model_identifier
 from m4e_fmi.fmu.export.description import ModelDescription, Options
-from m4e_fmi.fmu.export.model_description import (
-    BUILD,
-    NATIVE_2,
-    NATIVE_3,
-    XML,
-    build_description_xml,
-    model_description_xml,
-    terminals_xml,
-    with_guid,
-)
 from m4e_fmi.fmu.export.selection import renamed
-from m4e_fmi.fmu.importer.opening import TERMINALS
 from m4e_fmi.program import TIME, Program, rate_entries, tangent
 from m4e_fmi.program.binary_form import decode, encode
 from m4e_fmi.runtime import compiler
@@ -46,43 +34,19 @@ MACH_O_64 = 0xFEEDFACF
 ALIGNMENT = 1 << 14  # a page of Apple's processors
 
 
-def native_fmu_files(
+def native_members(
     program: Program, description: ModelDescription, options: Options
 ) -> dict[str, bytes]:
-    """Every file of the native FMU of `program`: name in the archive → content."""
-    identifier = model_identifier(description.name)
-    files = {
-        f"resources/{PROGRAM}": model_file(program, options.method, options.rename),
-        f"resources/{TANGENT}": encode(_tangent(program)),
-    }
-    binaries = shell_binaries(identifier, fmi=options.fmi)
-    files |= binaries | license_files(pythonfmu=False, binaries=binaries)
-    files |= options.documentation
-    code = shell_sources() if options.sources else {}
-    files |= code
+    """Members of a native FMU beside its description: name in the archive → content.
+
+    The GUID, which is that of all files, is still to be put in front of `SETTINGS`.
+    """
+    files = shell_binaries(model_identifier(description.name), fmi=options.fmi)
+    files[f"resources/{PROGRAM}"] = model_file(program, options.method, options.rename)
+    files[f"resources/{TANGENT}"] = encode(_tangent(program))
     numbers = (_without_point(v) for v in (description.tolerance, description.step_size))
-    settings = f"{METHODS[options.method]} {' '.join(numbers)}\n"
-    files[SETTINGS] = settings.encode()
-    sources = [Path(name).name for name in code if name.endswith(".c")]
-    variables = grouped(description, options.fmi)
-    if options.fmi == "3":
-        if sources:
-            files[BUILD] = build_description_xml(identifier, sources)
-        for name, content in layout_files(description, variables).items():
-            files[f"resources/{name}"] = content
-        if terminals := terminals_xml(variables):
-            files[TERMINALS] = terminals
-    xml = model_description_xml(
-        description,
-        variables,
-        NATIVE_3 if options.fmi == "3" else NATIVE_2,
-        model_identifier=identifier,
-        sources=sources,
-    )
-    guid = content_guid(files, xml)
-    files[SETTINGS] = f"{guid} {settings}".encode()
-    files[XML] = with_guid(xml, guid)
-    return files
+    files[SETTINGS] = f"{METHODS[options.method]} {' '.join(numbers)}\n".encode()
+    return files | (shell_sources() if options.sources else {})
 
 
 def _without_point(value: float) -> str:
@@ -128,10 +92,10 @@ def carried_program(fmu: Path) -> Program | None:
 
 
 def shell_binaries(identifier: str, *, fmi: str = "2") -> dict[str, bytes]:
-    """Name in the archive → content of the shared library, for every platform there is one for.
+    """Name in the archive → content of the shared library, for every platform that has one.
 
-    Libraries come with the package; where this machine's is missing, it is compiled once into the
-    cache. Folders are those of version `fmi` of the standard. RunError if there is none at all.
+    Libraries come with the package; if this machine's is missing, it is compiled once into the
+    cache. Folders are those of version `fmi` of the standard. RunError without any library.
     """
     here = this_platform()
     found = {p: path.read_bytes() for p in packaged_platforms() if (path := packaged("fmi", p))}

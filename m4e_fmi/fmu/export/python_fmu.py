@@ -17,27 +17,19 @@ import hashlib
 import json
 import math
 import sys
-from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, distribution
 from itertools import count
 from pathlib import Path
 
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.files_read import read_bytes
-from m4e_fmi.fmu.export.archive import (
-    content_guid,
-    content_hash,
-    license_files,
-    model_identifier,
-)
-from m4e_fmi.fmu.export.arrays import grouped
+from m4e_fmi.fmu.export.archive import content_hash, model_identifier
 from m4e_fmi.fmu.export.description import ModelDescription, PythonSource
-from m4e_fmi.fmu.export.model_description import PYTHON, XML, model_description_xml, with_guid
 from m4e_fmi.fmu.export.native_fmu import PROGRAM, model_file
 from m4e_fmi.fmu.export.selection import GROUPS
 from m4e_fmi.program import Program
 from m4e_fmi.program.python_form import python_source
-from m4e_fmi.runtime import declarations, dormand_prince, runge_kutta
+from m4e_fmi.runtime import declarations, integrators
 from m4e_fmi.runtime.library import library_path
 from m4e_fmi.runtime.platforms import PLATFORMS, packaged
 
@@ -86,37 +78,28 @@ def python_slave(program: Program, description: ModelDescription, method: str) -
         modules={
             "program_slave.py": EMBEDDED / "program_slave.py",
             "declarations.py": Path(declarations.__file__),
-            "dormand_prince.py": Path(dormand_prince.__file__),
-            "runge_kutta.py": Path(runge_kutta.__file__),
+            "integrators.py": Path(integrators.__file__),
         },
         data=data,
     )
 
 
-def python_fmu_files(source: PythonSource, documentation: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Every file of the FMU: name in the archive → content."""
-    description = source.description
-    identifier = model_identifier(description.name)
+def python_members(source: PythonSource) -> dict[str, bytes]:
+    """Members of the FMU of a slave beside its description: name in the archive → content."""
+    identifier = model_identifier(source.description.name)
     _check_modules(source)
     contents = _package_files(source)
     package = f"m4e_{content_hash(contents)}"
     module, base = source.slave.split(":")
-    script = _MAIN_SCRIPT.format(package=package, module=module, base=base)
-    resources = {f"{package}/{name}": content for name, content in contents.items()}
-    stem = f"{identifier}_{content_hash({'script': script.encode()})}"
-    resources[f"{stem}.py"] = script.encode()
-    resources["slavemodule.txt"] = stem.encode()
+    script = _MAIN_SCRIPT.format(package=package, module=module, base=base).encode()
+    stem = f"{identifier}_{content_hash({'script': script})}"
+    files = {f"resources/{package}/{name}": content for name, content in contents.items()}
+    files |= {f"resources/{stem}.py": script, "resources/slavemodule.txt": stem.encode()}
     for file in _pythonfmu_folder().glob("*.py"):
-        resources[f"pythonfmu/{file.name}"] = file.read_bytes()
-    files = {f"resources/{name}": content for name, content in resources.items()}
+        files[f"resources/pythonfmu/{file.name}"] = file.read_bytes()
     for platform in BINARIES:
         path = binary_path(platform)
         files[f"binaries/{platform}/{identifier}{path.suffix}"] = _mended(path.read_bytes())
-    files |= license_files(pythonfmu=True, binaries=())
-    files |= documentation
-    variables = grouped(description, "2")
-    xml = model_description_xml(description, variables, PYTHON, model_identifier=identifier)
-    files[XML] = with_guid(xml, content_guid(files, xml))
     return files
 
 

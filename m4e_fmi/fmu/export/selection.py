@@ -77,7 +77,7 @@ def renamed(program: Program, names: Mapping[str, str]) -> Program:
             operation = ("symbol", table.get(operation[1], operation[1]))
         tape.node(operation)
     groups = {group: tuple(map(named, getattr(program, group))) for group in GROUPS}
-    return replace(program, tape=tape, solutions=(), **groups)
+    return replace(program, tape=tape, solutions=(), **groups)  # pyrefly: ignore[bad-argument-type]
 
 
 def _checked(program: Program, names: Mapping[str, str]) -> dict[str, str]:

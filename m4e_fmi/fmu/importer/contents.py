@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fmpy.model_description import InterfaceType
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.fmu.importer.elements import FmpyUnknown, add_directional, unit_of
 from m4e_fmi.fmu.importer.opening import check_archive

@@ -1,6 +1,6 @@
-"""Unreadable parts of a model description: numbers and references that are none.
+"""Unreadable parts of a model description: invalid numbers and references.
 
-The XML schema says the same of numbers, but an FMU is read, stepped and shown without it. Sources:
+The XML schema checks numbers, too, but an FMU is read, stepped and shown without it. Sources:
 FMI Specification 2.0.4, section 2.2; 3.0.2, section 2.4.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import Any
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.files.xml_text import broken_names
 

@@ -1,4 +1,7 @@
-"""FMU files: checked before they are unpacked, into folders that are removed whatever happens."""
+"""FMU files: checked before they are unpacked, into folders that are removed whatever happens.
+
+Also the remedies for libraries in them that cannot be loaded.
+"""
 
 from __future__ import annotations
 
@@ -25,13 +28,18 @@ from m4e_fmi.errors import (
 )
 from m4e_fmi.files.archives import ERRORS, opened_archive
 from m4e_fmi.files.file_kinds import FMU, check_suffix
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.files.xml_text import check_size, check_xml
 
 MODEL_DESCRIPTION = "modelDescription.xml"
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 # FMUs get this path as a percent-encoded URI, which some cannot decode and crash
 _PLAIN = re.compile(r"[A-Za-z0-9_./\\:-]+$")
+_MISSING = re.compile(
+    r"([^\s/:]+): cannot open shared object file|Library not loaded: (?:\S*/)?(\S+)"
+)
+"""Words of the loaders of Linux and macOS; that of Windows does not name the library."""
+_SYMBOL = re.compile(r"(?:undefined symbol: |ymbol not found\D*?[:'] ?'?)(\w+)")
 
 
 def refusal(path: Path, message: str, remedy: str) -> InputError:
@@ -102,7 +110,7 @@ class Unpacked:
         self.folder = self._temporary.path
         try:
             with opened(fmu, content) as file:
-                fmpy.extract(file, self.folder)  # type: ignore[arg-type]  what zipfile takes
+                fmpy.extract(file, self.folder)
         except RunError:
             self.remove()
             raise
@@ -148,3 +156,23 @@ def _plain_folder() -> Path:
     tried = ", ".join(str(folder) for folder in candidates)
     remedy = "set TMPDIR to an existing folder with only letters, digits, '_', '-' and '.'"
     raise RunError(f"no folder with a plain ASCII path to unpack FMUs into (tried {tried})", remedy)
+
+
+def remedy_for(why: str, version: str) -> str:
+    """The remedy where an FMU's library is not loaded, by the loader's words.
+
+    `version` is that of FMI.
+    """
+    found, symbol = _MISSING.search(why), _SYMBOL.search(why)
+    if symbol and "fmi" not in symbol[1]:
+        return (
+            f"none of the libraries that it needs has {symbol[1]}: one of them is of another "
+            "version here, or the FMU was linked without it; ask the FMU's author"
+        )
+    if not found:
+        return f"a library it needs is missing, or it is not an FMI {version} binary"
+    name = found[1] or found[2]
+    return (
+        f"install the package of your system that has {name}, which the FMU needs (on Debian and "
+        f"Ubuntu `apt-file search {name}` finds it), or ask the FMU's author for one without"
+    )

@@ -1,34 +1,16 @@
-"""Questions to an FMU that is tried, the master's before a run and validation's alike.
+"""Trials of an FMU, for the master before a run and for validation.
 
-What depends on what is seen by moving one value at a time; whether an FMU goes back, by making the
-same steps again.
+Dependencies are found by moving one value at a time; rollback is checked by repeating the same
+steps.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
 Values = TypeVar("Values")
 Row = TypeVar("Row")
-_In = TypeVar("_In", contravariant=True)
-_Out = TypeVar("_Out", covariant=True)
-
-
-class SteppedFmu(Protocol[_In, _Out]):
-    """An instance that is tried: its inputs can be set, its outputs be read."""
-
-    def set(self, values: _In, /) -> None:
-        """All inputs."""
-        ...
-
-    def read(self) -> _Out:
-        """The outputs."""
-        ...
-
-    def step(self, size: float, /) -> None:
-        """A step of `size` [s]."""
-        ...
 
 
 def moved(
@@ -41,14 +23,14 @@ def moved(
         yield still, there, evaluate(values)
 
 
-def trajectory(
-    subject: SteppedFmu[Values, Row], inputs: Iterable[Values | None], size: float
-) -> list[Row]:
+def trajectory(subject: Any, inputs: Iterable[Any], size: float) -> list[Any]:
     """The outputs after each of some steps of `size` [s].
 
-    Before each, the inputs are set to their values for it, unless that is None.
+    Before each, the inputs are set to their values for it (None: not set). The `subject` is the
+    instance on trial: it has the methods `set` (all inputs), `step` (a size) and `read` (the
+    outputs).
     """
-    found: list[Row] = []
+    found = []
     for values in inputs:
         if values is not None:
             subject.set(values)

@@ -19,10 +19,10 @@ from m4e_fmi.fmu.importer.elements import (
     FmpyUnknown,
     flattened,
     owner,
+    translate_1,
     unit_of,
 )
 from m4e_fmi.fmu.importer.flaws import flaws
-from m4e_fmi.fmu.importer.fmi1 import translate
 from m4e_fmi.fmu.importer.opening import MODEL_DESCRIPTION, check_archive, refusal
 from m4e_fmi.shown import listing
 from m4e_fmi.units import BASE_UNITS, Unit, parse_unit
@@ -145,7 +145,7 @@ def read_description(path: str | Path, structure: Mapping[str, int] | None = Non
     content = file_hash(path) or ""
     names, text = check_archive(path)
     raw = raw_description(path, text)
-    tool = translate(raw, text) if raw.fmiVersion == "1.0" else ""
+    tool = translate_1(raw, text) if raw.fmiVersion == "1.0" else ""
     _check_kind(path, raw, names, tool)
     if not raw.fmiVersion.startswith("3."):
         return replace(_translated(path, raw, {}), content=content)

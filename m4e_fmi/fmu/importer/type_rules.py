@@ -42,7 +42,7 @@ def misfit(give: Variable, take: Variable, *, plain: bool) -> tuple[str, str] | 
 
     A `plain` connection has neither factor nor offset.
     """
-    what = f"is {_told(give)}, {_told(take)} is expected"
+    what = f"is {_type_text(give)}, {_type_text(take)} is expected"
     if take.type not in _TO[give.type]:
         others = " or ".join(_TO[give.type])
         remedy = f"a value of type {give.type} may lead to {others} only"
@@ -54,7 +54,10 @@ def misfit(give: Variable, take: Variable, *, plain: bool) -> tuple[str, str] | 
     if take.type == "Enumeration":
         return _misfit_of_items(give, take, what)
     if take.type != REAL and not plain:
-        return f"has a factor or an offset, and leads to {_told(take)}", "they need a Real input"
+        return (
+            f"has a factor or an offset, and leads to {_type_text(take)}",
+            "they need a Real input",
+        )
     return None
 
 
@@ -69,7 +72,7 @@ def _misfit_of_items(give: Variable, take: Variable, what: str) -> tuple[str, st
     return None
 
 
-def _told(variable: Variable) -> str:
+def _type_text(variable: Variable) -> str:
     if variable.items:
         items = ", ".join(f"{name} {number}" for name, number in variable.items.items())
         return f"Enumeration ({items})"

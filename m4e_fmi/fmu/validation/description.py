@@ -11,12 +11,11 @@ import re
 import struct
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 import fmpy
 from fmpy.model_description import ValidationError
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.files.xml_text import check_size, xml_root
@@ -57,7 +56,7 @@ def description_findings(folder: Path) -> tuple[tuple[Finding, ...], str]:
         return tuple(found), f"made for FMI 2.0 and 3.0, this is {version}"
     names = [v.name for v in raw.modelVariables]  # with aliases, and arrays as one
     try:
-        subject = FmuUnderTest.of(folder, raw)
+        subject = FmuUnderTest(folder, raw)
     except TooLargeError as error:
         found.append(Finding("description.limits", "warning", str(error), "it is not run, either"))
         return tuple(found), str(error)
@@ -172,36 +171,33 @@ def _library(subject: FmuUnderTest) -> Iterator[Finding]:
                 remedy += "; sources are enough for the standard, but have to be compiled first"
             yield Finding("library.missing", "error", message, remedy)
         elif (elf := _read_elf(library)) is not None:
-            yield from _elf(subject, elf)
+            yield from _elf(subject, *elf)
 
 
-def _elf(subject: FmuUnderTest, elf: SharedLibrary) -> Iterator[Finding]:
+def _elf(
+    subject: FmuUnderTest, exports: set[str], needs: list[str], versions: set[str]
+) -> Iterator[Finding]:
     version = subject.raw.fmiVersion
     classes, prefix = CLASSES[version], f"fmi{version[0]}"
     names = {name for exchange in subject.ways for name in dir(classes[exchange])}
     needed = sorted(name for name in names if name.startswith(prefix))
-    missing = [name for name in needed if name not in elf.exports]
+    missing = [name for name in needed if name not in exports]
     if missing:
         message = f"the library does not export {some(missing)}"
         basis = "all functions must be there, supported or not: FMI 2.0.4, section 2.3"
         yield Finding("library.exports", "error", message, basis)
-    foreign = sorted(name for name in elf.exports if not name.startswith("fmi"))
+    foreign = sorted(name for name in exports if not name.startswith("fmi"))
     message = "the library exports {count} symbols besides FMI's"
     remedy = "two libraries may clash over them in one process: hide them (visibility, -s)"
     yield from about(foreign, "library.symbols", "note", message, remedy)
-    libc = [v for v in elf.versions if re.fullmatch(r"GLIBC_[\d.]+", v)]
+    libc = [v for v in sorted(versions) if re.fullmatch(r"GLIBC_[\d.]+", v)]
     newest = max(libc, key=lambda v: [int(n) for n in v[6:].split(".")], default="no C library")
-    message = f"needs {newest}; libraries: {', '.join(elf.needs) or 'none'}"
+    message = f"needs {newest}; libraries: {', '.join(needs) or 'none'}"
     yield Finding("library.needs", "note", message)
 
 
-@dataclass(frozen=True)
-class SharedLibrary:
-    """`exports`: symbols others can link to; `needs`: libraries; `versions`: such as GLIBC_2.34."""
-
-    exports: frozenset[str]
-    needs: tuple[str, ...]
-    versions: tuple[str, ...]
+SharedLibrary = tuple[set[str], list[str], set[str]]
+"""Symbols that others can link to, libraries that are needed, versions such as GLIBC_2.34."""
 
 
 def _read_elf(path: Path) -> SharedLibrary | None:
@@ -248,4 +244,4 @@ def _symbols(content: bytes) -> SharedLibrary:
                     versions.add(text(link, name))
                     entry += after
                 place += following
-    return SharedLibrary(frozenset(exports), tuple(needs), tuple(sorted(versions)))
+    return exports, needs, versions

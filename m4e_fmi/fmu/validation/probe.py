@@ -19,9 +19,8 @@ from typing import NoReturn
 import numpy as np
 from fmpy.model_description import ModelVariable
 
-from m4e_fmi.fmu.importer.call_journal import CallJournal
 from m4e_fmi.fmu.importer.calls import STANDARDS, Fmi2
-from m4e_fmi.fmu.importer.calls.parts import Arrays
+from m4e_fmi.fmu.importer.calls.access import Arrays
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.messages import (
     ERROR,
@@ -50,6 +49,8 @@ PATIENCE = 8.0
 GUARD = b"\x5a\xa5guard\x7f" * 4
 """Stands behind every array the FMU writes into."""
 
+SavedState = tuple[float, ctypes.c_void_p]
+"""Time [s] of a saved state, and the FMU's pointer to it."""
 _Fill = Callable[[np.ndarray], Status]
 """Writes all elements of an array (n,), and tells the status."""
 
@@ -82,7 +83,7 @@ class Context:
     """
 
     subject: FmuUnderTest
-    journal: CallJournal
+    journal: Callable[[str], None]
     folder: Path
     amplitude: float = 0.0
     works: list[str] = field(default_factory=list)
@@ -107,7 +108,7 @@ class Context:
         """The library, loaded once, with the functions of model exchange or of co-simulation."""
         if exchange not in self._loaded:
             here, raw = Path.cwd(), self.subject.raw
-            self.journal.write("loading the library")
+            self.journal("loading the library")
             try:
                 self._loaded[exchange] = CLASSES[raw.fmiVersion][exchange](
                     guid=raw.guid,
@@ -121,7 +122,7 @@ class Context:
         return self._loaded[exchange]
 
     def new_probe(self, *, exchange: bool = False, name: str = "validation") -> Probe:
-        """A new instance; RefusedError if there is none."""
+        """A new instance; RefusedError if the FMU makes none."""
         probe = Probe(self, exchange=exchange, name=name)
         if not probe.fmu.component:
             raise RefusedError(INSTANTIATE, ERROR, probe.words())
@@ -182,8 +183,8 @@ class Context:
 class Probe:
     """One instance, in co-simulation without event mode unless `events`.
 
-    All calls are allowed, and raise RefusedError where they are not answered OK or Warning.
-    `fmu.component` is None if there is no instance.
+    All calls are allowed, and raise RefusedError if the answer is not OK or Warning.
+    Without an instance `fmu.component` is null.
     """
 
     def __init__(
@@ -207,7 +208,7 @@ class Probe:
             sizes={reference: len(values) for reference, values in starts.items()},
             journal=context.journal,
         )
-        context.journal.write(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
+        context.journal(f"instantiation({name[:40]!r}, guid={guid!r:.60})")
         with suppress(RuntimeError):
             self.fmu.instantiate(name, self._messages, token=guid, exchange=exchange, events=events)
 
@@ -382,16 +383,17 @@ class Probe:
 
     # ---- state ----
 
-    def save(self) -> ctypes.c_void_p:
+    def save(self) -> SavedState:
         """A saved state of the instance."""
         state = ctypes.c_void_p()
         self.fmu.do("GetFMUstate", ctypes.byref(state))
-        return state
+        return self.time, state
 
-    def restore(self, state: ctypes.c_void_p) -> None:
-        """Bring the instance back to a saved state."""
+    def restore(self, saved: SavedState) -> None:
+        """Return the instance to a saved state."""
+        self.time, state = saved
         self.fmu.do("SetFMUstate", state)
 
-    def free_state(self, state: ctypes.c_void_p) -> None:
+    def free_state(self, saved: SavedState) -> None:
         """Free a saved state."""
-        self.fmu.do("FreeFMUstate", ctypes.byref(state))
+        self.fmu.do("FreeFMUstate", ctypes.byref(saved[1]))

@@ -8,23 +8,25 @@ its process at any time.
 from __future__ import annotations
 
 import json
+import mmap
+import multiprocessing
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator
-from dataclasses import asdict, replace
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import asdict
 from importlib import import_module
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 from m4e_fmi.errors import InputError, RunError
-from m4e_fmi.files.temporary import TemporaryFolder
-from m4e_fmi.fmu.importer.call_journal import CallJournal
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.fmu.importer.opening import Unpacked, check_archive
-from m4e_fmi.fmu.importer.watched_process import Ending, WatchedProcess
-from m4e_fmi.fmu.importer.worker.keeper import end_with_parent
+from m4e_fmi.fmu.importer.worker.keeper import end_with_parent, kill, kill_children, set_apart
 from m4e_fmi.fmu.validation.description import description_findings
 from m4e_fmi.fmu.validation.findings import Finding, Group, Report, failure
 from m4e_fmi.fmu.validation.probe import FACTS, Context, RefusedError, refused
@@ -57,6 +59,8 @@ _POLL = 0.005  # s
 _UNFINISHED = "no FMU may end or block its host; the later checks of this group were skipped"
 _WORDS = 400  # characters of what the process wrote last
 _START = "start"
+_JOURNAL_SIZE = 512
+_JOURNAL_HEAD = struct.Struct("<Q")
 _LATE = ("fmpy.validation", "numpy.random")
 """Modules that the libraries import at their first use: else each process would."""
 
@@ -138,6 +142,80 @@ def _in_processes(fmu: Path, groups: list[str], call_limit: float, tell: Tell) -
         return found
 
 
+# ---- processes that are watched ----
+
+
+class CallJournal:
+    """The file at `path` holds the number and the text of the last call."""
+
+    def __init__(self, path: Path) -> None:
+        path.write_bytes(bytes(_JOURNAL_SIZE))
+        with path.open("r+b") as file:
+            self._map = mmap.mmap(file.fileno(), _JOURNAL_SIZE)
+        self._number = 0
+
+    def __call__(self, call: str) -> None:
+        """Write a call down as the last one."""
+        self._number += 1
+        text = call.encode("ascii", "backslashreplace")[: _JOURNAL_SIZE - _JOURNAL_HEAD.size]
+        self._map[:] = (_JOURNAL_HEAD.pack(self._number) + text).ljust(_JOURNAL_SIZE, b"\0")
+
+
+def _last_call(path: Path) -> tuple[int, str]:
+    """Number and text of the last call in the journal at `path`; 0 and "" before the first."""
+    content = path.read_bytes() if path.exists() else b""
+    if len(content) < _JOURNAL_SIZE:
+        return 0, ""
+    text = content[_JOURNAL_HEAD.size :].rstrip(b"\0").decode("ascii", "replace")
+    return _JOURNAL_HEAD.unpack_from(content)[0], text
+
+
+class WatchedProcess:
+    """The process of a `group`, whose files are in the folder `work`: see `work_on`.
+
+    It is killed when a call takes longer than `call_limit` [s], or all of it longer than
+    GROUP_LIMIT.
+    """
+
+    def __init__(self, group: str, work: Path, fmu: str, call_limit: float) -> None:
+        self._journal, self._call_limit = _file(work, group, "journal"), call_limit
+        self.began = self._changed = time.monotonic()
+        self._number = 0
+        context = multiprocessing.get_context("fork" if hasattr(os, "fork") else "spawn")
+        self._process: BaseProcess = context.Process(  # pyrefly: ignore[missing-attribute]
+            target=work_on, args=(group, work, fmu), daemon=True
+        )
+        self._process.start()
+        assert self._process.pid
+        self.pid = self._process.pid
+
+    def ending(self) -> tuple[str, str] | None:
+        """How the process ended: done, ended, crash or hang, and a message with the last call.
+
+        None while it runs. To be asked until it is there.
+        """
+        now = time.monotonic()
+        number, text = _last_call(self._journal)
+        if number != self._number:
+            self._number, self._changed = number, now
+        call = text or "the first call"
+        code = self._process.exitcode
+        if code is not None:
+            kill_children(self.pid)
+            if code < 0:
+                return "crash", f"the process was ended by {signal.Signals(-code).name} in {call}"
+            return "ended" if code else "done", f"the process ended with code {code} after {call}"
+        if now - self._changed > self._call_limit:
+            message = f"{call} did not return within {self._call_limit:g} s"
+        elif now - self.began > GROUP_LIMIT:
+            message = f"not finished after {GROUP_LIMIT:g} s, in {call}"
+        else:
+            return None
+        kill(self.pid)
+        self._process.join()
+        return "hang", message
+
+
 # ---- in the host ----
 
 
@@ -179,39 +257,32 @@ def _all(groups: list[str], work: Path, fmu: str, call_limit: float) -> list[Gro
                 if len(running) < (os.cpu_count() or 1):
                     waiting.remove(name)
                     print(json.dumps(name), flush=True)
-                    running[name] = WatchedProcess(
-                        work_on,
-                        (name, work, fmu),
-                        _file(work, name, "journal"),
-                        call_limit=call_limit,
-                        limit=GROUP_LIMIT,
-                    )
+                    running[name] = WatchedProcess(name, work, fmu, call_limit)
             for name, process in list(running.items()):
                 if (ending := process.ending()) is not None:
                     seconds = time.monotonic() - process.began
-                    done[name] = _outcome(name, work, ending, seconds)
+                    done[name] = _outcome(name, work, *ending, seconds)
                     del running[name]
             time.sleep(_POLL)
     finally:
         for process in running.values():
-            process.kill()
+            kill(process.pid)
     return [done[name] for name in groups]
 
 
-def _outcome(name: str, work: Path, ending: Ending, seconds: float) -> Group:
+def _outcome(name: str, work: Path, how: str, message: str, seconds: float) -> Group:
     path = _file(work, name, "findings")
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     results: list[dict[str, Any]] = [json.loads(line) for line in lines]
-    if ending.kind == "done" and ENDED not in results:  # by exit(0), in a call
-        ending = replace(ending, kind="ended")
+    if how == "done" and ENDED not in results:  # by exit(0), in a call
+        how = "ended"
     findings = [one for one in results if "id" in one]
-    if ending.kind != "done":
+    if how != "done":
         words = ""
-        if ending.kind != "hang":
+        if how != "hang":
             words = _file(work, name, "stderr").read_text(errors="replace").strip()[-_WORDS:]
         said = (words,) if words else ()
-        kind = f"{name}.{ending.kind}"
-        findings.append(asdict(Finding(kind, "error", ending.message, _UNFINISHED, said)))
+        findings.append(asdict(Finding(f"{name}.{how}", "error", message, _UNFINISHED, said)))
     unique = [one for k, one in enumerate(findings) if one not in findings[:k]]
     skipped = next((one["skipped"] for one in results if "skipped" in one), "")
     failed = next((one["failed"] for one in results if "failed" in one), "")
@@ -231,11 +302,12 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
 
     Standard output belongs to the FMU, and goes nowhere.
     """
+    set_apart()
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(os.open(_file(folder, group, "stderr"), os.O_WRONLY | os.O_CREAT), 2)
     with _file(folder, group, "findings").open("w", encoding="utf-8") as file:
 
-        def write(result: dict[str, object]) -> None:
+        def write(result: Mapping[str, object]) -> None:
             file.write(json.dumps(result) + "\n")
             file.flush()
 
@@ -247,11 +319,11 @@ def work_on(group: str, folder: Path, fmu: str) -> None:
         write(ENDED)
 
 
-def _results(group: str, folder: Path, fmu: Path) -> Iterable[dict[str, object]]:
+def _results(group: str, folder: Path, fmu: Path) -> Iterable[Mapping[str, object]]:
     """Findings of a group, why there is nothing to check, what failed to run."""
     module = import_module(f"{PACKAGE}.{MODULES[group]}")
     check = getattr(module, f"check_{group}", None) or module.check
-    subject = FmuUnderTest.read(fmu)
+    subject = FmuUnderTest(fmu)
     version, known = subject.raw.fmiVersion, folder / FACTS
     facts = json.loads(known.read_text()) if known.exists() else {}
     context = Context(subject, CallJournal(_file(folder, group, "journal")), folder, **facts)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import cast
@@ -36,140 +35,72 @@ class TooLargeError(Exception):
     """The FMU has more variables and elements of arrays than are looked at."""
 
 
-@dataclass(frozen=True)
 class FmuUnderTest:
     """The FMU unpacked into `folder`; `raw` is its description as FMPy reads it.
 
-    Of FMI 3.0, the description is that of the elements: see `elements`.
+    Of FMI 3.0, the description is that of the elements: see `elements`. It `steps` in
+    co-simulation, and `exchanges` in model exchange; `ways` are False and True for these, `kinds`
+    FMPy's records of them. `variable_steps` says that communication steps may be of any size,
+    `declared_step` [s] is the step of the default experiment, or that inside, None if there is
+    neither, and `step_size` [s] the one to test with; `start_time` [s] is that of the experiment.
+
+    Of the Reals, `inputs` and `outputs` are the continuous ones, `readable` those that have a value
+    of their own at any time, `given` those whose start value may be set (inputs, parameters,
+    initial="exact"), `rates` the derivatives of the continuous `states`, in their order.
+
+    TooLargeError beyond MOST_ELEMENTS.
     """
 
-    folder: Path
-    raw: FmpyDescription
-
-    @classmethod
-    def read(cls, folder: Path) -> FmuUnderTest:
-        """The FMU unpacked into `folder`; TooLargeError beyond MOST_ELEMENTS."""
-        return cls.of(folder, fmpy.read_model_description(str(folder), validate=False))
-
-    @classmethod
-    def of(cls, folder: Path, raw: FmpyDescription) -> FmuUnderTest:
-        """The same from FMPy's reading of the description; TooLargeError beyond MOST_ELEMENTS."""
+    def __init__(self, folder: Path, raw: FmpyDescription = None) -> None:
+        raw = raw or fmpy.read_model_description(str(folder), validate=False)
         count = sum(math.prod(v.shape or ()) for v in raw.modelVariables)
         if count > MOST_ELEMENTS:
             limit = f"at most {MOST_ELEMENTS:,} are looked at"
             message = f"it has {count:,} variables, elements of arrays included; {limit}"
             raise TooLargeError(message)
-        if raw.fmiVersion != "3.0":
-            return cls(folder, raw)
-        # FMPy makes a variable of each <Alias>: another name, but no further value
-        raw.modelVariables = [v for v in raw.modelVariables if v.alias is None]
-        return cls(folder, flattened(raw, (folder / MODEL_DESCRIPTION).read_bytes()))
-
-    @property
-    def fmi_3(self) -> bool:
-        """True if it is of FMI 3.0."""
-        return self.raw.fmiVersion == "3.0"
-
-    @cached_property
-    def array_starts(self) -> dict[int, np.ndarray]:
-        """Start values (n_elements,) of arrays by value reference, in their units."""
-        found: dict[int, list[float]] = {}
-        for variable in self.reals():
-            found.setdefault(owner(variable), []).append(start(variable))
-        return {reference: np.array(values) for reference, values in found.items()}
-
-    @property
-    def steps(self) -> bool:
-        """True if it is for co-simulation."""
-        return self.raw.coSimulation is not None
-
-    @property
-    def exchanges(self) -> bool:
-        """True if it is for model exchange."""
-        return self.raw.modelExchange is not None
-
-    @property
-    def ways(self) -> tuple[bool, ...]:
-        """False for co-simulation, True for model exchange: those that it is for."""
-        return (False,) * self.steps + (True,) * self.exchanges
-
-    @property
-    def kinds(self) -> list[CoSimulation | ModelExchange]:
-        """FMPy's co-simulation and model exchange, as far as it is for them."""
-        return [k for k in (self.raw.coSimulation, self.raw.modelExchange) if k is not None]
-
-    def kind(self, *, exchange: bool) -> CoSimulation | ModelExchange:
-        """The one of `kinds` for model exchange or for co-simulation."""
-        return self.raw.modelExchange if exchange else self.raw.coSimulation
-
-    @property
-    def step_size(self) -> float:
-        """The communication step to test with [s]: that declared, or a usual one."""
-        return self.declared_step or DEFAULT_STEP
-
-    @cached_property
-    def declared_step(self) -> float | None:
-        """The step of the default experiment, or that inside [s]; None if there is neither."""
-        experiment = self.raw.defaultExperiment
-        stepping = self.raw.coSimulation
+        self.fmi_3 = raw.fmiVersion == "3.0"
+        if self.fmi_3:
+            # FMPy makes a variable of each <Alias>: another name, but no further value
+            raw.modelVariables = [v for v in raw.modelVariables if v.alias is None]
+            raw = flattened(raw, (folder / MODEL_DESCRIPTION).read_bytes())
+        self.folder, self.raw = folder, raw
+        self.steps, self.exchanges = raw.coSimulation is not None, raw.modelExchange is not None
+        self.ways = (False,) * self.steps + (True,) * self.exchanges
+        self.kinds: list[CoSimulation | ModelExchange] = [self.kind(exchange=e) for e in self.ways]
+        stepping, experiment = raw.coSimulation, raw.defaultExperiment
         texts = [experiment.stepSize] if experiment is not None else []
-        texts += [stepping.fixedInternalStepSize] if stepping is not None else []
+        texts += [stepping.fixedInternalStepSize] if self.steps else []
         sizes = [float(text) for text in texts if text]
-        return next((s for s in sizes if s > 0 and math.isfinite(s)), None)
-
-    @property
-    def start_time(self) -> float:
-        """Start time [s] of the default experiment, 0 where there is none."""
-        experiment = self.raw.defaultExperiment
-        return float((experiment.startTime if experiment is not None else None) or 0.0)
-
-    @property
-    def variable_steps(self) -> bool:
-        """True if communication steps may be of any size."""
-        return self.steps and bool(self.raw.coSimulation.canHandleVariableCommunicationStepSize)
-
-    def reals(self, *causalities: str) -> list[ModelVariable]:
-        """Reals of these causalities; of all without any."""
-        return [
-            v
-            for v in self.raw.modelVariables
-            if v.type == "Real" and (not causalities or v.causality in causalities)
-        ]
-
-    @cached_property
-    def inputs(self) -> list[ModelVariable]:
-        """Continuous inputs of type Real."""
-        return [v for v in self.reals("input") if v.variability == "continuous"]
-
-    @cached_property
-    def outputs(self) -> list[ModelVariable]:
-        """Continuous outputs of type Real."""
-        return [v for v in self.reals("output") if v.variability == "continuous"]
-
-    @cached_property
-    def readable(self) -> list[ModelVariable]:
-        """Every Real that has a value of its own at any time."""
-        return [v for v in self.reals() if v.causality != "independent"]
-
-    @cached_property
-    def rates(self) -> list[ModelVariable]:
-        """The derivatives of the continuous states, in the order of the states."""
-        return [unknown.variable for unknown in self.raw.derivatives]
-
-    @cached_property
-    def states(self) -> list[ModelVariable]:
-        """The continuous states."""
-        return [cast(ModelVariable, rate.derivative) for rate in self.rates]
-
-    @cached_property
-    def given(self) -> list[ModelVariable]:
-        """The Reals whose start value may be set: inputs, parameters, initial="exact"."""
-        return [
+        self.declared_step = next((s for s in sizes if s > 0 and math.isfinite(s)), None)
+        self.step_size = self.declared_step or DEFAULT_STEP
+        begin = experiment.startTime if experiment is not None else None
+        self.start_time = float(begin or 0.0)
+        self.variable_steps = self.steps and bool(stepping.canHandleVariableCommunicationStepSize)
+        self.reals: list[ModelVariable] = [v for v in raw.modelVariables if v.type == "Real"]
+        continuous = [v for v in self.reals if v.variability == "continuous"]
+        self.inputs = [v for v in continuous if v.causality == "input"]
+        self.outputs = [v for v in continuous if v.causality == "output"]
+        self.readable = [v for v in self.reals if v.causality != "independent"]
+        self.rates: list[ModelVariable] = [unknown.variable for unknown in raw.derivatives]
+        self.states = [cast(ModelVariable, rate.derivative) for rate in self.rates]
+        self.given = [
             v
             for v in self.readable
             if v.causality in ("input", "parameter")
             or (v.initial == "exact" and v.variability != "constant")
         ]
+
+    def kind(self, *, exchange: bool) -> CoSimulation | ModelExchange:
+        """FMPy's record for model exchange or for co-simulation."""
+        return self.raw.modelExchange if exchange else self.raw.coSimulation
+
+    @cached_property
+    def array_starts(self) -> dict[int, np.ndarray]:
+        """Start values (n_elements,) of arrays by value reference, in their units."""
+        found: dict[int, list[float]] = {}
+        for variable in self.reals:
+            found.setdefault(owner(variable), []).append(start(variable))
+        return {reference: np.array(values) for reference, values in found.items()}
 
 
 def scale(variable: ModelVariable) -> float:
@@ -185,7 +116,7 @@ def nominal(variable: ModelVariable) -> float | None:
 
 
 def start(variable: ModelVariable) -> float:
-    """The start value of a Real, 0 where there is none."""
+    """The start value of a Real, 0 without a finite one."""
     value = float(variable.start or 0.0)
     return value if math.isfinite(value) else 0.0
 
@@ -197,6 +128,6 @@ def within(variable: ModelVariable, value: float) -> float:
 
 
 def limits(variable: ModelVariable) -> tuple[float, float]:
-    """min and max of a Real, from itself or its declared type; infinite where there is none."""
+    """min and max of a Real, from itself or its declared type; infinite if not declared."""
     low = declared_number(variable, "min", -math.inf)
     return low, declared_number(variable, "max", math.inf)

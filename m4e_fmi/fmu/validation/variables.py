@@ -25,7 +25,7 @@ _ROUNDING = 1e-9
 def check_variables(subject: FmuUnderTest) -> Iterator[Finding]:
     """Findings about start values, limits, aliases and derivatives of variables."""
     yield from _aliases(subject)
-    for variable in subject.reals():
+    for variable in subject.reals:
         yield from _limits(variable)
         yield from _derivative(variable)
     for rate in subject.rates:
@@ -108,7 +108,7 @@ def check_units(subject: FmuUnderTest) -> Iterator[Finding]:
     """Findings about units and their use."""
     definitions = {unit.name: unit.baseUnit for unit in subject.raw.unitDefinitions}
     yield from _unit_definitions(definitions)
-    for variable in subject.reals():
+    for variable in subject.reals:
         state = variable.derivative
         if state is not None and state.type == "Real":
             yield from _unit_of_derivative(variable, state, definitions)

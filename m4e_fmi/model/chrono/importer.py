@@ -16,14 +16,14 @@ from m4e_fmi.model.chrono.planar_loads import PlanarLoads
 from m4e_fmi.model.chrono.rotation import Vector3
 from m4e_fmi.model.chrono.sections import (
     REFUSED,
+    ChronoSimulationSection,
     FileSection,
     ModelFileSection,
-    SimulationSection,
 )
 from m4e_fmi.model.chrono.spatial import SpatialMechanism
 from m4e_fmi.model.chrono.spatial_loads import SpatialLoads
 from m4e_fmi.model.elements import GROUND, Quantity, Vector
-from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.names import identifier
 
@@ -79,7 +79,7 @@ def _gravity(document: Document, places: Places) -> Vector3:
     """Gravity of the simulation in `document` [m/s²]."""
     if "simulation" not in document.data:
         return GRAVITY
-    simulation = _validated(document, places, SimulationSection, ("simulation",))
+    simulation = _validated(document, places, ChronoSimulationSection, ("simulation",))
     return (simulation and simulation.gravity) or GRAVITY
 
 
@@ -148,7 +148,7 @@ def _downwards(gravity: Vector3) -> float:
     return -z
 
 
-def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -> Model:
+def _converted(mechanism: Mechanism, loads: Loads[Any], gravity: Quantity | Vector) -> Model:
     model, places = mechanism.model, mechanism.places
     joints, bodies = mechanism.joints(), mechanism.bodies()
     if not places.problems:
@@ -172,7 +172,7 @@ def _converted(mechanism: Mechanism, loads: Loads, gravity: Quantity | Vector) -
 def _checked(places: Places, **fields: Any) -> Model:
     """The Model; what its own checks find is placed in the file as far as that is possible."""
 
-    def placed(finding: Finding) -> Problem:
+    def placed(finding: ModelFinding) -> Problem:
         message = f"{'.'.join(map(str, finding.location))}: {finding.message}"
         return places.document.problem(
             places.of(*map(str, finding.location[:2])), message, finding.remedy

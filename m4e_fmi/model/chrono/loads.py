@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from typing import Generic, TypeVar
 
 from m4e_fmi.joints import Coordinate
 from m4e_fmi.model.chrono.functions import NEEDED, function_text, scaled, times
@@ -29,11 +30,13 @@ from m4e_fmi.model.loads import JointEffort, Load, PointForce, TensionDamper, Te
 from m4e_fmi.model.names import identifier
 from m4e_fmi.model.table import Table
 
+Own = TypeVar("Own", bound=Mechanism)
 
-class Loads(ABC):
+
+class Loads(ABC, Generic[Own]):
     """Points, loads and tables of a Chrono model whose mechanism is known."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Own) -> None:
         self.mechanism = mechanism
         self.model, self.places = mechanism.model, mechanism.places
         self.points: dict[str, Point] = {}

@@ -112,7 +112,7 @@ class Mechanism(ABC):
                 inertia = self._inertia(body, body.inertia, axes)
                 result[identifier(body.name)] = Body(
                     body.mass,
-                    inertia,  # type: ignore[arg-type]
+                    inertia,
                     f"Body {body.name}",
                 )
         return result

@@ -109,7 +109,7 @@ class PlanarMechanism(Mechanism):
         joining = branch.joining
         kind = self.kind(joining)
         angle = angle_about_y(turn) if kind.rotates else parent.angle
-        pose = Pose(place, angle, axes)  # type: ignore[arg-type]
+        pose = Pose(place, angle, axes)  # pyrefly: ignore[bad-argument-type]
         moved = self._started(body, pose, branch, kind)
         self.poses[branch.child] = moved
         if joining is None:

@@ -15,10 +15,8 @@ from m4e_fmi.model.loads import BodyForce, TorsionDamper, TorsionSpring
 from m4e_fmi.model.names import identifier
 
 
-class PlanarLoads(Loads):
+class PlanarLoads(Loads[PlanarMechanism]):
     """Loads in the plane; LeavesPlaneError where one leads out of it."""
-
-    mechanism: PlanarMechanism
 
     def _twisted(self, rsda: RsdaSection, name: str, free: float) -> None:
         sense, ends = _about_y(rsda.axis), (self._name(rsda.body1), self._name(rsda.body2))

@@ -256,7 +256,7 @@ class ModelSection(Section):
     load_controllers: Ignored = None
 
 
-class SimulationSection(Section):
+class ChronoSimulationSection(Section):
     """The part of a simulation that belongs to the model; the rest is for Chrono's solver."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -270,7 +270,7 @@ class FileSection(Section):
     chrono_version: Ignored = Field(None, alias="chrono-version")
     type: Ignored = None
     model: str | None = None
-    simulation: SimulationSection = SimulationSection()
+    simulation: ChronoSimulationSection = ChronoSimulationSection()
     solver: Ignored = None
     output: Ignored = None
     visualization: Ignored = None
@@ -282,5 +282,5 @@ class ModelFileSection(FileSection):
     `dimensions` is a key of ours, which Chrono leaves unread.
     """
 
-    model: ModelSection  # type: ignore[assignment]
+    model: ModelSection  # pyrefly: ignore[bad-override]
     dimensions: Literal[3] | None = None

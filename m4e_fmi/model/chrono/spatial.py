@@ -134,7 +134,7 @@ class SpatialMechanism(Mechanism):
             parent.local(where - parent.place),
             pose.local(place - where),
             initial=initial,
-            **dict(zip(kind.vectors, map(parent.local, lines), strict=True)),  # type: ignore[arg-type]
+            **dict(zip(kind.vectors, map(parent.local, lines), strict=True)),  # pyrefly: ignore[bad-argument-type]
         )
 
     def _lines(self, branch: Branch[Joining], kind: JointType) -> list[Array] | None:

@@ -17,10 +17,8 @@ HINGES = ("revolute", "cylindrical")
 NOTHING = (0.0, 0.0, 0.0)
 
 
-class SpatialLoads(Loads):
+class SpatialLoads(Loads[SpatialMechanism]):
     """Loads in space: a moment between two moving bodies acts about the hinge that joins them."""
-
-    mechanism: SpatialMechanism
 
     def _twisted(self, rsda: RsdaSection, name: str, free: float) -> None:
         """An effort about the hinge: Chrono's angle, that of body2 against body1, is its own."""

@@ -60,7 +60,7 @@ class Forces:
             else:
                 lists.append((number, at, rows))
         for number, at, rows in lists:
-            if not isinstance(rows, list | None):
+            if rows is not None and not isinstance(rows, list):
                 self.say(at, f"expected a list of [x, z], got {rows!r}")
                 continue
             for index, row in enumerate(rows or []):
@@ -113,7 +113,7 @@ class Forces:
         spring = kind.endswith("Spring")
         form = "((end, end), [rest, stiffness])" if spring else "((end, end), damping)"
         right = is_row(row, 2) and is_row(row[0], 2) and (not spring or is_row(row[1], 2))
-        if not right or (not spring and isinstance(row[1], list | tuple)):
+        if not right or (not spring and isinstance(row[1], (list, tuple))):
             self.say(at, f"expected {form}, got {row!r}")
             return
         ends = tuple(self._end(kind, (*at, 0, i), end, points) for i, end in enumerate(row[0]))
@@ -131,7 +131,7 @@ class Forces:
             fields.append("stiffness" if spring else "damping")
         for i, field in enumerate(fields):
             self.places["loads", name, field] = (*at, 1, i) if spring else (*at, 1)
-        yield name, made(ends, **dict(zip(fields, values, strict=True)))  # type: ignore[arg-type]
+        yield name, made(ends, **dict(zip(fields, values, strict=True)))  # pyrefly: ignore[bad-argument-type]
 
     def _is_law(self, value: Data, variables: Sequence[str]) -> bool:
         """True of a coefficient that is an expression of the extension or its rate: a law."""

@@ -16,7 +16,7 @@ from m4e_fmi.errors import InputError, Problem, suggestion
 from m4e_fmi.files.document import Document, Location
 from m4e_fmi.model.checks import element_findings, whole_findings
 from m4e_fmi.model.elements import Parameter
-from m4e_fmi.model.findings import Finding, Names
+from m4e_fmi.model.findings import ModelFinding, Names
 from m4e_fmi.model.m4e.forces import Forces
 from m4e_fmi.model.m4e.mechanism import ROWS, SYMBOLS, Mechanism
 from m4e_fmi.model.m4e.values import Data, plain
@@ -59,7 +59,7 @@ def model_from_lists(
             Problem(f"{_place(f.location)}: {f.message}", f.remedy, name) for f in findings
         )
 
-    def placed(finding: Finding) -> Problem:
+    def placed(finding: ModelFinding) -> Problem:
         place = _place(mechanism.place_of(finding.location))
         return Problem(f"{place}: {finding.message}", finding.remedy, name)
 
@@ -83,7 +83,7 @@ def model_of_lists(document: Document) -> Model:
     if findings:
         raise InputError(document.problem(f.location, f.message, f.remedy) for f in findings)
 
-    def placed(finding: Finding) -> Problem:
+    def placed(finding: ModelFinding) -> Problem:
         place = mechanism.place_of(finding.location)
         return document.problem(place, finding.message, finding.remedy)
 
@@ -120,7 +120,7 @@ def _report_unknown(mechanism: Mechanism, lists: Mapping[str, Data]) -> None:
             mechanism.say((str(key),), f"unknown name {str(key)!r}", remedy)
 
 
-def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[Finding]]:
+def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[ModelFinding]]:
     """The fields of the Model, and what is wrong, placed in the lists."""
     gravity, bodies, joints = mechanism.gravity(), mechanism.bodies(), mechanism.joints()
     forces = Forces(mechanism)
@@ -145,7 +145,7 @@ def _checked(mechanism: Mechanism) -> tuple[dict[str, Data], list[Finding]]:
     found = list(element_findings(SimpleNamespace(dimensions=2, **fields), names))
     if not found and not mechanism.findings:
         found = list(whole_findings(SimpleNamespace(dimensions=2, **fields)))
-    moved = [Finding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
+    moved = [ModelFinding(mechanism.place_of(f.location), f.message, f.remedy) for f in found]
     return fields, [*dict.fromkeys([*mechanism.findings, *moved])]
 
 

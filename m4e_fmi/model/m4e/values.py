@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from m4e_fmi.files.document import Location
 from m4e_fmi.model.expression import Expression, ExpressionError
-from m4e_fmi.model.findings import Finding
+from m4e_fmi.model.findings import ModelFinding
 from m4e_fmi.model.quantity import as_expression
 
 Data: TypeAlias = Any
@@ -23,12 +23,12 @@ class Lists:
 
     def __init__(self, lists: Mapping[str, Data]) -> None:
         self.lists = lists
-        self.findings: list[Finding] = []
+        self.findings: list[ModelFinding] = []
         self.places: dict[Location, Location] = {}
 
     def say(self, at: Location, message: str, remedy: str = "") -> None:
         """Note a finding at a place of the lists."""
-        self.findings.append(Finding(at, message, remedy))
+        self.findings.append(ModelFinding(at, message, remedy))
 
     def place_of(self, location: Location) -> Location:
         """Where in the lists something at `location` of the model was said."""
@@ -51,7 +51,7 @@ def plain(value: Data) -> Data:
     """Arrays and tuples as lists, at any depth; the rest as it is."""
     if hasattr(value, "tolist") and not hasattr(value, "free_symbols"):
         value = value.tolist()
-    if isinstance(value, list | tuple):
+    if isinstance(value, (list, tuple)):
         return [plain(entry) for entry in value]
     if isinstance(value, Mapping):
         return {key: plain(entry) for key, entry in value.items()}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 from m4e_fmi.errors import InputError, is_file, missing_file
 from m4e_fmi.files.document import Location
-from m4e_fmi.model.findings import Finding, Known, quantities
+from m4e_fmi.model.findings import Known, ModelFinding, quantities
 from m4e_fmi.model.shapes.mesh_files import MeshFileError, Triangles, read_triangles, reduced
 
 if TYPE_CHECKING:
@@ -83,8 +83,8 @@ class Mesh:
 
     scalars: ClassVar = {}
     vectors: ClassVar = {"mesh_origin": "m"}
-    positive: ClassVar = ()
-    keys: ClassVar = ()
+    positive: ClassVar[tuple[str, ...]] = ()
+    keys: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         path = Path(self.file)
@@ -103,13 +103,13 @@ class Mesh:
 Shape: TypeAlias = "Box | Cylinder | Sphere | Mesh"
 
 
-def shape_findings(at: Location, body: Body, known: Known) -> Iterator[Finding]:
+def shape_findings(at: Location, body: Body, known: Known) -> Iterator[ModelFinding]:
     """Problems of the numbers and expressions of a body's shape, which planar bodies have not."""
     if body.shape is None:
         return
     if known.dimensions == 2:
         message = "shape: bodies of a planar model are drawn by their joints and points"
-        yield Finding((*at, "shape"), message, "remove it, or add 'dimensions: 3'")
+        yield ModelFinding((*at, "shape"), message, "remove it, or add 'dimensions: 3'")
         return
     yield from quantities(shape_place(at, body.shape), body.shape, known)
 
@@ -130,9 +130,9 @@ def shape_quantities(at: Location, shape: Shape) -> Iterator[tuple[Location, Qua
 
 def axis_without_direction(
     at: Location, body: Body, computed: Mapping[Location, float]
-) -> Iterator[Finding]:
+) -> Iterator[ModelFinding]:
     """A finding if all parts of the axis of a cylinder are 0."""
     if isinstance(body.shape, Cylinder):
         place = (*shape_place(at, body.shape), "axis")
         if all(computed.get((*place, k)) == 0.0 for k in range(3)):
-            yield Finding(place, "the axis has no length", "give a vector such as [0, 0, 1]")
+            yield ModelFinding(place, "the axis has no length", "give a vector such as [0, 0, 1]")

@@ -13,7 +13,7 @@ from m4e_fmi.model.elements import GROUND, Body, Joint, Parameter, Point, Quanti
 from m4e_fmi.model.loads import JointEffort, JointFriction, Load
 from m4e_fmi.model.model import Model
 from m4e_fmi.model.names import identifier
-from m4e_fmi.model.urdf.reading import Array, Link, Pose, Reader, Robot, UrdfJoint
+from m4e_fmi.model.urdf.reading import Array, Pose, Reader, Robot, UrdfJoint, UrdfLink
 
 CREEP = 0.01
 """Rate [rad/s or m/s] at which friction has reached 76 %: URDF has none, and sticking is not known
@@ -57,7 +57,7 @@ class _Conversion:
         self.robot, self.reader = robot, reader
         self.holders = {joint.child: joint for joint in robot.joints}
         self.poses: dict[str, Pose] = {}
-        self.members: dict[str, list[Link]] = {}  # of each body, by its first link
+        self.members: dict[str, list[UrdfLink]] = {}  # of each body, by its first link
         for link in robot.links.values():
             self.members.setdefault(self._first(link.name), []).append(link)
         self.parameters: dict[str, Parameter] = {}
@@ -181,7 +181,7 @@ class _Conversion:
         """A problem of the model at the line of the link or joint that it is about."""
         group, _, rest = problem.message.partition(".")
         name = rest.partition(":")[0].partition(".")[0]
-        elements: Iterable[Link | UrdfJoint] = self.robot.joints
+        elements: Iterable[UrdfLink | UrdfJoint] = self.robot.joints
         if group in ("bodies", "points"):
             elements = self.robot.links.values()
         lines = [e.line for e in elements if identifier(e.name) == name]

@@ -36,7 +36,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Link:
+class UrdfLink:
     """A link: mass [kg], inertia about its centre of gravity in the axes of `center` [kg·m²]."""
 
     name: str
@@ -71,7 +71,7 @@ class Robot:
     """The parts of a file with a meaning here; `others` are elements that URDF does not have."""
 
     name: str
-    links: dict[str, Link]
+    links: dict[str, UrdfLink]
     joints: list[UrdfJoint]
     others: list[str]
 
@@ -156,23 +156,23 @@ class Reader:
         angles = self._numbers(origin, "rpy", (0.0, 0.0, 0.0))
         return Pose(np.array(place), _rounded(Rotation.from_euler("xyz", angles).as_matrix()))
 
-    def _link(self, element: Element) -> Link:
+    def _link(self, element: Element) -> UrdfLink:
         name, line = self._name(element), element.sourceline
         inertial = element.find("inertial")
         if inertial is None:
-            return Link(name, line)
+            return UrdfLink(name, line)
         parts = {tag: inertial.find(tag) for tag in ("mass", "inertia")}
         for tag, part in parts.items():
             if part is None:
                 self.say(inertial.sourceline, f"<inertial> has no <{tag}>", f"add <{tag} …/>")
         if None in parts.values():
-            return Link(name, line)
+            return UrdfLink(name, line)
         (mass,) = self._numbers(parts["mass"], "value", None)
         if mass < 0:
             self.say(parts["mass"].sourceline, f"the mass of link {name!r} is negative")
         xx, yy, zz, xy, yz, xz = (self._numbers(parts["inertia"], k, None)[0] for k in _MOMENTS)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        return Link(name, line, mass, tensor, self._pose(inertial))
+        return UrdfLink(name, line, mass, tensor, self._pose(inertial))
 
     def _joint(self, element: Element) -> UrdfJoint:
         name, line, kind = self._name(element), element.sourceline, self._name(element, "type")
@@ -203,7 +203,7 @@ class Reader:
         pose = self._pose(element)
         return UrdfJoint(name, line, kind, parent, child, pose, axis, limited=limited, **lost)
 
-    def _check(self, robot: Robot, links: Sequence[Link]) -> None:
+    def _check(self, robot: Robot, links: Sequence[UrdfLink]) -> None:
         """Names given twice, links that are not there, and a tree."""
         for kind, elements in (("link", links), ("joint", robot.joints)):
             seen: set[str] = set()

@@ -29,13 +29,17 @@ from m4e_fmi.multibody.closed_form import (
     forcing,
     mass_matrix,
     outwards,
+    reactions,
     velocity_transformation,
 )
 from m4e_fmi.multibody.declaration import inputs_of
-from m4e_fmi.multibody.reactions import reactions
 from m4e_fmi.multibody.recording import add_outputs
-from m4e_fmi.multibody.symbolic.code import Language, equations_code
-from m4e_fmi.multibody.symbolic.printing import equations_text, notebook_latex
+from m4e_fmi.multibody.symbolic.printing import (
+    Language,
+    equations_code,
+    equations_text,
+    notebook_latex,
+)
 from m4e_fmi.multibody.topology import topology
 from m4e_fmi.program import AnyScalar, Variable
 from m4e_fmi.shown import Displayed, listing
@@ -157,8 +161,8 @@ class Equations(Displayed):
     def reactions(self) -> dict[str, sympy.Matrix]:
         """By joint, (F_x, F_z [N], M_y [N·m]) on its child, 3×1, in space (F, M), 6×1.
 
-        See `reactions.Reaction`. Functions of q, u and `u_dot`. A floating joint exerts nothing and
-        is left out.
+        See `closed_form.Reaction`. Functions of q, u and `u_dot`. A floating joint exerts nothing
+        and is left out.
         """
         found = reactions(self.assembly, self._moving)
         components = self.topology.components
@@ -218,7 +222,7 @@ class Equations(Displayed):
         return equations_text(self, latex=latex, reactions=reactions, explicit=explicit)
 
     def code(self, language: Language = "python") -> str:
-        """M and f as source of a function in Python or C: see `code.equations_code`."""
+        """M and f as source of a function in Python or C: see `printing.equations_code`."""
         return equations_code(self, language)
 
     def _repr_latex_(self) -> str | None:

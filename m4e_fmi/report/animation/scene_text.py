@@ -194,7 +194,7 @@ def _plain_scene(scene: Scene) -> PlainScene:
             }
             for cable in scene.cables
         ],
-        "water": water and _plain_water(water),
+        "water": _plain_water(water) if water else None,
         "floor": scene.floor,
         "notes": list(scene.notes),
     }

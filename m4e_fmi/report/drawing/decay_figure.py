@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from m4e_fmi.analysis.decay import Decay
-    from m4e_fmi.results.measured import Measured
+    from m4e_fmi.results.compared_file import Measured
 
 MOST_POINTS = 400
 """Rows up to which the record is drawn as points."""

@@ -30,7 +30,7 @@ def save(figure: Figure, path: str | Path, *, margin: float | None = None) -> Pa
     check_picture_path(path)
     for text in figure.findobj(Text):
         text.set_parse_math(False)
-    cut = {} if margin is None else {"bbox_inches": "tight", "pad_inches": margin}
+    cut = None if margin is None else "tight"
     with written(path) as part, rc_context({"text.parse_math": False}):
-        figure.savefig(part, dpi=DOTS_PER_INCH, **cut)
+        figure.savefig(part, dpi=DOTS_PER_INCH, bbox_inches=cut, pad_inches=margin)
     return Path(path)

@@ -269,10 +269,10 @@ class _Numbers:
         found = []
         for name, load in self.model.loads.items():
             if hasattr(load, "points"):
-                first, second = (self.point(end) for end in load.points)  # type: ignore[union-attr]
+                first, second = (self.point(end) for end in load.points)
                 found.append(Tie(name, load.type, (first, second)))
             elif hasattr(load, "bodies"):
-                first, second = (self.tree.index(body) for body in load.bodies)  # type: ignore[union-attr]
+                first, second = (self.tree.index(body) for body in load.bodies)
                 found.append(Tie(name, load.type, self._hinge(first, second)))
         return found
 
@@ -294,10 +294,10 @@ class _Numbers:
             if not hasattr(load, "force"):
                 continue
             if hasattr(load, "point"):
-                at = self.point(load.point)  # type: ignore[union-attr]
+                at = self.point(load.point)
             else:
-                at = Anchor(self.tree.index(load.body), (0.0, 0.0))  # type: ignore[union-attr]
-            direction = self._direction(load.force)  # type: ignore[union-attr]
+                at = Anchor(self.tree.index(load.body), (0.0, 0.0))  # pyrefly: ignore[missing-attribute]
+            direction = self._direction(load.force)
             if direction is not None:
                 if getattr(load, "axes", "world") == "body" and at.body >= 0:
                     x, z = turned(direction, start[at.body, 2])

@@ -13,7 +13,7 @@ import numpy as np
 from m4e_fmi.report.drawing.labels import Box, covering, shortened
 from m4e_fmi.report.drawing.pictures import save
 from m4e_fmi.report.drawing.style import COLOURS, GREY, INK, PAPER, pale
-from m4e_fmi.report.graph import TIMINGS, Arrow, Component, Graph, graph_of
+from m4e_fmi.report.graph import TIMINGS, Arrow, Graph, GraphComponent, graph_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +100,8 @@ def layout(names: Sequence[str], pairs: Iterable[tuple[str, str]]) -> dict[str, 
     graph.add_nodes_from(names)
     graph.add_edges_from(pairs)
     parts = list[dict[str, np.ndarray]]()
-    for part in sorted(nx.connected_components(graph), key=len, reverse=True):
+    groups: list[set[str]] = sorted(nx.connected_components(graph), key=len, reverse=True)
+    for part in groups:
         members = graph.subgraph([name for name in names if name in part])
         raw = nx.kamada_kawai_layout(members)
         points = np.array([raw[name] for name in members])
@@ -151,7 +152,7 @@ def _spread(points: np.ndarray) -> float:
     return factor
 
 
-def _box(axis: Axes, component: Component, place: np.ndarray) -> None:
+def _box(axis: Axes, component: GraphComponent, place: np.ndarray) -> None:
     from matplotlib.patches import FancyBboxPatch
 
     name, colour = component.name, LOOP if component.looped else COLOURS[0]

@@ -11,7 +11,7 @@ import m4e_fmi
 from m4e_fmi.fmu import ModelDescription
 from m4e_fmi.fmu.export.arrays import Grouped
 from m4e_fmi.fmu.export.description import Options
-from m4e_fmi.fmu.export.quantities import QUANTITIES, display_factor
+from m4e_fmi.fmu.export.model_description import QUANTITIES, display_factor
 from m4e_fmi.multibody import Equations
 from m4e_fmi.multibody.symbolic.printing import MOST_COORDINATES
 from m4e_fmi.report.page.mathml import equations_markup

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ WORK, LOAD, OF_INPUTS, TOTAL = ".work", "load.", "inputs.work", ".energy.total"
 class Flows:
     """Flows for flows.js: `data`, and the powers of connections as further `curves`."""
 
-    data: dict[str, object]
+    data: Mapping[str, object]
     curves: tuple[Curve, ...] = ()
 
 

@@ -21,7 +21,7 @@ from m4e_fmi.report.run_report.record import RecordEnd, end_of, record_of
 from m4e_fmi.report.run_report.summary import reproduction, summary
 from m4e_fmi.report.web.markup import escaped, paragraph
 from m4e_fmi.report.web.samples import Curve, Samples, packed_samples
-from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
+from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
 from m4e_fmi.results.results_file import Results, load
 from m4e_fmi.results.series import SCENE
 
@@ -67,16 +67,16 @@ def _page(results: Results, printed: str, command: str) -> Page:
     flows = flows_of(results, record, end)
     samples = packed_samples(results.time, _curves(results, end, flows))
     shown, why, ramp = _animation(results, name)
-    sections = [Section("summary", "Summary", summary(results, record, end, printed))]
+    sections = [PageSection("summary", "Summary", summary(results, record, end, printed))]
     if record.graph:
-        sections.append(Section("system", "System", _drawing(record.graph)))
-    sections.append(Section("histories", "Time histories", _histories(results, samples)))
+        sections.append(PageSection("system", "System", _drawing(record.graph)))
+    sections.append(PageSection("histories", "Time histories", _histories(results, samples)))
     moved = text_of(OWN, "moved.html").replace("@animation@", shown.markup) if shown else ""
-    sections.append(Section("animation", "Animation", moved or paragraph(why)))
+    sections.append(PageSection("animation", "Animation", moved or paragraph(why)))
     if flows:
-        sections.append(Section("power", "Power flow", text_of(OWN, "flows.html")))
-    sections.append(Section("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    sections.append(Section("inputs", "Reproduction", reproduction(results, record, command)))
+        sections.append(PageSection("power", "Power flow", text_of(OWN, "flows.html")))
+    sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
+    sections.append(PageSection("inputs", "Reproduction", reproduction(results, record, command)))
     scripts = [shown.script] if shown else []
     title = results.attributes.get("title") or results.path.stem
     return Page(

@@ -9,7 +9,7 @@ from m4e_fmi.analysis.decay.notes import decay_notes
 
 if TYPE_CHECKING:
     from m4e_fmi.analysis.decay import Decay, Estimate
-    from m4e_fmi.results.measured import Measured
+    from m4e_fmi.results.compared_file import Measured
 
 MOST_DECREMENTS = 12
 TWO = 2.0

@@ -181,7 +181,7 @@ def _switches(results: Results, rows: str) -> list[str]:
     lines = []
     for name in ordered[:MOST_SWITCHES]:
         one, count = others[name], counts[name]
-        last = one.recorded.told(one.values[-1]) if len(one.values) else "nothing"
+        last = one.recorded.text(one.values[-1]) if len(one.values) else "nothing"
         changes = f"{count} change{'s' * (count != 1)}{rows and f' {rows}'}"
         lines.append(f"  {name:<36} {one.recorded.type}: {changes}, {last} at the end")
     if len(ordered) > MOST_SWITCHES:

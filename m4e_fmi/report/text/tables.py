@@ -136,7 +136,7 @@ def _offset(vector: Sequence[object], tree: Topology) -> str:
 
 def _numbers(value: object) -> str:
     """A number, or the numbers of a tensor."""
-    return _pair(value) if isinstance(value, tuple | list) else _quantity(value)
+    return _pair(value) if isinstance(value, (tuple, list)) else _quantity(value)
 
 
 def _quantity(value: object) -> str:

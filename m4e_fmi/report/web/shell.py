@@ -21,7 +21,7 @@ HERE = "m4e_fmi.report.web"
 
 
 @dataclass(frozen=True)
-class Section:
+class PageSection:
     """A part of a page with a heading, at the anchor `key`; `body` is HTML."""
 
     key: str
@@ -39,7 +39,7 @@ class Page:
 
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[PageSection]
     data: Mapping[str, object]
     styles: Sequence[str] = ()
     scripts: Sequence[str] = ()
@@ -88,7 +88,7 @@ def text_of(package: str, name: str) -> str:
     return files(package).joinpath(name).read_text(encoding="utf-8")
 
 
-def _section(section: Section) -> str:
+def _section(section: PageSection) -> str:
     return (
         f'<section class="section" id="{section.key}" aria-labelledby="{section.key}-heading">\n'
         f'<h2 id="{section.key}-heading">{html.escape(section.heading)}</h2>\n'

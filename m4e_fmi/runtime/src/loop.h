@@ -18,8 +18,8 @@ enum {
                             source[references[k][i]], + offset[i] unless NULL; without weights,
                             source[references[i]], or source[i] without references */
     M4E_MONITOR,         /* values[0] = how many of the `terms` values at `source` are rough at once:
-                            see monitor.c; `past` is what it knows of them, `weights` are gates */
-    M4E_CALL,            /* function(component, values), of typed.h; values are cells */
+                            see loop.c; `past` is what it knows of them, `weights` are gates */
+    M4E_CALL,            /* function(component, values), of fmus.h; values are cells */
     M4E_BEGIN_STEP,      /* asks a component in another process for the step that a later operation
                             awaits */
     M4E_CHOOSE,          /* values = the readings that count of outputs, Real, */
@@ -58,11 +58,6 @@ typedef struct {
     m4e_warned *warned; /* of a step; NULL of all else */
     double *spent; /* seconds that steps have taken so far; NULL where nobody asks */
 } m4e_operation;
-
-/* How many of `count` values are rough at once. `past` has, for all of them one after the other: the
-   last value, its first three differences, the level and the largest of the fourth; then how many
-   steps are to be seen before anything is told. */
-double m4e_monitor(uint32_t count, const double *now, const double *gate, double *past);
 
 /* Seconds of a clock that nobody sets. */
 double m4e_seconds(void);

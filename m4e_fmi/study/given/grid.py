@@ -126,7 +126,7 @@ class Grid:
         """Indices of run number `run`, from 0."""
         return tuple(int(k) for k in np.unravel_index(run, self.shape)) if self.axes else ()
 
-    def told(self, run: int) -> str:
+    def label(self, run: int) -> str:
         """The run in words, as ``peak_period 7.5, seed 2``."""
         parts = list[str]()
         for axis, k in zip(self.axes, self.place(run), strict=True):

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from m4e_fmi.cosim.composition.compose import system_program
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import load_system, read_system
 from m4e_fmi.errors import InputError, Problem, suggestion
@@ -228,7 +228,7 @@ class _Versions:
         self._source, self._base = source, base
         self._keys = {n: t for n, t in targets.items() if isinstance(t, KeyTarget)}
         self._codes: dict[str, int] = {}
-        self._made: dict[tuple, tuple[int, int]] = {}
+        self._made: dict[tuple[object, ...], tuple[int, int]] = {}
 
     def of(self, run: int, problems: list[Problem]) -> tuple[int, int]:
         """Numbers of the version and of the defaults of a run, from 0; adds to `problems`."""
@@ -315,7 +315,9 @@ def _with_keys(system: System, values: Keys) -> System:
     document = system.document
     if not values or document is None:
         return system
-    places = {("components", t.component, *t.keys): v for t, v in values.items()}
+    places: dict[Location, object] = {
+        ("components", t.component, *t.keys): v for t, v in values.items()
+    }
     return read_system(document.with_data(with_values(document.data, places)))
 
 

@@ -40,7 +40,7 @@ Batch = dict[int, Record]
 
 
 @dataclass(frozen=True)
-class Group:
+class RunGroup:
     """Runs of one program with the same settings: `runs` are their numbers, from 0."""
 
     version: Version
@@ -73,7 +73,7 @@ class ProgramPlan:
     named: NamedProgram
 
     @cached_property
-    def groups(self) -> list[Group]:
+    def groups(self) -> list[RunGroup]:
         """Runs of one program and one set of settings each, in order."""
         named = self.named
         settings = named.settings
@@ -83,9 +83,9 @@ class ProgramPlan:
             own = {key: column[run] for key, column in settings.items()}
             runs.setdefault((version, json.dumps(own)), []).append(run)
         return [
-            Group(
+            RunGroup(
                 named.versions[version],
-                Settings(**{**named.fixed, **json.loads(own)}),
+                Settings(**{**named.fixed, **json.loads(own)}),  # pyrefly: ignore[bad-argument-type]
                 np.array(members),
             )
             for (version, own), members in runs.items()
@@ -102,12 +102,12 @@ class ProgramPlan:
             )
         return found.tolist()
 
-    def _start_up_of(self, group: Group) -> np.ndarray:
+    def _start_up_of(self, group: RunGroup) -> np.ndarray:
         """The same of the runs of a group (n_runs,) [s]."""
         stated = self.named.study.start_up
         return np.array([start_up(stated, 0.0, ramps) for ramps in self._ramps(group)])
 
-    def _ramps(self, group: Group) -> Iterator[dict[str, float]]:
+    def _ramps(self, group: RunGroup) -> Iterator[dict[str, float]]:
         """The ramps [s] of seas by name, of each run of a group."""
         values = self.named.start_values(group.version, group.runs)
         names = [v.name for v in group.version.variables]
@@ -162,7 +162,7 @@ class ProgramPlan:
                 make = partial(self._chunk, group, compiling=_Compiling(len(runs)))
                 yield from chunks(runs, Pace(jobs), make)
 
-    def _chunk(self, group: Group, runs: np.ndarray, compiling: _Compiling) -> Batch:
+    def _chunk(self, group: RunGroup, runs: np.ndarray, compiling: _Compiling) -> Batch:
         """Records of some runs by one call of the library."""
         began, version, used = clock.perf_counter(), group.version, clock.thread_time()
         program, names = version.program, self._names
@@ -199,7 +199,7 @@ class ProgramPlan:
                 batch[int(runs[k])] = Record(failure=told, wall_time=each)
         return batch
 
-    def _single(self, group: Group, runs: np.ndarray) -> Batch:
+    def _single(self, group: RunGroup, runs: np.ndarray) -> Batch:
         """The record of one run by a simulation of its own."""
         began, run = clock.perf_counter(), int(runs[0])
         version, settings = group.version, group.settings
@@ -266,7 +266,7 @@ def _same_start_up(
     yield from found.items()
 
 
-def single_because(group: Group, wanted: Sequence[str]) -> str:
+def single_because(group: RunGroup, wanted: Sequence[str]) -> str:
     """Why the runs of a group are made one by one; empty if an ensemble does."""
     program: Program = group.version.program
     if library() is None:

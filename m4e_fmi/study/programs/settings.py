@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from m4e_fmi.cosim.system.component_step import time_of
+from m4e_fmi.cosim.system.simulation import time_of
 from m4e_fmi.errors import Problem, suggestion
 from m4e_fmi.files.document import Location
 from m4e_fmi.files.limits import beyond_limits
@@ -105,6 +105,6 @@ def count_problems(
         for key, pick in (("stop_time", max), ("output_interval", min), ("step_size", min))
     )
     places = {t: v.location for axis in study.grid.axes for v in axis.varied for t in v.targets}
-    for key, *told in beyond_limits(stop, output_interval=interval, step_size=step):
+    for key, *told in beyond_limits(stop, output_interval=interval, step_size=step):  # pyrefly: ignore[bad-argument-type]
         at = places.get(f"{SIMULATION}.{key}", ("simulation", key))
         yield study.document.problem(at, *told)

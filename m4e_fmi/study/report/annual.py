@@ -103,11 +103,11 @@ def _rows(
         labels = [one.labels[k] for one, k in zip(others, place, strict=True)]
         for name, (rows, mean) in found.items():
             unit, is_power = result.units[name], _is_power(result, name)
-            told = _told(rows[place], mean[place], shares, unit, is_power=is_power)
+            told = _annual_row(rows[place], mean[place], shares, unit, is_power=is_power)
             yield (*labels, name, *told)
 
 
-def _told(
+def _annual_row(
     rows: np.ndarray, mean: np.ndarray, shares: np.ndarray, unit: str, *, is_power: bool
 ) -> tuple[str, str, str, str]:
     """Mean, energy, its error, number of states: of `rows` (states…, n_seeds) and their `mean`.

@@ -142,7 +142,7 @@ def _series(result: StudyResult) -> Samples | None:
     if found is None:
         return None
     curves = [
-        Curve(f"{name}, run {run + 1}", f"run {run + 1}: {result.told(int(run))}", name,
+        Curve(f"{name}, run {run + 1}", f"run {run + 1}: {result.label(int(run))}", name,
               found.units[name], found.texts[name], found.values[name][row])
         for row, run in enumerate(found.runs.tolist())
         for name in found.values

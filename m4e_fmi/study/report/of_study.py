@@ -6,7 +6,7 @@ from pathlib import Path
 
 from m4e_fmi.files.writing import check_suffix, written
 from m4e_fmi.report.web.markup import paragraph
-from m4e_fmi.report.web.shell import HERE, Page, Section, page_text, text_of
+from m4e_fmi.report.web.shell import HERE, Page, PageSection, page_text, text_of
 from m4e_fmi.study.report.annual import annual, contributions
 from m4e_fmi.study.report.content import Content, content_of
 from m4e_fmi.study.report.result import StudyResult, load_study_result
@@ -36,19 +36,19 @@ def report_of_study(
 def _page(result: StudyResult, printed: str, command: str) -> Page:
     contributed = contributions(result)
     content = content_of(result, contributed)
-    sections = [Section("summary", "Summary", summary(result, printed))]
+    sections = [PageSection("summary", "Summary", summary(result, printed))]
     if result.record.wanted:
-        sections.append(Section("results", "Results", text_of(OWN, "maps.html")))
+        sections.append(PageSection("results", "Results", text_of(OWN, "maps.html")))
     if contributed:
         body = annual(result) + text_of(OWN, "maps.html")
-        sections.append(Section("states", "Means by probability", body))
+        sections.append(PageSection("states", "Means by probability", body))
     if result.record.wanted:
-        sections.append(Section("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
-    sections.append(Section("numbers", "Numbers", _numbers(content)))
+        sections.append(PageSection("scatter", "Scatter of runs", text_of(OWN, "scatter.html")))
+    sections.append(PageSection("numbers", "Numbers", _numbers(content)))
     if result.series:
-        sections.append(Section("histories", "Time histories", _runs(result)))
-        sections.append(Section("spectra", "Spectra", text_of(HERE, "spectra.html")))
-    sections.append(Section("inputs", "Reproduction", reproduction(result, command)))
+        sections.append(PageSection("histories", "Time histories", _runs(result)))
+        sections.append(PageSection("spectra", "Spectra", text_of(HERE, "spectra.html")))
+    sections.append(PageSection("inputs", "Reproduction", reproduction(result, command)))
     return Page(
         title=result.attribute("title") or result.path.stem,
         subtitle=f"Study of {result.count:,} runs, report of m4e_fmi",

@@ -136,7 +136,7 @@ class StudyResult:
         mean, width, missing = means_of_designs(self.by_seeds(self.numbers[name]))
         return Designs(mean, width, np.where(self.by_seeds(self.is_run).any(axis=-1), missing, 0))
 
-    def told(self, run: int) -> str:
+    def label(self, run: int) -> str:
         """The run in words, as ``peak_period 7.5, seed 2``."""
         places = np.unravel_index(run, self.shape) if self.shape else ()
         parts = [

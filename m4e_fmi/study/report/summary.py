@@ -67,7 +67,7 @@ def _coupling(result: StudyResult) -> str:
         return ""
     run = int(np.nanargmax(errors))
     at = f", at {result.record.coupling_at}" if result.record.coupling_at else ""
-    return f"{errors[run]:.1e} of range{at}, in the run of {result.told(run)}"
+    return f"{errors[run]:.1e} of range{at}, in the run of {result.label(run)}"
 
 
 def _times(seconds: np.ndarray) -> str:
@@ -86,7 +86,7 @@ def _failures(result: StudyResult) -> str:
     if not len(failed):
         return ""
     reasons = result.failure.reshape(-1)
-    rows = [(result.told(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
+    rows = [(result.label(int(run)), str(reasons[run])) for run in failed[:MOST_TOLD]]
     text = table("Runs without a result, and why", ("run", "reason"), rows, texts=2)
     if len(failed) > MOST_TOLD:
         counts = Counter(str(reasons[run]) for run in failed).most_common(MOST_TOLD)

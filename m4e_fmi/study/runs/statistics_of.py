@@ -21,9 +21,8 @@ def computed(
     `time` (n,) [s], `values` (m, n) by variable, in their units; those before `start_up` [s] do not
     count.
     """
-    counted: np.ndarray | slice = time >= start_up
-    if np.all(counted):
-        counted = slice(None)  # no copies
+    after = time >= start_up
+    counted = slice(None) if np.all(after) else after  # no copies of all
     found: dict[str, np.ndarray] = {}
     reasons: dict[str, tuple[str, ...]] = {}
     for one in wanted:

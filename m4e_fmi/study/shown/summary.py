@@ -87,7 +87,7 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     if np.isnan(found.mean).all():
         yield f"  {name}: not known, {_lacking(np.isnan(states.last(grid.axes, values)))}"
         return
-    yield from _told(name, shown, found.scaled(scale))
+    yield from _result_lines(name, shown, found.scaled(scale))
     if (
         grid.probability
         and wanted.statistic == "mean"
@@ -95,7 +95,7 @@ def _over_states(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str
     ):
         covered = float(states.shares.sum())
         energy = found.scaled(covered * YEAR / MEGAWATT_HOUR)
-        yield from _told("energy of a year of 8766 h", " [MWh]", energy)
+        yield from _result_lines("energy of a year of 8766 h", " [MWh]", energy)
 
 
 def _differences(outcome: StudyOutcome, wanted: Wanted, scale: float, shown: str) -> Iterator[str]:
@@ -128,7 +128,7 @@ def _lacking(missing: np.ndarray) -> str:
     return f"each seed and design lacks some state: {some} states have no value in some of the runs"
 
 
-def _told(name: str, unit: str, found: Averaged) -> Iterator[str]:
+def _result_lines(name: str, unit: str, found: Averaged) -> Iterator[str]:
     """A line of one number, or a table of designs."""
     if found.axes:
         yield f"  {name}{unit}:"
@@ -206,7 +206,7 @@ def _worst(outcome: StudyOutcome) -> Iterator[str]:
     record = outcome.records[run]
     yield (
         f"largest coupling error {record.coupling_error:.1e} of range, at {record.coupling_at}, in "
-        f"the run of {outcome.study.grid.told(run)}"
+        f"the run of {outcome.study.grid.label(run)}"
     )
 
 
@@ -215,7 +215,7 @@ def _failures(outcome: StudyOutcome) -> Iterator[str]:
         return
     yield f"{len(outcome.failures)} of {outcome.study.grid.count} runs failed:"
     for run, why in list(outcome.failures.items())[:MOST_TOLD]:
-        yield f"  {outcome.study.grid.told(run)}: {why}"
+        yield f"  {outcome.study.grid.label(run)}: {why}"
     if len(outcome.failures) > MOST_TOLD:
         yield f"  … {len(outcome.failures) - MOST_TOLD} more: `failure` in the file"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from m4e_fmi.cosim.connections.recording import chosen
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.connections.prepared import chosen
+from m4e_fmi.cosim.preparation.components import expected_descriptions
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.start_values import single_problems
 from m4e_fmi.cosim.system.system import System
@@ -24,7 +24,7 @@ def changed(system: System, settings: Mapping[str, object]) -> System:
     """The system with other settings of its simulation; InputError if they do not fit."""
     if odd := settings.keys() & {"start", "origin"}:
         raise InputError.single(f"the simulation has no setting {min(odd)!r}")
-    return system.changed(origin="study", **settings)  # pyright: ignore[reportArgumentType]
+    return system.changed(origin="study", **settings)  # pyrefly: ignore[bad-argument-type]
 
 
 @dataclass(frozen=True)

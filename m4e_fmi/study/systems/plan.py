@@ -14,9 +14,16 @@ from pathlib import Path
 
 from m4e_fmi.code_hash import code_hash, imports_hash
 from m4e_fmi.cosim.connections.prepared import Prepared
-from m4e_fmi.cosim.preparation.components import ReadyFmu, missing_fmus, ready_fmus
+from m4e_fmi.cosim.preparation.components import (
+    WARNING,
+    Draft,
+    ReadyFmu,
+    drafted,
+    missing_fmus,
+    ready_fmus,
+    takes_long,
+)
 from m4e_fmi.cosim.preparation.doubtful_values import ramps
-from m4e_fmi.cosim.preparation.inputs import WARNING, Draft, drafted, takes_long
 from m4e_fmi.cosim.preparation.prepare import prepare
 from m4e_fmi.cosim.run.identity import identity
 from m4e_fmi.cosim.system.component import Component, Kind, StartValue, kind_module
@@ -144,7 +151,7 @@ class Plan:
         for name, one in self.versions.of.items():
             for combination, variant in one.of.items():
                 for line in variant.warnings:
-                    self.tell(f"{name}: {line} ({_told(one.keys, combination)})")
+                    self.tell(f"{name}: {line} ({_values_text(one.keys, combination)})")
             lines = _BuildLines(self.tell, name, one)
             for number in range(len(one.builds)):
                 draft = one.drafts.pop(number, None)
@@ -364,10 +371,10 @@ def _but_stop_time(system: System) -> dict[str, object]:
 
 def of_keys(one: Variants, number: int) -> str:
     """The values of its keys that a version of a component was made for."""
-    return _told(one.keys, one.builds[number].of)
+    return _values_text(one.keys, one.builds[number].of)
 
 
-def _told(keys: Sequence[Location], values: Combination) -> str:
+def _values_text(keys: Sequence[Location], values: Combination) -> str:
     pairs = zip(keys, values, strict=True)
     return ", ".join(f"{dotted(key)} {value}" for key, value in pairs)
 

@@ -143,10 +143,10 @@ def is_there(data: object, keys: Location) -> bool:
     """True if nested data have a value, not a section, at `keys`."""
     for key in keys:
         known = range(len(data)) if isinstance(data, list) else data
-        if not isinstance(known, dict | range) or key not in known:
+        if not isinstance(known, (dict, range)) or key not in known:
             return False
-        data = data[key]  # pyright: ignore[reportIndexIssue, reportCallIssue, reportArgumentType]
-    return not isinstance(data, dict | list)
+        data = data[key]  # pyrefly: ignore[bad-index]
+    return not isinstance(data, (dict, list))
 
 
 def _could_be(system: System, component: str, keys: Location) -> bool:

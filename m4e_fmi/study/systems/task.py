@@ -20,11 +20,11 @@ from pathlib import Path
 
 from m4e_fmi.cosim.connections.prepared import Prepared
 from m4e_fmi.cosim.error_estimate.report import CouplingErrorReport
-from m4e_fmi.cosim.run.run import Options
+from m4e_fmi.cosim.run.run import RunOptions
 from m4e_fmi.cosim.run.running import running
 from m4e_fmi.cosim.system.component import Start
 from m4e_fmi.errors import M4eError, RunError
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 from m4e_fmi.results.results_file import load
 from m4e_fmi.shown import one_line
 from m4e_fmi.study.given.study import Wanted
@@ -117,7 +117,7 @@ def _run(task: Task, prepared: Prepared, results: Path, warnings: list[str]) -> 
 
     names = tuple(dict.fromkeys((*(w.variable for w in task.wanted), *task.series)))
     recorded = tuple(dict.fromkeys((*names, *_limited(prepared))))
-    options = Options(results=results, certify=task.certify, warn=warn)
+    options = RunOptions(results=results, certify=task.certify, warn=warn)
     prepared = replace(prepared, warnings=())  # of the preparation: told once
     with running(prepared.recording(recorded), options) as run:
         run.finish()

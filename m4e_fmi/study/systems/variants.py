@@ -12,7 +12,7 @@ import marshal
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from m4e_fmi.cosim.preparation.inputs import WARNING, Draft
+from m4e_fmi.cosim.preparation.components import WARNING, Draft
 from m4e_fmi.cosim.system.component import Component
 from m4e_fmi.cosim.system.system import System
 from m4e_fmi.cosim.system_file import read_component
@@ -140,7 +140,7 @@ class _Sections:
         except InputError as error:
             raise InputError(self._system.located(self._name, p) for p in error.problems) from None
         program = _program(draft)
-        variables = program and (*program.parameters, *program.states, *program.inputs)
+        variables = (*program.parameters, *program.states, *program.inputs) if program else None
         return Build(component, values, variables), draft
 
     def with_values(self, problem: Problem, values: Combination) -> Problem:

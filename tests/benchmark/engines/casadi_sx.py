@@ -20,7 +20,7 @@ from benchmark.timing import cpu_seconds, empty_call, python_batch
 def function_of(system: System) -> Any:
     """casadi.Function (q, u) → u̇."""
     try:
-        import casadi as ca  # pyright: ignore[reportMissingImports]
+        import casadi as ca
     except ImportError as error:
         raise UnavailableError("the package casadi is not installed") from error
     if system.springs or system.torsions or not all(link.revolute for link in system.links):
@@ -76,7 +76,7 @@ class CasadiSx:
 
 def _compiled(function: Any, name: str) -> Any:
     """The function as generated C, compiled with -O2."""
-    import casadi as ca  # pyright: ignore[reportMissingImports]
+    import casadi as ca
 
     generator = ca.CodeGenerator(f"casadi_{name}.c")
     generator.add(function)
@@ -88,7 +88,7 @@ def _compiled(function: Any, name: str) -> Any:
 
 def _batch(function: Any, system: System) -> Batch:
     """Batch of CasADi's buffered call; the time of a call that does nothing is taken off."""
-    import casadi as ca  # pyright: ignore[reportMissingImports]
+    import casadi as ca
 
     arguments = [np.array(system.q), np.array(system.u)]
     buffer, trigger = function.buffer()

@@ -21,7 +21,7 @@ class PydyCython:
     def prepare(self, system: System) -> Prepared:
         try:
             import sympy
-            from pydy.codegen import (  # pyright: ignore[reportMissingImports]
+            from pydy.codegen import (
                 ode_function_generators as pydy,
             )
         except ImportError as error:

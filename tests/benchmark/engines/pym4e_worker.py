@@ -36,7 +36,7 @@ class Worker:
     """One system in pyM4E; `system` is systems.System as plain JSON."""
 
     def __init__(self) -> None:
-        import multibody  # pyright: ignore[reportMissingImports]
+        import multibody
         import numpy
         import sympy
 

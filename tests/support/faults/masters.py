@@ -41,7 +41,7 @@ def dying_in_a_write(number: int, part: float) -> None:
         usual_fsync(descriptor)
 
     setattr(row_file.RowFile, "_put", put)  # noqa: B010
-    os.fsync = fsync
+    os.fsync = fsync  # pyrefly: ignore[bad-assignment]
 
 
 @contextlib.contextmanager

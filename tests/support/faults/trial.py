@@ -88,7 +88,7 @@ class Place:
 
         It writes to the files `words`, .out and .err.
         """
-        arguments = ["run", "system.yaml", "--output-file", "r.nc", *options]
+        arguments = ["run", "system.yaml", "--output-file", "r.nc", "--no-plot", *options]
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload(list(_PRELOADED))
         process = context.Process(target=_command, args=(str(self.folder), words, arguments, patch))

@@ -26,7 +26,7 @@ from support.fuzz.trees import damaged_xml, damaged_yaml
 
 from m4e_fmi.cli import main
 from m4e_fmi.cosim import load_system
-from m4e_fmi.errors import InputError, M4eError, RunError
+from m4e_fmi.errors import InputError, M4eError
 from m4e_fmi.runtime.engine import Control
 from m4e_fmi.simulate import solvers
 
@@ -165,7 +165,7 @@ def _done(command: tuple[str, ...], path: Path, work: Path) -> int:
     except InputError as error:
         print(str(error).encode("ascii", "replace"))
         return 2
-    except (M4eError, RunError):
+    except M4eError:
         return 1
     return 0
 

@@ -30,9 +30,9 @@ from m4e_fmi.errors import M4eError
 from m4e_fmi.files.document import Document
 from m4e_fmi.fmu.importer.opening import check_archive
 from m4e_fmi.program.binary_form import encode
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import write_netcdf
-from m4e_fmi.results.row_file import CELLS, MAGIC, Column, RowFile, Section
+from m4e_fmi.results.row_file import CELLS, MAGIC, ResultColumn, RowFile, RowSection
+from m4e_fmi.results.series import Recorded
 
 ROOT = Path(__file__).parents[3]
 Files = Mapping[str, bytes]
@@ -268,9 +268,9 @@ def _has_sections(path: Path) -> bool:
 
 
 SECTIONS = (
-    Section("one", (Column("x", "m", "position"), Column("v", "m/s", "speed"))),
-    Section("two", (Column("on", "", "switch", Recorded("Boolean", "i1")),
-                    Column("text", "", "a text", Recorded("String", "str"))), CELLS),
+    RowSection("one", (ResultColumn("x", "m", "position"), ResultColumn("v", "m/s", "speed"))),
+    RowSection("two", (ResultColumn("on", "", "switch", Recorded("Boolean", "i1")),
+                    ResultColumn("text", "", "a text", Recorded("String", "str"))), CELLS),
 )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ import json
 import random
 from typing import Any
 
-from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  it has no types
+from lxml import etree
 from ruamel.yaml import YAML
 from support.fuzz.texts import XML_WORDS
 
@@ -83,7 +83,7 @@ def _change(data: Any, whole: Any, rng: random.Random) -> None:
                 target[f"{last}{k}"] = copy.deepcopy(target[last])
         case 5:
             deep: Any = target[last]
-            for _ in range(rng.choice((1, 1, 2, 50, 150))):
+            for _ in range(rng.choice((1, 1, 2, 50, 150))):  # pyrefly: ignore[non-convergent-recursion]
                 deep = [deep] if rng.random() < 0.5 else {"a": deep}
             target[last] = deep
         case 6 | 7:

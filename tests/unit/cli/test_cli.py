@@ -47,7 +47,7 @@ def test_a_bare_start_value_is_si_and_one_with_a_unit_is_converted(here, capsys)
         assert re.search(r"branch\.q +1\.04719755 rad", capsys.readouterr().out)
     # -2.5 m · cos 60°, but for the rounding of the angle
     assert heights[0][0] == pytest.approx(-1.25, rel=1e-15)
-    assert np.array_equal(*heights)
+    assert np.array_equal(heights[0], heights[1])
     wanted = ["--variables", "a.L", "b.L", "--start-value", "a.L", "250 cm"]
     assert main(["run", "system.yaml", "--output-file", "r.nc", *wanted]) == 0
     run = results.load("r.nc")

@@ -1,4 +1,4 @@
-"""Starts that `m4e-fmi new` writes: each of them runs, and its code passes ruff and pyright."""
+"""Starts that `m4e-fmi new` writes: each of them runs, and its code passes ruff and pyrefly."""
 
 from __future__ import annotations
 
@@ -98,8 +98,9 @@ def test_code_that_is_written_passes_the_checks(here):
     subprocess.run([BIN / "ruff", "check", "--isolated", here], check=True)
     format_ = [BIN / "ruff", "format", "--isolated", "--line-length", "100", "--check", here]
     subprocess.run(format_, check=True)
-    python = ("--pythonpath", sys.executable)
-    subprocess.run([BIN / "pyright", *python, "my_controller.py", "my_adapter"], check=True)
+    how = ("--preset", "default", "--python-interpreter-path", sys.executable)
+    types = [BIN / "pyrefly", "check", *how, "my_controller.py", "my_adapter"]
+    subprocess.run(types, check=True)
 
 
 def test_a_study_is_written_beside_its_system(here, capsys):

@@ -18,7 +18,7 @@ from support.fuzz.cases import DEFECT
 
 from m4e_fmi.cli import main
 from m4e_fmi.errors import InputError
-from m4e_fmi.files import yaml_tree
+from m4e_fmi.files import document
 from m4e_fmi.files.document import Document
 from m4e_fmi.files.file_names import LONGEST, file_stem, file_stems
 from m4e_fmi.fmu import build_fmu
@@ -52,7 +52,7 @@ def test_a_document_beyond_its_limits(
     text: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Others are in tests/corpus/yaml.yaml."""
-    monkeypatch.setattr(yaml_tree, "MOST_WRITTEN", 150)
+    monkeypatch.setattr(document, "MOST_WRITTEN", 150)
     with pytest.raises(InputError, match=message) as caught:
         Document.parse(text)
     assert caught.value.problems[0].line == 1

@@ -17,15 +17,14 @@ from typing import Any
 import pytest
 
 from m4e_fmi.errors import RunError
-from m4e_fmi.files.locks import claimed
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder, claimed
 from m4e_fmi.signals import handled
 
 HOLDER = """\
 import sys
 from pathlib import Path
 from m4e_fmi.files.locks import claimed
-from m4e_fmi.files.temporary import TemporaryFolder
+from m4e_fmi.files.locks import TemporaryFolder
 with claimed(sys.argv[1]) as place, TemporaryFolder(place.parent) as folder:
     (folder / "file").touch()
     place.with_name(f".{place.name}.m4e-rows").touch()
@@ -118,7 +117,7 @@ def test_temporary_folders_are_removed_with_the_last_reference(
 def test_many_processes_take_locks_while_others_sweep(tmp_path: Path) -> None:
     code = (
         "import sys\nfrom pathlib import Path\nfrom m4e_fmi.files.locks import claimed\n"
-        "from m4e_fmi.files.temporary import TemporaryFolder\n"
+        "from m4e_fmi.files.locks import TemporaryFolder\n"
         "here, name = Path(sys.argv[1]), sys.argv[2]\n"
         "for _ in range(200):\n"
         "    with TemporaryFolder(here) as folder, claimed(here / name):\n"

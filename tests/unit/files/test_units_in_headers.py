@@ -23,7 +23,7 @@ from m4e_adapters.hydrodynamics.seas.wave_files import read_components, read_den
 from m4e_fmi.analysis.comparison.comparing import compare
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import load_model
-from m4e_fmi.results.measured import read_measured
+from m4e_fmi.results.compared_file import read_measured
 from m4e_fmi.study.given.study import read_study
 from m4e_fmi.study.programs.names import named_program
 from m4e_fmus.table.config import Config
@@ -186,7 +186,7 @@ CSV = "m4e_fmus.table.rows"
 OF_MODELS = "m4e_fmi.model.yaml"
 SPECTRUM = {"omega": "rad/s", "density": "m2.s/rad"}
 DRIFT = np.array([[0.5, 0.0, 1.0, 2.0, 3.0], [1.5, 0.0, 4.0, 5.0, 6.0]])
-COMPARING, MEASURED = "m4e_fmi.analysis.comparison.comparing", "m4e_fmi.results.measured"
+COMPARING, MEASURED = "m4e_fmi.analysis.comparison.comparing", "m4e_fmi.results.compared_file"
 READERS = {
     "wave components": Reader(WAVES, BY_PERIOD, rising(3, 4), components),
     "wave components over omega": Reader(WAVES, BY_OMEGA, rising(3, 4), components),

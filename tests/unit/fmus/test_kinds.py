@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support.fmu_instances import Instance, Instance3
@@ -76,7 +77,7 @@ def fmu(tmp_path_factory: pytest.TempPathFactory) -> Fmu:
 
     @cache
     def built(kind: str, build: str) -> Path:
-        keys = {"native": True, "fmi": build} if build != "python" else {}
+        keys: dict[str, Any] = {"native": True, "fmi": build} if build != "python" else {}
         return build_fmu(source(kind), folder / f"{kind}_{build}.fmu", **keys)
 
     return built

@@ -10,6 +10,7 @@ import sys
 from collections import defaultdict, deque, namedtuple
 from pathlib import Path
 from textwrap import dedent
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,10 +54,10 @@ class Delay:
 """
 
 
-def made(folder: Path, text: str, **keys: object) -> tuple[Program | PythonSource, list[str]]:
+def made(folder: Path, text: str, **keys: Any) -> tuple[Program | PythonSource, list[str]]:
     (folder / "force.py").write_text(dedent(text), encoding="utf-8")
     lines: list[str] = []
-    config = Config(file="force.py", **keys)  # type: ignore[arg-type]
+    config = Config(file="force.py", **keys)
     return make(config, name="force", folder=folder, progress=lines.append), lines
 
 
@@ -265,7 +266,7 @@ def values(*names: str) -> Values:
     ("value", "told"),
     [
         (defaultdict(list), "self.a"),
-        (namedtuple("Pair", "a b")(1, 2), "self.a"),
+        (namedtuple("Pair", "a b")(1, 2), "self.a"),  # pyrefly: ignore[untyped-namedtuple]
         ({"log": io.StringIO()}, r"self.a\['log'\] is of type StringIO"),
         (values("rod.vz").filled({"rod.vz": 2.0}), r"self.a is the object of values"),
     ],

@@ -52,11 +52,11 @@ def test_sums(keys: dict, inputs: str, sums: str, values: tuple, expected: list[
 def test_a_tunable_parameter_follows_an_output(algorithm: str, tmp_path: Path) -> None:
     """With y the sum of 2 x, x = 3, whose factor a table raises from 2 to 7 at 0.5 s."""
     signals = {"f": {"values": [2, 2, 7, 7]}, "x": {"values": [3, 3, 3, 3]}}
-    steps = table.Config(times=[0, 0.5, 0.5, 1], signals=signals)  # pyright: ignore
-    total = Component("c", Kind("sum", Config(inputs=["u"], unit="1")))  # pyright: ignore
+    steps = table.Config(times=[0, 0.5, 0.5, 1], signals=signals)
+    total = Component("c", Kind("sum", Config(inputs=["u"], unit="1")))
     parts = (total, Component("t", Kind("table", steps)))
     links = ("t.x -> c.u", "t.f -> c.factor.u")
-    system = System("s", parts, links, Simulation(1.0, 0.25, algorithm))  # pyright: ignore
+    system = System("s", parts, links, Simulation(1.0, 0.25, algorithm))
     outcome = run(prepare(system, build_directory=tmp_path), results=tmp_path / "r.nc")
     results = outcome.results()
     expected = np.where(results.time < 0.5, 6.0, 21.0)
@@ -80,7 +80,7 @@ def test_the_energy_of_forces_that_are_added_up(tmp_path: Path) -> None:
         keys = {"point": "p", "anchor": [-50, 0], "damping": damping, "rest_length": 50}
         return Kind("linear_pto", linear_pto.Config(**keys, stiffness=0))
 
-    total = Config(inputs=["a", "b"], signals={"force_x": "N", "force_z": "N"})  # pyright: ignore
+    total = Config(inputs=["a", "b"], signals={"force_x": "N", "force_z": "N"})
     parts = (
         Component("sled", ModelFile(model)),
         Component("a", damper(1.0)),

@@ -84,7 +84,7 @@ def test_columns_of_a_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("native", [True, False])
 def test_a_run_beyond_the_rows_ends_with_what_is_known(native: bool, tmp_path: Path) -> None:
-    config = Config(times=TIMES, signals={"f": {"values": VALUES}})  # pyright: ignore
+    config = Config(times=TIMES, signals={"f": {"values": VALUES}})
     system = System("s", (Component("t", Kind("table", config)),), (), Simulation(5.0, 0.1))
     prepared = prepare(system, build_directory=tmp_path, native=native)
     with pytest.raises(RunError, match=r"3\.1 s.*known from 0 s to 3 s"):

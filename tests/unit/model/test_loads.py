@@ -119,7 +119,7 @@ loads:
 def test_a_changed_model_is_warned_of_anew(tmp_path: Path) -> None:
     (tmp_path / "a.model.yaml").write_text(DRIVEN)
     model = load_model(tmp_path / "a.model.yaml")
-    loads = {"b": replace(model.loads["b"], damping=-3.0)}  # type: ignore[call-arg]
+    loads = {"b": replace(model.loads["b"], damping=-3.0)}  # pyrefly: ignore[unexpected-keyword]
     (found,) = replace(model, loads=loads, parameters={"k": Parameter(1.0, "N/m")}).warnings
     assert str(found).startswith("a: loads.b.damping: negative damping, -3")
 

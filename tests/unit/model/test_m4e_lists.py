@@ -56,7 +56,7 @@ class TestListings:
 
 class TestMeaning:
     def test_a_floating_body_starts_where_its_row_says(self) -> None:
-        lists = {
+        lists: dict[str, Any] = {
             "joints": [[0, 1]], "types": ["F"], "parent_cg_to_joint": [[1, 2]],
             "joint_to_child_cg": [[NAN, NAN]], "Reference_frame_Origin": [0, 0.91],
             "m0": [1], "J0": [1], "ic": [0, 0, 0.3, 4, 5, 6],
@@ -101,7 +101,7 @@ class TestMeaning:
             }
         }
         loads = model_from_lists(lists).loads
-        laws = {name: str(load.law) for name, load in loads.items()}  # type: ignore[union-attr]
+        laws = {name: str(load.law) for name, load in loads.items()}  # pyrefly: ignore[missing-attribute]
         assert laws == {
             "TensionSpring_0": "3*l**3",
             "TensionDamper_0": "2*ld*Abs(ld)",
@@ -109,7 +109,7 @@ class TestMeaning:
             "TorsionDamper_0": "thetad**3",
         }
         spring, damper, *_ = loads.values()
-        assert spring.points == damper.points  # type: ignore[union-attr]
+        assert spring.points == damper.points  # pyrefly: ignore[missing-attribute]
         assert model_program(model_from_lists(lists)).states
 
     @pytest.mark.parametrize("scales", [[0.0, 0.0], [1.0, 0.0], [0.25, 0.5]])
@@ -138,7 +138,7 @@ class TestMeaning:
             "J0": np.ones(count),
         }
         loads = model_from_lists(lists).loads
-        assert [load.points[1] for load in loads.values()] == ["BD11_0", "CG11"]  # type: ignore[union-attr]
+        assert [load.points[1] for load in loads.values()] == ["BD11_0", "CG11"]  # pyrefly: ignore[missing-attribute]
         lists["Initial_Points"]["BD"][1] = [[0, 0]] * 11
         with pytest.raises(InputError, match='write "BD1_10" or "BD11_0"'):
             model_from_lists(lists)

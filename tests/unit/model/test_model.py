@@ -64,7 +64,9 @@ MISTAKES: dict[str, dict[str, Any]] = {
 def test_mistakes_in_python(message: str) -> None:
     """Checks that in a file are made by its form; all are told at once."""
     model = crane()
-    changed = {name: {**getattr(model, name), **one} for name, one in MISTAKES[message].items()}
+    changed: dict[str, Any] = {
+        name: {**getattr(model, name), **one} for name, one in MISTAKES[message].items()
+    }
     points = {**model.points, "far": Point("nobody", (0.0, 0.0))}
     with pytest.raises(InputError) as caught:
         replace(model, points=points, **changed)

@@ -16,9 +16,8 @@ from m4e_fmi import cosim
 from m4e_fmi.errors import InputError
 from m4e_fmi.model import Body, Joint, Model, Parameter
 from m4e_fmi.notebook.views import SHEETS
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import Results
-from m4e_fmi.results.series import Series
+from m4e_fmi.results.series import Recorded, Series
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 PENDULUM = EXAMPLES / "double_pendulum" / "double_pendulum.model.yaml"
@@ -87,7 +86,7 @@ def large_results() -> Results:
 def test_html_is_well_formed_short_and_escaped(run):
     kinds = set()
     for one in shown(run):
-        text = one._repr_html_()  # type: ignore[attr-defined]
+        text = one._repr_html_()  # pyrefly: ignore[missing-attribute]
         kinds.add(type(one).__name__)
         assert len(text) <= MOST_CHARACTERS, one
         assert "script" not in dict(Page(text).tags)
@@ -153,7 +152,7 @@ def test_a_plot_is_a_figure_with_units(run):
 
 def test_an_animation_is_shown_in_a_frame(run, tmp_path):
     made = run.results().animate()
-    ((tag, given),) = Page(made._repr_html_()).tags  # type: ignore[attr-defined]
+    ((tag, given),) = Page(made._repr_html_()).tags
     assert tag == "iframe"
     assert given["srcdoc"] == made.save(tmp_path / "a.html").read_text("utf-8")
     assert "animation(" in str(given["srcdoc"])

@@ -10,7 +10,7 @@ from m4e_fmi.report import progress_bar
 @pytest.mark.parametrize("terminal", [True, False])
 def test_a_bar_is_drawn_on_terminals_only(monkeypatch: pytest.MonkeyPatch, terminal: bool) -> None:
     error = io.StringIO()
-    error.isatty = lambda: terminal  # type: ignore[method-assign]
+    error.isatty = lambda: terminal  # pyrefly: ignore[method-assign]
     monkeypatch.setattr("sys.stderr", error)
     with progress_bar(2.0) as progress:
         progress(1.0)

@@ -17,7 +17,7 @@ from support.reports import results_of
 
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import report_of_run
-from m4e_fmi.report.graph import Arrow, Component, Graph
+from m4e_fmi.report.graph import Arrow, Graph, GraphComponent
 from m4e_fmi.report.run_report.record import (
     ATTRIBUTE,
     Flow,
@@ -120,7 +120,7 @@ def test_works_of_a_program_flow_into_what_they_move(tmp_path: Path) -> None:
 
 def test_texts_of_others_are_shown_and_do_nothing(tmp_path: Path) -> None:
     record = Record(
-        graph=Graph(HOSTILE, HOSTILE, (Component(HOSTILE, HOSTILE),), ()),
+        graph=Graph(HOSTILE, HOSTILE, (GraphComponent(HOSTILE, HOSTILE),), ()),
         flows=(Flow(HOSTILE, HOSTILE, "b", ()),),
         inputs=(InputFile(HOSTILE, HOSTILE, HOSTILE),),
         fmus={HOSTILE: HOSTILE},
@@ -164,7 +164,7 @@ def test_results_that_show_nothing_are_refused(tmp_path: Path) -> None:
 RECORD = Record(
     graph=Graph(
         "a system", "jacobi",
-        (Component("a", "a.fmu"), Component("b", "1 input unconnected", looped=True)),
+        (GraphComponent("a", "a.fmu"), GraphComponent("b", "1 input unconnected", looped=True)),
         (Arrow("a", "b", "x, vx", timing="KNOWN"), Arrow("b", "a", "y", once=True)),
         {"KNOWN": "in time"},
     ),
@@ -182,8 +182,8 @@ def test_damaged_records_are_refused() -> None:
     texts = ["[]", '{"graph": 3}', '{"flows": [{"connection": 1}]}', "[" * 100_000, "\ud800"]
     graphs = (
         Graph("none", "jacobi", (), ()),
-        Graph("twice", "jacobi", (Component("a", ""), Component("a", "")), ()),
-        Graph("loose", "jacobi", (Component("a", ""),), (Arrow("a", "b", "x"),)),
+        Graph("twice", "jacobi", (GraphComponent("a", ""), GraphComponent("a", "")), ()),
+        Graph("loose", "jacobi", (GraphComponent("a", ""),), (Arrow("a", "b", "x"),)),
     )
     texts += [text[:length] for length in range(0, len(text), 17)]
     texts += [carried_record(Record(graph=graph))[ATTRIBUTE] for graph in graphs]

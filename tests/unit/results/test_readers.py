@@ -15,14 +15,16 @@ from netCDF4 import Dataset
 import m4e_fmi
 from m4e_fmi.errors import InputError
 from m4e_fmi.results.compared_file import read_compared
-from m4e_fmi.results.row_file import Column, RowFile, Section
+from m4e_fmi.results.row_file import ResultColumn, RowFile, RowSection
 
 TIME = (0.0, 0.1, 0.2, 0.4)
 PLACE = np.array([1.5, np.nan, 0.25, -3e-7])
 
 
 def killed_run(path: Path, time: Sequence[float], place: np.ndarray) -> None:
-    file = RowFile(path, [Section("buoy", (Column("z", "m", "heave"),))], {"title": "rows"})
+    file = RowFile(
+        path, [RowSection("buoy", (ResultColumn("z", "m", "heave"),))], {"title": "rows"}
+    )
     file.append(0, [np.array(time)[:, np.newaxis], place[:, np.newaxis]])
     file.close()
 

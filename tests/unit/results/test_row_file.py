@@ -11,16 +11,20 @@ import pytest
 from netCDF4 import Dataset
 
 from m4e_fmi.errors import InputError
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import FORMAT, FORMAT_NUMBER, Results, load, write_netcdf
-from m4e_fmi.results.row_file import NOT_ENDED, Column, RowFile, Section
+from m4e_fmi.results.row_file import NOT_ENDED, ResultColumn, RowFile, RowSection
+from m4e_fmi.results.series import Recorded
 
 NUMBER = Recorded("Integer", "i4")
 SECTIONS = (
-    Section("buoy", (Column("z", "m", "heave"), Column("f[1,2]", "N", "force, über alles"))),
-    Section("valve", (Column("count", "1", "", NUMBER),), "i8", {"step_size": "0.1 s"}),
-    Section("idle", ()),
-    Section("clock", (Column("ticks", "1", "a long one", Recorded("Integer", "i8")),), "i8"),
+    RowSection(
+        "buoy", (ResultColumn("z", "m", "heave"), ResultColumn("f[1,2]", "N", "force, über alles"))
+    ),
+    RowSection("valve", (ResultColumn("count", "1", "", NUMBER),), "i8", {"step_size": "0.1 s"}),
+    RowSection("idle", ()),
+    RowSection(
+        "clock", (ResultColumn("ticks", "1", "a long one", Recorded("Integer", "i8")),), "i8"
+    ),
 )
 ATTRIBUTES = {"title": "rows", "comment": ""}
 ROWS = 100
@@ -119,7 +123,7 @@ def test_texts_are_whole_however_many_there_are(
 ) -> None:
     """Their room grows, and a write that breaks off spoils none that a row has."""
     path, words = tmp_path / "r.nc", ["", "a\nb", "ü" * 30, *map(str, range(90))]
-    texts = Section("pump", (Column("word", "1", "", Recorded("String", "str")),), "i8")
+    texts = RowSection("pump", (ResultColumn("word", "1", "", Recorded("String", "str")),), "i8")
     file = RowFile(path, [texts], {"title": ""}, room=512)
     for count in range(2, len(words) + 1):
         file.keep_texts(words[:count])

@@ -54,7 +54,8 @@ class Studies:
         (self.folder / "study.yaml").write_text(text.replace("c.", self.cart), "utf-8")
         outcome = run_study(
             self.folder / "study.yaml", build_directory=self.build, executor=Here(),
-            tell=self.warned.append, progress=lambda *n: self.progress.append(n), fresh=fresh,
+            tell=self.warned.append, progress=lambda n, of: self.progress.append((n, of)),
+            fresh=fresh,
         )  # fmt: skip
         assert NOTES.get(self.kind, "") in "".join(outcome.notes)
         return outcome

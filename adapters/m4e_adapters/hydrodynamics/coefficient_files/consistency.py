@@ -31,7 +31,7 @@ TRIFLE = 1e-3  # of the largest of its kind (translations, rotations), below whi
 
 
 @dataclass(frozen=True)
-class Finding:
+class Relation:
     """A relation: `name`, what was found in one line, and True if it deserves a warning."""
 
     name: str
@@ -39,7 +39,7 @@ class Finding:
     warns: bool = False
 
 
-def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Finding]:
+def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Relation]:
     """All relations that can be checked.
 
     `added_mass_inf_of_file` is False where A∞ itself comes from causality.
@@ -48,7 +48,7 @@ def findings(c: Coefficients, *, added_mass_inf_of_file: bool = True) -> list[Fi
     return [*found, *_haskind(c), *_long_waves(c)]
 
 
-def _symmetry(c: Coefficients) -> Finding:
+def _symmetry(c: Coefficients) -> Relation:
     worst, place = 0.0, ("added_mass", 0, 0)
     for name in ("added_mass", "radiation_damping", "added_mass_inf"):
         values = getattr(c, name)
@@ -62,10 +62,10 @@ def _symmetry(c: Coefficients) -> Finding:
     text = f"halves of A, B and A∞ differ by up to {100 * worst:.2g} % of the motions' own"
     if worst > 0:
         text += f" ({name}, {c.motions[i]} and {c.motions[j]})"
-    return Finding("symmetry", text, worst > ASYMMETRIC)
+    return Relation("symmetry", text, worst > ASYMMETRIC)
 
 
-def _causality(c: Coefficients, of_file: bool) -> Finding:
+def _causality(c: Coefficients, of_file: bool) -> Relation:
     """A∞ against Ogilvie's relation, of each motion with a noteworthy A∞."""
     own = c.added_mass_inf.diagonal()
     masses, damping = (
@@ -74,38 +74,38 @@ def _causality(c: Coefficients, of_file: bool) -> Finding:
     middle, spread = ogilvie(c.omega, masses, damping)
     relevant = np.abs(own) > TRIFLE * _largest_of_kind(c, np.abs(own))
     if not relevant.any():
-        return Finding("causality", "no motion has added mass")
+        return Relation("causality", "no motion has added mass")
     size = np.where(relevant, np.abs(own), 1.0)
     error = np.where(relevant, np.abs(middle - own), 0.0) / size
     if not of_file:
         spreads = np.where(relevant, spread, 0.0) / size
         k = int(spreads.argmax())
         text = f"A∞ from A(ω) and B(ω) scatters by up to {100 * spreads[k]:.2g} % ({c.motions[k]})"
-        return Finding("causality", text, bool(spreads[k] > NOT_CAUSAL))
+        return Relation("causality", text, bool(spreads[k] > NOT_CAUSAL))
     k = int(error.argmax())
     text = (
         f"A∞ differs by up to {100 * error[k]:.2g} % from what A(ω) and B(ω) say ({c.motions[k]}: "
         f"{own[k]:.5g} given, {middle[k]:.5g} ± {spread[k]:.2g} by Ogilvie's relation)"
     )
-    return Finding("causality", text, bool(error[k] > NOT_CAUSAL + spread[k] / size[k]))
+    return Relation("causality", text, bool(error[k] > NOT_CAUSAL + spread[k] / size[k]))
 
 
-def _energy(c: Coefficients) -> Finding:
+def _energy(c: Coefficients) -> Relation:
     damping = 0.5 * (c.radiation_damping + c.radiation_damping.swapaxes(1, 2))
     size = _sizes(c, damping)
     values = np.linalg.eigvalsh(damping / np.outer(size, size))[:, 0]
     k = int(values.argmin())
     if values[k] >= -1e-6:
-        return Finding("energy", "B has no negative eigenvalue")
+        return Relation("energy", "B has no negative eigenvalue")
     text = (
         f"B has a negative eigenvalue, {-100 * values[k]:.2g} % of the motions' largest, at "
         f"{c.omega[k]:.4g} rad/s; below -{100 * NEGATIVE:g} % at {(values < -NEGATIVE).sum()} of "
         f"{len(values)} frequencies"
     )
-    return Finding("energy", text, bool(values[k] < -NEGATIVE))
+    return Relation("energy", text, bool(values[k] < -NEGATIVE))
 
 
-def _haskind(c: Coefficients) -> Iterator[Finding]:
+def _haskind(c: Coefficients) -> Iterator[Relation]:
     if not c.has_harmonics:
         return
     k = wavenumber(c.omega, depth=c.depth, gravity=c.gravity)
@@ -122,7 +122,7 @@ def _haskind(c: Coefficients) -> Iterator[Finding]:
         f"B and the excitation differ by up to {100 * error.max():.2g} % of the largest B "
         f"({c.motions[motion]} at {c.omega[at]:.3g} rad/s)"
     )
-    yield Finding("Haskind", text, bool(error.max() > OFF_HASKIND))
+    yield Relation("Haskind", text, bool(error.max() > OFF_HASKIND))
 
 
 def _sizes(c: Coefficients, values: np.ndarray) -> np.ndarray:
@@ -138,7 +138,7 @@ def _largest_of_kind(c: Coefficients, values: np.ndarray) -> np.ndarray:
     return np.array([values[kinds == kind].max() for kind in kinds])
 
 
-def _long_waves(c: Coefficients) -> Iterator[Finding]:
+def _long_waves(c: Coefficients) -> Iterator[Relation]:
     """Forces of the longest wave in heave, and in the direction of the wave."""
     k = float(wavenumber(c.omega[:1], depth=c.depth, gravity=c.gravity)[0])
     volumes = c.buoyancy[c.heave :: c.per_body] / (c.density * c.gravity)
@@ -163,7 +163,7 @@ def _long_waves(c: Coefficients) -> Iterator[Finding]:
                 f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, the "
                 f"hydrostatic stiffness {stiffness:.4g} N/m"
             )
-            yield Finding("long waves", text, bool(off > OFF_LONG))
+            yield Relation("long waves", text, bool(off > OFF_LONG))
             continue
         inertia = c.density * volumes[number] + abs(float(c.added_mass[0, place, place]))
         submerged = 2.0 * (float(c.omega[0]) ** 2 * inertia + abs(stiffness))
@@ -172,7 +172,7 @@ def _long_waves(c: Coefficients) -> Iterator[Finding]:
                 f"{body}: the heave excitation of the longest wave is {heave:.4g} N/m, as of a "
                 f"body in the surface, the hydrostatic stiffness {stiffness:.4g} N/m"
             )
-            yield Finding("long waves", text, True)
+            yield Relation("long waves", text, True)
 
 
 def surge_share(c: Coefficients, relative: np.ndarray, direction: float) -> float:

@@ -82,7 +82,7 @@ class FileData:
             excitation=self.excitation[rows],
         )
 
-    def told(self, *notes: str) -> FileData:
+    def with_notes(self, *notes: str) -> FileData:
         """The data with more notes."""
         return replace(self, notes=(*self.notes, *notes))
 

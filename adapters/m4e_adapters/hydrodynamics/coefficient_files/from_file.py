@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.coefficient_files.consistency import (
-    Finding,
+    Relation,
     findings,
     surge_share,
 )
@@ -46,7 +46,7 @@ class FromFile:
     """`coefficients` of a file, the `findings` on them, and lines on where they come from."""
 
     coefficients: Coefficients
-    findings: tuple[Finding, ...]
+    findings: tuple[Relation, ...]
     notes: tuple[str, ...]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def opened_netcdf(path: Path) -> Iterator[Tree]:
+def opened_netcdf(path: Path) -> Generator[Tree]:
     """The content of a file; InputError if it cannot be read."""
     import netCDF4
 
@@ -97,7 +97,7 @@ class Tree:
             text = f"{self.path} is damaged: {name} cannot be read ({error})"
             raise refused(text, "copy it again, or write it anew") from None
 
-    def _variable(self, name: str) -> netCDF4.Variable | None:
+    def _variable(self, name: str) -> netCDF4.Variable[object] | None:
         *groups, last = name.split("/")
         place = self._file
         for group in groups:

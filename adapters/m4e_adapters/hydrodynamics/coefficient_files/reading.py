@@ -41,11 +41,11 @@ def _in_order(data: FileData) -> FileData:
     data = _without_twins(_infinite_row(data))
     positive = np.flatnonzero(data.omega > 0)
     if len(positive) < len(data.omega):
-        data = data.chosen(positive).told("left out the values at frequency 0")
+        data = data.chosen(positive).with_notes("left out the values at frequency 0")
     data = _without_gaps(data)
     order = np.argsort(data.omega)
     if np.any(np.diff(order) < 0) and np.any(np.diff(order) > 0):
-        data = data.told("the frequencies were not in order and have been sorted")
+        data = data.with_notes("the frequencies were not in order and have been sorted")
     data = data.chosen(order)
     close = np.flatnonzero(np.diff(data.omega) <= SAME * data.omega[1:])
     if len(close):
@@ -83,7 +83,9 @@ def _without_gaps(data: FileData) -> FileData:
     shown = ", ".join(f"{w:.4g}" for w in data.omega[~complete][:4])
     more = int((~complete).sum()) - 4
     shown += f" and {more} more" if more > 0 else ""
-    return data.chosen(complete).told(f"left out frequencies without complete data: {shown} rad/s")
+    return data.chosen(complete).with_notes(
+        f"left out frequencies without complete data: {shown} rad/s"
+    )
 
 
 def _without_twins(data: FileData) -> FileData:

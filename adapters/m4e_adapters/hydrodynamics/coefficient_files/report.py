@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from m4e_adapters.hydrodynamics.build import coefficients_from_config, program_of
-from m4e_adapters.hydrodynamics.coefficient_files.consistency import Finding, findings
+from m4e_adapters.hydrodynamics.coefficient_files.consistency import Relation, findings
 from m4e_adapters.hydrodynamics.coefficient_files.from_file import checked_waves, read_for
 from m4e_adapters.hydrodynamics.coefficient_files.reading import read_coefficient_file
 from m4e_adapters.hydrodynamics.coefficients import Coefficients
@@ -68,13 +68,13 @@ def hydrodynamic_data(
     """The coefficients of a configuration, computed or from a file, and the fit to them."""
     notes: list[str] = []
 
-    def told(text: str) -> None:
+    def report(text: str) -> None:
         progress(text)
         if not re.search(r"\d+ of \d+$", text):
             notes.append(text)
 
-    c, found = _known(config, folder, told, notes)
-    fitted, faults = _fitted(c, config, told)
+    c, found = _known(config, folder, report, notes)
+    fitted, faults = _fitted(c, config, report)
     program = program_of(config, c, name=name, folder=folder, memory=fitted, progress=progress)
     fit_omega = np.linspace(0.0, float(c.omega[-1]), FREQUENCIES + 1)[1:]
     transfer = _transfer(fitted, fit_omega)
@@ -105,14 +105,14 @@ def hydrodynamic_data(
 
 
 def _known(
-    config: HydrodynamicsConfig, folder: Path, told: Callable[[str], object], notes: list[str]
-) -> tuple[Coefficients, Sequence[Finding]]:
+    config: HydrodynamicsConfig, folder: Path, report: Callable[[str], object], notes: list[str]
+) -> tuple[Coefficients, Sequence[Relation]]:
     """The coefficients, computed or read, and what is found of them; `notes` of a file are added.
 
     InputError for waves that those of a file are not for.
     """
     if config.coefficients is None:
-        computed = coefficients_from_config(config, folder=folder, progress=told)
+        computed = coefficients_from_config(config, folder=folder, progress=report)
         return computed, findings(computed)
     read = read_for(config, folder=folder)
     notes += read.notes
@@ -136,13 +136,13 @@ def _memories(fitted: RadiationMemory) -> tuple[FittedMemory, ...]:
 
 
 def _fitted(
-    c: Coefficients, config: HydrodynamicsConfig, told: Callable[[str], object]
+    c: Coefficients, config: HydrodynamicsConfig, report: Callable[[str], object]
 ) -> tuple[RadiationMemory, list[tuple[str, str, bool]]]:
     """The memory; where no fit is possible none, and that as a finding."""
     try:
         convolution = config.radiation.memory == "convolution"
         order = config.radiation.order
-        return fit_radiation(c, order=order, convolution=convolution, progress=told), []
+        return fit_radiation(c, order=order, convolution=convolution, progress=report), []
     except InputError as error:
         faults = [("memory", f"{p.message}: {p.remedy}", True) for p in error.problems]
         return RadiationMemory((), c.added_mass_inf), faults
@@ -162,7 +162,7 @@ def _convolutions(c: Coefficients, fitted: RadiationMemory) -> Iterator[tuple[st
         if not isinstance(group, ConvolutionGroup):
             continue
         own, names = list(group.motions), ", ".join(c.motions[k] for k in group.motions)
-        text = f"{names}: {group.told}"
+        text = f"{names}: {group.text}"
         if is_fit:
             damping = c.radiation_damping[: len(omega)].diagonal(axis1=1, axis2=2).max(axis=0)[own]
             share = (apart[np.ix_(own, own)] / np.sqrt(np.outer(damping, damping))).max()

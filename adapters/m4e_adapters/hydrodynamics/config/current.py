@@ -28,7 +28,7 @@ def _from_bed_to_surface(rows: Rows) -> Rows:
 
 
 def _kind(profile: object) -> str:
-    if isinstance(profile, list | tuple):
+    if isinstance(profile, (list, tuple)):
         return "table"
     return "word" if isinstance(profile, str) else "exponent"
 

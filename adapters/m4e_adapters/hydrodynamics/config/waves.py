@@ -69,7 +69,7 @@ class Tma(Jonswap):
     that of the result.
     """
 
-    spectrum: Literal["tma"]  # pyright: ignore[reportIncompatibleVariableOverride]
+    spectrum: Literal["tma"]  # pyrefly: ignore[bad-override]
 
 
 class PiersonMoskowitz(_Irregular):
@@ -187,7 +187,7 @@ def _of_waves(sections: tuple[WaveSection | Still, ...]) -> tuple[WaveSection | 
 
 
 def _kind(waves: object) -> str:
-    return "systems" if isinstance(waves, list | tuple) else "system"
+    return "systems" if isinstance(waves, (list, tuple)) else "system"
 
 
 Waves = Annotated[

@@ -9,7 +9,7 @@ import numpy as np
 
 from m4e_adapters.hydrodynamics.drift.factors import factorised
 from m4e_adapters.hydrodynamics.drift.interpolation import FINEST, WIDEST, at_frequency, harmonics
-from m4e_adapters.hydrodynamics.drift.recording import Directed, Drifting, Fixed, Paired
+from m4e_adapters.hydrodynamics.drift.recording import Directed, Drifting, FixedDrift, Paired
 from m4e_adapters.hydrodynamics.drift.tables import MeanDrift, Qtf
 from m4e_adapters.hydrodynamics.seas.systems import WaveSystem
 from m4e_fmi.errors import InputError
@@ -46,7 +46,7 @@ def matched(
         "deg: those of the waves are fixed"
     )
     places = [[_place(table, beta) for beta in _directions(own, heading)] for own in systems]
-    return Fixed(
+    return FixedDrift(
         table.omega,
         table.motions,
         [[table.values[:, place] for place in own] for own in places],

@@ -61,7 +61,7 @@ class Directed:
 
 
 @dataclass(frozen=True)
-class Fixed:
+class FixedDrift:
     """Mean drift (nω, m) [N/m2, N.m/m2] of m `motions`, for each wave of each system.
 
     `tables` are by system and wave, for the direction of that wave.
@@ -109,7 +109,7 @@ class Paired:
         return found
 
 
-Drifting = Directed | Fixed | Paired
+Drifting = Directed | FixedDrift | Paired
 
 
 def _fallen(omega: Number, knots: np.ndarray, columns: np.ndarray) -> list[Number]:

@@ -27,7 +27,7 @@ from m4e_adapters.hydrodynamics.drift.tables import (
     wrapped,
 )
 from m4e_adapters.hydrodynamics.drift.wamit_rows import Rows, read_rows
-from m4e_adapters.hydrodynamics.geometry.motions import SPACE
+from m4e_adapters.hydrodynamics.geometry.motions import SPACE, Motion
 from m4e_fmi.errors import InputError, Problem
 from m4e_fmi.files.csv_columns import shortened
 
@@ -74,7 +74,12 @@ def read_qtf(path: Path, *, body: int, scale: float, weight: float) -> Qtf:
     return Qtf(path.name, omega, directions, motions, hermitian, tuple(notes))
 
 
-def _check_hermitian(rows: Rows, entries: Sequence[Entry], both: np.ndarray, axes: tuple) -> None:
+def _check_hermitian(
+    rows: Rows,
+    entries: Sequence[Entry],
+    both: np.ndarray,
+    axes: tuple[np.ndarray, np.ndarray, tuple[Motion, ...]],
+) -> None:
     """InputError if a pair is not the conjugate of the same pair in the other order."""
     omega, directions, motions = axes
     largest = np.abs(both).max(axis=(2, 3), keepdims=True)

@@ -24,7 +24,7 @@ ENVIRONMENT = "M4E_FMI_CACHE"
 _HASH = hashlib.sha256().digest_size
 
 
-class DamagedError(Exception):
+class _DamagedError(Exception):
     """A cached file is not what was stored; the message says which."""
 
 
@@ -66,7 +66,7 @@ def _read(key: str, path: Path, _changed: int, _size: int) -> dict[str, np.ndarr
     """The arrays of a file, which cannot be written to: read once while it stays as it is."""
     stored = path.read_bytes()
     if stored[:_HASH] != _hash(key, stored[_HASH:]):
-        raise DamagedError(f"{path} is damaged")
+        raise _DamagedError(f"{path} is damaged")
     with np.load(io.BytesIO(stored[_HASH:]), allow_pickle=False) as file:
         arrays = {name: file[name] for name in file.files}
     for array in arrays.values():
@@ -92,7 +92,7 @@ def found(key: str, progress: Callable[[str], object]) -> dict[str, np.ndarray] 
     """
     try:
         return load(key)
-    except (DamagedError, OSError) as error:
+    except (_DamagedError, OSError) as error:
         progress(f"coefficients in the cache cannot be used and are computed again: {error}")
         return None
 

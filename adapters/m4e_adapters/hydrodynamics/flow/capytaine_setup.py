@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -46,7 +46,7 @@ class _Keeper(logging.Handler):
 
 
 @contextmanager
-def kept_warnings() -> Iterator[list[str]]:
+def kept_warnings() -> Generator[list[str]]:
     """The warnings that Capytaine logs meanwhile, each once, instead of on the console."""
     logger = logging.getLogger("capytaine")
     keeper, propagate = _Keeper(), logger.propagate
@@ -60,7 +60,7 @@ def kept_warnings() -> Iterator[list[str]]:
 
 
 @contextmanager
-def accurate_finite_depth() -> Iterator[None]:
+def accurate_finite_depth() -> Generator[None]:
     """Meanwhile, Capytaine's finite-depth Green function is accurate and the same in every run.
 
     Capytaine 3.0 approximates a part of it by exponentials on randomly placed points, to a mean

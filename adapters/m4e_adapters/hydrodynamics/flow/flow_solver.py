@@ -51,7 +51,7 @@ class FlowSolver:
         with kept_warnings() as self._warnings:
             self._body = capytaine_body(self._capytaine, hulls)
         self._signs = _signs(hulls)
-        self._lid_rates = None
+        self._lid_rates: np.ndarray | None = None
         if gap_lid is not None:
             self._lid_rates = gap_lid.rates(self._body.mesh_including_lid.faces_centers)
 

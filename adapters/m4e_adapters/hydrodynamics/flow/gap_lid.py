@@ -68,7 +68,7 @@ def damped_lid(lids: Sequence[GapLid], hulls: Sequence[Hull]) -> DampedLid | Non
         covered = np.zeros(len(panels.faces), dtype=bool)
         for lines in hull_lines:
             covered |= _covers(lines, panels)
-        free = panels.kept(~covered)
+        free = panels.selected(~covered)
         if not len(free.faces):
             text = f"gap lid {k + 1} is not on free water: hulls cover all of it"
             remedy = "give the middle, length and width of the gap: center_x, center_y, ..."
@@ -132,8 +132,8 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
         NestedBlockCirculantMatrix,
     )
 
-    class Engine(capytaine.DefaultMatrixEngine):
-        def _build_matrices_with_symmetries(self, mesh1, mesh2, **given):
+    class GapLidEngine(capytaine.DefaultMatrixEngine):
+        def _build_matrices_with_symmetries(self, mesh1, mesh2, **given):  # pyrefly: ignore[implicit-any-parameter, unannotated-return]
             S, D = super()._build_matrices_with_symmetries(mesh1, mesh2, **given)
             omega = _omega(given["wavenumber"], given["water_depth"], gravity)
             if not 0.0 < omega < math.inf:
@@ -147,9 +147,9 @@ def damped_engine(lid: DampedLid, gravity: float) -> DefaultMatrixEngine:
                 _with_lid(np.asarray(s), np.asarray(d), rates, factor, own=k == 0)
                 for k, (s, d) in enumerate(zip(S.blocks, D.blocks, strict=True))
             ]
-            return S, type(D)(np.array(blocks))  # pyright: ignore[reportArgumentType]
+            return S, type(D)(np.array(blocks))
 
-    return Engine()
+    return GapLidEngine()
 
 
 def _with_lid(

@@ -40,4 +40,4 @@ def off_the_bed(panels: Panels, depth: float) -> tuple[Panels, Panels | None]:
     below = np.all(panels.corners[:, :, 2] == -depth, axis=1)
     if not below.any():
         return panels, None
-    return panels.kept(~below), panels.kept(below)
+    return panels.selected(~below), panels.selected(below)

@@ -147,7 +147,7 @@ def sliding_hulls(
             text = f"{names} do not slide on each other: {error}"
             problems.append(Problem(text, REMEDY, keys=keys))
             continue
-        wetted = [h.panels.kept(~dry) for h, dry in zip(pair, walls, strict=True)]
+        wetted = [h.panels.selected(~dry) for h, dry in zip(pair, walls, strict=True)]
         points = (reaching(p, other) for p, other in zip(wetted, whole[::-1], strict=True))
         if (point := next((p for p in points if p is not None), None)) is not None:
             problems.append(Problem(f"{names} overlap {place(point)}", REMEDY, keys=keys))
@@ -159,10 +159,10 @@ def sliding_hulls(
 
 def _sliding(hull: Hull, walls: np.ndarray) -> Hull:
     """The hull with `walls` (nf,), booleans, of its panels dry."""
-    dry = hull.panels.kept(walls)
+    dry = hull.panels.selected(walls)
     if hull.dry is not None:
         dry = joined(hull.dry, dry)
-    return replace(hull, panels=hull.panels.kept(~walls), dry=dry)
+    return replace(hull, panels=hull.panels.selected(~walls), dry=dry)
 
 
 def _in_the_bed(hull: Hull, depth: float, keys: Keys) -> Iterator[Problem]:
@@ -368,4 +368,4 @@ def _immersed(panels: Panels, name: str) -> Panels:
     vertices = panels.vertices.copy()
     vertices[np.abs(vertices[:, 2]) < reach, 2] = 0.0
     panels = Panels(vertices, panels.faces)
-    return panels.kept(np.any(panels.corners[:, :, 2] < 0.0, axis=1))
+    return panels.selected(np.any(panels.corners[:, :, 2] < 0.0, axis=1))

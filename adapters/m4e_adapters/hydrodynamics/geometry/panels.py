@@ -111,7 +111,7 @@ class Panels:
         index = np.arange(4 * len(found)).reshape(-1, 4)
         return Panels(found.reshape(-1, 3), index).merged()
 
-    def kept(self, mask: np.ndarray) -> Panels:
+    def selected(self, mask: np.ndarray) -> Panels:
         """The panels where `mask` (nf,), booleans, is true."""
         return Panels(self.vertices, self.faces[mask])
 
@@ -172,7 +172,7 @@ class Panels:
         distance, partner = KDTree(centers[upper]).query(mirrored)
         if distance.max(initial=0.0) > reach or len(np.unique(partner)) < len(mirrored):
             return None
-        return self.kept(upper)
+        return self.selected(upper)
 
 
 def joined(*parts: Panels) -> Panels:

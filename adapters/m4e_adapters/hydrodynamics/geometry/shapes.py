@@ -31,8 +31,10 @@ Placing = Callable[[float, float], tuple[float, float, float]]
 class Placed(Protocol):
     """A shape about (`center_x`, `center_y`) [m]."""
 
-    center_x: float
-    center_y: float
+    @property
+    def center_x(self) -> float: ...
+    @property
+    def center_y(self) -> float: ...
 
 
 def cylinder_panels(shape: Cylinder, panels: int, finer: int = 1) -> Panels:

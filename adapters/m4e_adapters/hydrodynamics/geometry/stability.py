@@ -122,9 +122,7 @@ class WholeHull:
 
         low, high = -float(turned[:, :, 2].max()), -float(turned[:, :, 2].min())
         height = float(
-            brentq(  # pyright: ignore[reportArgumentType]
-                lambda h: lifted(h).volume - self.volume, low, high, xtol=1e-13 * self.size
-            )
+            brentq(lambda h: lifted(h).volume - self.volume, low, high, xtol=1e-13 * self.size)
         )
 
         def lowest(points: np.ndarray) -> float:

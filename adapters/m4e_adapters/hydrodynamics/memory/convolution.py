@@ -60,7 +60,7 @@ class ConvolutionGroup(MemoryGroup):
         return len(self.weights)
 
     @property
-    def told(self) -> str:
+    def text(self) -> str:
         """Time, polynomials, truncation, noise and passivity in words."""
         return (
             f"convolution over {self.duration:.3g} s by {self.order} polynomials, truncation "

@@ -181,7 +181,7 @@ def _beyond(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str
 def _report(group: RadiationGroup | ConvolutionGroup, data: Coefficients) -> str:
     names = ", ".join(data.motions[k] for k in group.motions)
     motion, at = group.misfit.damping_at
-    kind = group.told if isinstance(group, ConvolutionGroup) else f"order {group.order}"
+    kind = group.text if isinstance(group, ConvolutionGroup) else f"order {group.order}"
     text = (
         f"radiation of {names}: {kind}, error {100 * group.error:.2g} %, of the "
         f"damping at most {100 * group.misfit.damping_error:.2g} % ({data.motions[motion]} at "

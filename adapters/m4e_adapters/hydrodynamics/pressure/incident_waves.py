@@ -52,7 +52,7 @@ class IncidentWaves:
         self._k, turn = k, 2.0 * math.pi
         self._vectors = np.stack([k * np.cos(direction), k * np.sin(direction)]) / turn
         self._rates, self._phases = omega / turn, phase / turn
-        self._depth = float(data["depth"])  # type: ignore[arg-type]
+        self._depth = float(data["depth"])  # pyrefly: ignore[bad-argument-type]
         self._reflected = 1.0 / (1.0 + np.exp(-2.0 * k * self._depth))  # e^{kd}/(2 cosh kd)
         self._ramp_time = np.array(data["ramp_time"])
 

@@ -119,12 +119,13 @@ class WaveSystem(ABC):
         """Record the parameters; the components of them. Only `in_space` the direction is one."""
         omega, amplitude = self._own(recorder.parameter)
         phase = [self._phase(recorder, k) for k in range(len(self.omega))]
-        direction: Number = math.radians(self.direction)
+        given = math.radians(self.direction)
+        direction: Number = given
         if in_space:
             text = "direction that the waves travel to, from +X towards +Y"
-            limits = (direction, direction) if self.fixed else (-math.inf, math.inf)
+            limits = (given, given) if self.fixed else (-math.inf, math.inf)
             variable = Variable(
-                f"{self.name}.direction", "rad", text, start=direction, display_unit="deg",
+                f"{self.name}.direction", "rad", text, start=given, display_unit="deg",
                 minimum=limits[0], maximum=limits[1],
             )  # fmt: skip
             direction = recorder.parameter(variable)

@@ -1,14 +1,14 @@
 """FMUs unpacked and loaded: a folder for all instances of a file, a copy of its library for each.
 
-Static variables of a library are shared by all instances in it, which few FMUs say. In copies that
-are files of their own (the loader tells files by inode, or on Windows by path) each instance has
-its own, but for those of further libraries that it needs, which are loaded once.
+All instances in a library share its static variables, which few FMUs declare. In copies that
+are separate files (the loader identifies files by inode, or on Windows by path) each instance has
+its own static variables, except those of further libraries, which are loaded once.
 
 FMUs that are not built here are loaded in workers, one for each instance: `Hosted`.
 
-Instances share a library that is known to do no harm: that of FMUs built here, and PythonFMU's,
-which keeps the interpreter, and there is but one of that. Many copies of short functions would step
-slower: they are in each other's way in the processor's cache.
+Instances share a library that is known to be safe: that of FMUs built here, and PythonFMU's,
+which holds the only interpreter. Many copies of short functions would step slower, because they
+compete for the processor's cache.
 """
 
 from __future__ import annotations
@@ -28,11 +28,9 @@ from fmpy import fmi1, fmi2, fmi3
 
 from m4e_fmi.errors import RunError
 from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
-from m4e_fmi.fmu.importer.missing_library import remedy_for
-from m4e_fmi.fmu.importer.opening import Unpacked
+from m4e_fmi.fmu.importer.opening import Unpacked, remedy_for
 from m4e_fmi.fmu.importer.reading import Description
-from m4e_fmi.fmu.importer.worker import Host, Worker
-from m4e_fmi.fmu.importer.worker.proxies import callable_names, needed, proxies
+from m4e_fmi.fmu.importer.worker import Host, Worker, proxies
 from m4e_fmi.threads import PROCESS
 
 CLASSES = {"1.0": fmi1.FMU1Slave, "2.0": fmi2.FMU2Slave, "3.0": fmi3.FMU3Slave}
@@ -139,7 +137,14 @@ class Hosted(Binary):
     def __init__(self, description: Description, files: Files, *, origin: str, host: Host) -> None:
         self.in_use = 0
         self.files, self._description, self._origin = files, description, origin
-        kind, identifier = CLASSES[description.version], description.identifier
+        kind = CLASSES[description.version]
+        _keep_signatures(kind)
+        self._functions = proxies(
+            kind,
+            identifier=description.identifier,
+            guid=description.guid,
+            folder=str(files.folder),
+        )
         try:
             self.worker = Worker(
                 origin,
@@ -147,15 +152,12 @@ class Hosted(Binary):
                 files.working_folder(),
                 clear=str(files.folder.parent),
                 library=str(files.library_path),
-                needed=needed(kind, identifier),
-                functions=callable_names(identifier, description.version),
+                needed=self._functions.dll.required_functions,
+                functions=self._functions.dll.callable_names(),
             )
         except OSError as error:
             raise _not_started(origin, error) from error
         files.workers.append(self.worker)
-        self._functions = proxies(
-            kind, identifier=identifier, guid=description.guid, folder=str(files.folder)
-        )
         self._waits = True
 
     @property
@@ -229,7 +231,7 @@ def _keep_signatures(kind: type) -> None:
     """
     for _, function in inspect.getmembers(kind, inspect.isfunction):
         if function.__name__.startswith("fmi"):
-            function.__signature__ = inspect.signature(function)
+            function.__signature__ = inspect.signature(function)  # pyrefly: ignore[missing-attribute]
 
 
 def binaries(

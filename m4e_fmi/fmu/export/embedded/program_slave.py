@@ -17,9 +17,8 @@ from math import inf, isfinite
 from pathlib import Path
 
 from . import model  # type: ignore[attr-defined]  # the program's Python form, packed beside this
-from .declarations import METHODS, Options, Report, kept, load  # type: ignore[import]  # packed too
-from .dormand_prince import DormandPrince  # type: ignore[import]
-from .runge_kutta import RungeKutta  # type: ignore[import]
+from .declarations import METHODS, OptionsStruct, ReportStruct, load, snapshot_size  # type: ignore[import]  # packed too
+from .integrators import DormandPrince, RungeKutta  # type: ignore[import]
 from .slave_base import M4eSlave, Saved
 
 LAYOUT, LIBRARY, PROGRAM = "layout.json", f"runtime.{sys.platform}", "model.m4e"
@@ -153,7 +152,7 @@ class RuntimeEngine:
         Where nothing was set since the last call, which is `held`, the integrator cuts no step.
         """
         self._build(tolerance)
-        report, result = Report(), _doubles(x)
+        report, result = ReportStruct(), _doubles(x)
         status = self._lib.m4e_go_on(
             self._integrator, t, result, t_end, held, self._step, byref(self._ahead), byref(report)
         )
@@ -164,7 +163,7 @@ class RuntimeEngine:
 
     def save(self) -> list[float]:
         """Numbers that `advance` goes on from, besides states, inputs and parameters."""
-        numbers = (c_double * kept(len(self._layout["states"])))()
+        numbers = (c_double * snapshot_size(len(self._layout["states"])))()
         if self._ahead.value:
             self._lib.m4e_keep(self._integrator, numbers)
         return [self._step, *(numbers if self._ahead.value else ())]
@@ -184,7 +183,7 @@ class RuntimeEngine:
         if self._release:
             self._release()
         method = self._layout["method"]
-        options = Options(
+        options = OptionsStruct(
             method=METHODS[method],
             rtol=tolerance,
             atol=tolerance,
@@ -197,7 +196,7 @@ class RuntimeEngine:
         self._release = weakref.finalize(self, self._lib.m4e_integrator_free, self._integrator)
         self._built = tolerance
 
-    def _failure(self, report: Report) -> str:
+    def _failure(self, report: ReportStruct) -> str:
         why = {
             SMALL_STEP: "the step size needed is too small to go on",
             MANY_STEPS: "too many steps are needed",

@@ -36,7 +36,7 @@ _T = TypeVar("_T")
 _PHASE = ("_initialised", "_initialising", "_premature", "_stale", "_terminated")
 
 
-class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu has no types
+class M4eSlave(Fmi2Slave):
     """Override `initialise`, `step`, `update`, `save`, `restore`, `finish`; raise on failure.
 
     Available to them: `values` (list of floats by value reference), `index` (name → value
@@ -89,7 +89,7 @@ class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu
         """Take back what `save` returned."""
 
     def finish(self) -> None:
-        """Release what is held; called once, by terminate or when the instance is freed."""
+        """Release all resources; called once, by terminate or when the instance is freed."""
 
     def _guard(self, action: Callable[..., None], *arguments: object) -> bool:
         """Run one of the methods above; False, and the error kept, if it raises."""
@@ -175,7 +175,7 @@ class M4eSlave(Fmi2Slave):  # pyright: ignore[reportUntypedBaseClass]  pythonfmu
         return not self._error
 
     def terminate(self) -> None:
-        """End the simulation and release what is held."""
+        """End the simulation and release all resources."""
         self._allowed("fmi2Terminate", self._initialised and not self._terminated)
         if self._initialised:
             self._refresh()  # outputs may be read after this

@@ -2,13 +2,13 @@
 
 `Standard` is one instance of an FMU: start reading at `standard`. `Fmi1`, `Fmi2` and `Fmi3` are its
 versions. The master's calls raise where one fails; validation has a journal of its calls, and
-judges the statuses. `parts` and `typed` move many values at once.
+judges the statuses. `access` moves many values at once.
 """
 
 from __future__ import annotations
 
-from m4e_fmi.fmu.importer.calls.fmi1 import Fmi1
-from m4e_fmi.fmu.importer.calls.fmi2 import Fmi2
+from m4e_fmi.fmu.importer.calls.access import DOES_NOT_FIT, Access, Taken, Texts, value_in
+from m4e_fmi.fmu.importer.calls.fmi2 import Fmi1, Fmi2
 from m4e_fmi.fmu.importer.calls.fmi3 import Fmi3
 from m4e_fmi.fmu.importer.calls.standard import (
     EARLY,
@@ -19,7 +19,6 @@ from m4e_fmi.fmu.importer.calls.standard import (
     Standard,
     Value,
 )
-from m4e_fmi.fmu.importer.calls.typed import DOES_NOT_FIT, Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.messages import DISCARD, ERROR, FATAL, WARNING, Status
 
 STANDARDS: dict[str, type[Standard]] = {"1.0": Fmi1, "2.0": Fmi2, "3.0": Fmi3}

@@ -1,4 +1,4 @@
-"""FMI 2.0, for co-simulation and model exchange."""
+"""FMI 2.0, for co-simulation and model exchange, and FMI 1.0 for co-simulation, stand-alone."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from fmpy import fmi2
+from fmpy import fmi1, fmi2
 
-from m4e_fmi.fmu.importer.calls.parts import Layout
 from m4e_fmi.fmu.importer.calls.standard import (
+    CFunction,
     RawCall,
     SerializedState,
     Standard,
@@ -24,6 +24,12 @@ from m4e_fmi.fmu.importer.reading import Variable
 
 _LAST_SUCCESSFUL_TIME, _TERMINATED = 2, 3
 """Of fmi2StatusKind."""
+_NAMES_1 = {
+    "fmi2FreeInstance": "fmiFreeSlaveInstance",
+    "fmi2ExitInitializationMode": "fmiInitializeSlave",
+    "fmi2Terminate": "fmiTerminateSlave",
+}
+"""Those of FMI 1.0 that are called otherwise."""
 
 
 class Fmi2(Standard):
@@ -32,7 +38,7 @@ class Fmi2(Standard):
     VERSION = 2
     BOOLEAN: ClassVar[type[ctypes.c_int | ctypes.c_char]] = fmi2.fmi2Boolean
     BYTE = ctypes.c_char
-    TRUTH: ClassVar[Layout] = Layout.I32
+    TRUTH: ClassVar[str] = "I32"
 
     _ended: dict[int, float]
     """Of each slot, when the FMU had asked for the end by then."""
@@ -86,13 +92,13 @@ class Fmi2(Standard):
             data = (kind * 1)(value.encode("utf-8") if isinstance(value, str) else value)
             self.do(function, (ctypes.c_uint * 1)(variable.value_reference), 1, data)
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         return {
-            "Real": ("Real", Layout.F64),
-            "Integer": ("Integer", Layout.I32),
-            "Enumeration": ("Integer", Layout.I32),
+            "Real": ("Real", "F64"),
+            "Integer": ("Integer", "I32"),
+            "Enumeration": ("Integer", "I32"),
             "Boolean": ("Boolean", self.TRUTH),
-            "String": ("String", Layout.TEXT),
+            "String": ("String", "TEXT"),
         }[variable.type]
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
@@ -159,3 +165,61 @@ class Fmi2(Standard):
 
     def name(self, function: str) -> str:
         return function
+
+
+class Fmi1(Fmi2):
+    """One instance of FMI 1.0, which declares no saved states and no directional derivatives.
+
+    There is no initialization mode: start values and inputs are set first, then the FMU is
+    initialised, and only then gives values. Here that happens when the first value is read.
+    """
+
+    VERSION = 1
+    BOOLEAN = fmi1.fmi1Boolean
+    TRUTH = "I8"
+
+    _experiment: tuple[float, int, float]
+    _initialised = False
+
+    def instantiate(
+        self,
+        name: str,
+        messages: Messages,
+        *,
+        token: str | None = None,
+        exchange: bool = False,
+        events: bool = False,
+    ) -> None:
+        del token, exchange, events
+        self._fmpy.instanceName = name
+        self._fmpy.instantiate(functions=messages.callbacks_1(), loggingOn=True)
+        self.component = self._fmpy.component
+        if not self.component:
+            raise RuntimeError("fmiInstantiateSlave gave no component")
+
+    def setup(self, *, start: float, stop: float | None, tolerance: float | None) -> None:
+        del tolerance  # FMI 1.0 hands over none
+        self._experiment = start, int(stop is not None), stop or 0.0
+
+    def enter_initialization(self) -> None:
+        pass
+
+    def exit_initialization(self) -> None:
+        self.check(self.ready(), "fmi2ExitInitializationMode")
+
+    def ready(self) -> Status:
+        if self._initialised:
+            return 0
+        self._initialised = True
+        return self.call("ExitInitializationMode", *self._experiment)
+
+    def wants_end(self) -> bool:
+        return False
+
+    def function(self, function: str) -> CFunction:
+        loaded = getattr(self._dll, f"{self._fmpy.modelIdentifier}_{self.name(function)}")
+        # FMPy declares that some functions give a text where they give a status
+        return ctypes.cast(loaded, ctypes.CFUNCTYPE(ctypes.c_int, *loaded.argtypes))
+
+    def name(self, function: str) -> str:
+        return _NAMES_1.get(function, function.replace("fmi2", "fmi"))

@@ -1,8 +1,8 @@
 """FMI 3.0: arrays as their elements, event mode in co-simulation where the FMU has it.
 
 Events within a step end it early: the whole system's, or, where that cannot be, the FMU goes on
-after its event. The runtime's component_3.h makes steps, and moves Reals: Float64 apart from
-Float32, and discrete ones in event mode.
+after its event. The runtime's fmus.h makes steps, and moves values: Float64 apart from Float32, and
+discrete ones in event mode.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ import math
 import os
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from ctypes import c_bool, c_double, c_int32, c_uint64, c_void_p
+from ctypes import c_bool, c_double, c_uint64, c_void_p
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from fmpy import fmi3
 from fmpy.fmi1 import FMICallException
 
-from m4e_fmi.fmu.importer.calls.parts import Layout, RawPart, batches, runtime_function
+from m4e_fmi.fmu.importer.calls.access import Access, runtime_function
 from m4e_fmi.fmu.importer.calls.standard import (
     RESTLESS,
     RawCall,
@@ -38,13 +38,13 @@ EVENT_FIELDS = ("next_event", "reached", "ended", "interruptions")
 """Fields that a saved state has of its component."""
 _METHODS = {"Enumeration": "Int64"}
 _LAYOUTS = {
-    **{f"Int{bits}": Layout[f"I{bits}"] for bits in (8, 16, 32, 64)},
-    **{f"UInt{bits}": Layout[f"U{bits}"] for bits in (8, 16, 32, 64)},
-    "Float32": Layout.F32,
-    "Float64": Layout.F64,
-    "Boolean": Layout.U8,
-    "Enumeration": Layout.I64,
-    "String": Layout.TEXT,
+    **{f"Int{bits}": f"I{bits}" for bits in (8, 16, 32, 64)},
+    **{f"UInt{bits}": f"U{bits}" for bits in (8, 16, 32, 64)},
+    "Float32": "F32",
+    "Float64": "F64",
+    "Boolean": "U8",
+    "Enumeration": "I64",
+    "String": "TEXT",
 }
 _RAW = {
     "fmi2GetReal": "m4e_get_3",
@@ -90,18 +90,6 @@ class _RawState(ctypes.Structure):
     ]
 
 
-class _RawPart3(RawPart):
-    """`m4e_part_3`."""
-
-    _fields_: ClassVar = [("single", c_int32), ("partial", c_int32), ("discrete", c_int32)]
-
-
-class _RawAccess(ctypes.Structure):
-    """`m4e_access_3`."""
-
-    _fields_ = [("component", c_void_p), ("parts", c_void_p), ("count", c_uint64)]
-
-
 class Fmi3(Standard):
     """One instance of FMI 3.0."""
 
@@ -116,8 +104,8 @@ class Fmi3(Standard):
             reference, index = locate(variable.value_reference)
             sizes[reference] = max(sizes.get(reference, 0), index + 1)
         self.sizes = self.sizes or sizes
-        self._experiment = (0.0, None, None)
-        self._accesses: dict[tuple[str, ...], tuple[_RawAccess, object]] = {}
+        self._experiment: tuple[float, float | None, float | None] = (0.0, None, None)
+        self._accesses: dict[tuple[str, ...], Access] = {}
         self._states: list[_RawState] = []
 
     def instantiate(
@@ -226,42 +214,23 @@ class Fmi3(Standard):
         self._call(f"set{method}", [reference], given)
 
     def _call(self, method: str, *arguments: object, **more: object) -> Any:
-        """One of FMPy's methods; what is more than a warning has `failed`."""
+        """Call one of FMPy's methods; statuses above Warning go to `failed`."""
         try:
             return getattr(self._fmpy, method)(*arguments, **more)
         except FMICallException as error:
             self._failed(error.status, error.function)
 
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         kind = variable.fmi_type
         return _METHODS.get(kind, kind), _LAYOUTS[kind]
 
     def raw(self, function: str, names: Sequence[str] = ()) -> RawCall:
-        place = ctypes.addressof(self._access(tuple(names)) if names else self.events)
+        place = ctypes.addressof(self.events)
+        if names:
+            if tuple(names) not in self._accesses:
+                self._accesses[tuple(names)] = self.typed(names, self._texts)
+            place = self._accesses[tuple(names)].address
         return RawCall(runtime_function(_RAW[function]), place, np.zeros(0, dtype=np.uint32))
-
-    def _access(self, names: tuple[str, ...]) -> _RawAccess:
-        """The record with which the runtime moves these Reals."""
-        if names not in self._accesses:
-            parts = batches(self.variables(names), self.caller())
-            raw = (_RawPart3 * len(parts))(
-                *(
-                    _RawPart3(
-                        **part.raw_fields,
-                        single=part.layout is Layout.F32,
-                        partial=part.partial,
-                        discrete=part.discrete,
-                    )
-                    for part in parts
-                )
-            )
-            access = _RawAccess(
-                component=ctypes.addressof(self.events),
-                parts=ctypes.addressof(raw),
-                count=len(parts),
-            )
-            self._accesses[names] = access, (parts, raw)
-        return self._accesses[names][0]
 
     # ---- steps and events ----
 

@@ -17,23 +17,24 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from m4e_fmi.fmu.importer.call_journal import CallJournal
-from m4e_fmi.fmu.importer.calls.parts import (
+from m4e_fmi.fmu.importer.calls.access import (
+    Access,
     Arrays,
-    Caller,
-    Layout,
     RawComponent,
+    Taken,
+    Texts,
+    TypedPart,
     address_of,
     guarded,
     restored,
     runtime_function,
+    value_in,
 )
-from m4e_fmi.fmu.importer.calls.typed import Access, Taken, Texts, value_in
 from m4e_fmi.fmu.importer.messages import WARNING, Messages, Status
 from m4e_fmi.fmu.importer.reading import Variable
 
 EARLY, RESTLESS = 16, 17
-"""Further answers to a step, of the runtime's component_3.h: an event within it, the simulation was
+"""Further answers to a step, of the runtime's fmus.h: an event within it, the simulation was
 to end before it, events without end."""
 
 NEAR = 1.5e-9
@@ -64,10 +65,10 @@ class RawCall:
 
 @dataclass(frozen=True)
 class SerializedState:
-    """A state of an FMU for another process: the FMU's bytes, and the events told by then.
+    """A state of an FMU for another process: the FMU's bytes, and its record of events.
 
-    `events` are times [s], infinite where there is none, and a number of events: those that a saved
-    state has in this process.
+    `events` are times [s], infinite without an event, and a number of events: the same values
+    that a saved state has in this process.
     """
 
     data: bytes
@@ -77,10 +78,10 @@ class SerializedState:
 class Standard(ABC):
     """One instance of the FMU that FMPy has `loaded`, with its `variables` by name.
 
-    `component` is what the FMU calls the instance; None if there is none, or none that may be
-    called any more. `events` is what it has told of events. `failed` raises for statuses above
-    Warning; functions that answer with a status leave that to their caller. `sizes` are the numbers
-    of elements of arrays by value reference, `last_call` is the last call for a journal.
+    `component` is the FMU's handle of the instance; None without an instance, or if it may not be
+    called any more. `events` is its record of events. `failed` raises for statuses above
+    Warning; functions that return a status leave that to their caller. `sizes` are the numbers
+    of elements of arrays by value reference, `last_call` is the last call as passed to `journal`.
     """
 
     VERSION: ClassVar[int]
@@ -96,7 +97,7 @@ class Standard(ABC):
         failed: Failed,
         *,
         sizes: Mapping[int, int] | None = None,
-        journal: CallJournal | None = None,
+        journal: Callable[[str], None] | None = None,
     ) -> None:
         self._fmpy = copy(loaded)
         self._dll: ctypes.CDLL = loaded.dll
@@ -122,7 +123,7 @@ class Standard(ABC):
         exchange: bool = False,
         events: bool = False,
     ) -> None:
-        """Make the instance, in model exchange if `exchange`; RuntimeError if there is none.
+        """Make the instance, in model exchange if `exchange`; RuntimeError if the FMU makes none.
 
         With another GUID than that of the description if there is a `token`; with event mode in
         co-simulation if `events` (FMI 3.0), or without where the FMU refuses that.
@@ -156,7 +157,7 @@ class Standard(ABC):
         """Set variables of any type by name."""
 
     @abstractmethod
-    def layout(self, variable: Variable) -> tuple[str, Layout]:
+    def layout(self, variable: Variable) -> tuple[str, str]:
         """The end of its functions' names, as Real of fmi2GetReal, and how values lie in memory."""
 
     @abstractmethod
@@ -175,12 +176,34 @@ class Standard(ABC):
 
         `changed` (1,) [1] becomes 0 where a value changes in reading.
         """
-        return Access(self.variables(names), self.caller(), texts, taken=taken, changed=changed)
+        variables, kinds = self.variables(names), dict[tuple[bool, str], list[int]]()
+        for k, v in enumerate(variables):  # by type, and those last that are set in event mode
+            kinds.setdefault((v.variability != "continuous", v.fmi_type), []).append(k)
+        return Access(
+            names,
+            [
+                self._part([variables[k] for k in kinds[kind]], kinds[kind])
+                for kind in sorted(kinds)
+            ],
+            texts,
+            instance=self.component,
+            component=self.events if self.SIZED else None,
+            ready=self.ready,
+            taken=taken,
+            changed=changed,
+        )
 
-    def caller(self) -> Caller:
-        """How the variables are called."""
-        record = self.events if self.SIZED else None
-        return Caller(self.layout, self.address, self.component, self.sizes, self.ready, record)
+    def _part(self, variables: Sequence[Variable], members: Sequence[int]) -> TypedPart:
+        function, layout = self.layout(variables[0])
+        return TypedPart(
+            variables,
+            members,
+            function=function,
+            layout=layout,
+            address=self.address,
+            sizes=self.sizes,
+            sized=self.SIZED,
+        )
 
     def ready(self) -> Status:
         """Do what values need before they are read."""
@@ -297,7 +320,7 @@ class Standard(ABC):
 
     @abstractmethod
     def handle(self, slot: ctypes.c_void_p) -> ctypes.c_void_p:
-        """The pointer by which the FMU knows the state in a slot; null if there is none."""
+        """The FMU's pointer of the state in a slot; null if the slot is empty."""
 
     def free_state(self, slot: ctypes.c_void_p) -> None:
         """Free the state in a slot, if there is one."""
@@ -359,7 +382,7 @@ class Standard(ABC):
         """
         self.last_call = f"{self.name(f'fmi2{function}')}({note})"
         if self._journal:
-            self._journal.write(self.last_call)
+            self._journal(self.last_call)
         return restored(self.function(f"fmi2{function}")(self.component, *arguments))
 
     def do(self, function: str, *arguments: object, note: str = "") -> None:

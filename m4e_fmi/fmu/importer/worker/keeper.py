@@ -81,7 +81,7 @@ class Keeper:
                 self._clear()
 
     def _obey(self, text: bytes) -> bool:
-        """Do what is asked for; False when the master is gone."""
+        """Carry out the requests; False when the master is gone."""
         *lines, self._rest = (self._rest + text).split(b"\n")
         for line in lines:
             request = json.loads(line)
@@ -191,7 +191,7 @@ def kill(process: int) -> None:
 
 
 def kill_children(process: int) -> None:
-    """End what is left in the group of a process that was `set_apart`, where there are groups."""
+    """End all processes in the group of a process that was `set_apart`, on systems with groups."""
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process, signal.SIGKILL)

@@ -1,7 +1,7 @@
 """FMUs in processes of their own, as the master has them: started, watched, ended.
 
 `Host` says under which conditions; the functions by which they are called are the runtime's, in
-remote.h.
+remote.h, which `proxies` has in the form in which FMPy has those of a loaded library.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import IO
 
+from m4e_fmi.fmu.importer.calls.standard import FmpyInstance
 from m4e_fmi.fmu.importer.worker import keeper as keeper_program
 from m4e_fmi.runtime.library import library_path
 
@@ -118,6 +120,52 @@ def function_names() -> tuple[str, ...]:
     found = remote_library()
     assert found is not None
     return tuple(found.m4e_remote_names().decode("ascii").split())
+
+
+class RemoteLibrary:
+    """Takes the place of a library that FMPy loads; its attributes are the functions asked for.
+
+    Those that workers have are the runtime's; the others are there, but cannot be called. `prefix`
+    is that of the names in the FMU's library.
+    """
+
+    def __init__(self, prefix: str) -> None:
+        self._prefix = prefix
+
+    def __getattr__(self, name: str) -> object:
+        found: object = SimpleNamespace()
+        own = name.removeprefix(self._prefix)
+        if own in function_names():
+            library = remote_library()
+            assert library is not None
+            found = library[f"m4e_remote_{own}"]  # a new object each time
+        setattr(self, name, found)
+        return found
+
+    @property
+    def required_functions(self) -> list[str]:
+        """Names of the functions that the FMU's library has to have."""
+        return [name for name in vars(self) if name.startswith(f"{self._prefix}fmi")]
+
+    def callable_names(self) -> list[str]:
+        """The names in the FMU's library of what workers can call, "" of other versions of FMI."""
+        names = [self._prefix + name for name in function_names()]
+        return [name if name in vars(self) else "" for name in names]
+
+
+def proxies(kind: type, *, identifier: str, guid: str, folder: str) -> FmpyInstance:
+    """FMPy's object of class `kind` for an FMU in a worker; its library is a `RemoteLibrary`.
+
+    Its instance is made in the worker of which `next_instance` was called last in this thread.
+    """
+    found = object.__new__(kind)
+    found.guid, found.modelIdentifier, found.unzipDirectory = guid, identifier, folder
+    found.instanceName, found.fmiCallLogger, found.requireFunctions = identifier, None, True
+    found.component = found.callbacks = None
+    found.dll = RemoteLibrary(f"{identifier}_" if "1" in kind.__name__ else "")
+    found._functions = {}
+    found._loadFunctions()
+    return found
 
 
 class Worker:
@@ -253,13 +301,9 @@ class Worker:
         if self.ending:
             self.kill()
 
-    def has_been_refused(self, why: str) -> None:
-        """Note that there can be no process."""
-        self._refusal = why
-        self.has_ended("could not be started")
-
-    def has_ended(self, why: str) -> None:
-        """Note that there is no process any more."""
+    def has_ended(self, why: str, refusal: str = "") -> None:
+        """Note that there is no process any more, or that there can be none by a `refusal`."""
+        self._refusal = refusal
         self._lose(why)
         self._gone.set()
 
@@ -328,7 +372,7 @@ class _Keeper:
             elif "said" in told:
                 self.workers[told["said"]].hear(told["text"])
             elif "refused" in told:
-                self.workers.pop(told["refused"]).has_been_refused(told["why"])
+                self.workers.pop(told["refused"]).has_ended("could not be started", told["why"])
             else:
                 self.workers.pop(told["ended"]).has_ended(_ending(told["code"]))
         self.is_alive = False

@@ -126,16 +126,11 @@ def places(context: Context) -> Iterator[WorkingPoint]:
 # ---- dependencies ----
 
 
-@dataclass(frozen=True)
-class _Measured:
-    """By unknown and known: `changes` where it was seen to, `bends` where not linear.
+_Measured = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""By unknown and known: where a change was seen, where it is not linear, and the slopes.
 
-    `slopes` has a further first axis, the points; nan where there was no answer.
-    """
-
-    changes: np.ndarray
-    bends: np.ndarray
-    slopes: np.ndarray
+These have a further first axis, the points; nan where there was no answer.
+"""
 
 
 def check_dependencies(context: Context) -> Iterator[Finding | str]:
@@ -143,7 +138,7 @@ def check_dependencies(context: Context) -> Iterator[Finding | str]:
     found = False
     for place in places(context):
         found = True
-        yield from _declared_findings(place, _measure(place))
+        yield from _declared_findings(place, *_measure(place))
     if not found:
         yield "there is nothing that could depend on anything"
 
@@ -164,7 +159,7 @@ def _measure(place: WorkingPoint) -> _Measured:
                 bends[:, k] |= column[1]
                 slope[:, k] = column[2]
         slopes.append(slope)
-    return _Measured(changes, bends, np.array(slopes))
+    return changes, bends, np.array(slopes)
 
 
 def _column(
@@ -186,13 +181,12 @@ def _column(
     return differs, np.abs(straight - middle) > noise, (above - below) / span
 
 
-def _declared_findings(place: WorkingPoint, measured: _Measured) -> Iterator[Finding]:
+def _declared_findings(
+    place: WorkingPoint, changes: np.ndarray, bends: np.ndarray, slopes: np.ndarray
+) -> Iterator[Finding]:
     undeclared, extra, unseen, wrong_kind = (list[str]() for _ in range(4))
     # arrays declare dependencies as a whole: one of a pair of elements is enough
-    seen = {
-        (owner(place.unknowns[row]), owner(place.knowns[k]))
-        for row, k in np.argwhere(measured.changes)
-    }
+    seen = {(owner(place.unknowns[row]), owner(place.knowns[k])) for row, k in np.argwhere(changes)}
     column = {known.name: k for k, known in enumerate(place.knowns)}
     for row, entry in enumerate(place.declared):
         unknown = entry.variable
@@ -200,13 +194,17 @@ def _declared_findings(place: WorkingPoint, measured: _Measured) -> Iterator[Fin
             undeclared.append(unknown.name)
             continue
         names = [v.name for v in entry.dependencies]
-        for known, changes in zip(place.knowns, measured.changes[row], strict=True):
+        for known, has_changed in zip(place.knowns, changes[row], strict=True):
             itself = known.valueReference == unknown.valueReference
-            if changes and known.name not in names and not itself:
+            if has_changed and known.name not in names and not itself:
                 extra.append(f"{unknown.name} ← {known.name}")
         for name, kind in zip(names, entry.dependenciesKind or [], strict=False):
             k = column.get(name)
-            if k is not None and kind in LINEAR_KINDS and _varies(measured, row, k):
+            if (
+                k is not None
+                and kind in LINEAR_KINDS
+                and _varies(changes[row, k], bends[row, k], slopes[:, row, k])
+            ):
                 wrong_kind.append(f"{unknown.name} ← {name} ({kind})")
         unseen += [
             f"{unknown.name} ← {v.name}"
@@ -226,13 +224,12 @@ def _declared_findings(place: WorkingPoint, measured: _Measured) -> Iterator[Fin
     yield from about(undeclared, "dependencies.undeclared", "note", message, basis)
 
 
-def _varies(measured: _Measured, row: int, k: int) -> bool:
-    """True if the factor between two variables is not one number."""
-    slopes = measured.slopes[:, row, k]
+def _varies(changes: np.bool, bends: np.bool, slopes: np.ndarray) -> bool:
+    """True if the factor between two variables, whose `slopes` (n_points,) these are, varies."""
     slopes = slopes[np.isfinite(slopes)]
-    if not len(slopes) or measured.bends[row, k]:
-        return bool(measured.bends[row, k])
-    return bool(np.ptp(slopes) > 1e-6 * np.max(np.abs(slopes)) and measured.changes[row, k])
+    if not len(slopes) or bends:
+        return bool(bends)
+    return bool(np.ptp(slopes) > 1e-6 * np.max(np.abs(slopes)) and changes)
 
 
 # ---- directional derivatives ----

@@ -1,7 +1,8 @@
-"""Groups `state`, `state_elsewhere` and `instances`: what is to be repeated, bit by bit.
+"""Groups `state`, `state_elsewhere` and `instances`: runs that must repeat, bit by bit.
 
-Saved states bring back everything, and saving disturbs nothing; their bytes are of use in another
-instance and process. A reset is a fresh start, instances do not share, freeing them frees memory.
+Saved states restore everything, and saving disturbs nothing; their bytes also work in another
+instance and process. A reset equals a fresh start, instances share nothing, freeing them frees
+memory.
 """
 
 from __future__ import annotations
@@ -36,11 +37,10 @@ Rows = list[np.ndarray]
 
 
 class _Instance:
-    """An instance that is asked whether it repeats a run: all Reals are what is read of it."""
+    """An instance that is to repeat a run; all its Reals are read."""
 
     def __init__(self, probe: Probe) -> None:
         self.probe = probe
-        self._time, self.state = probe.time, ctypes.c_void_p()
 
     def set(self, values: np.ndarray) -> None:
         """All continuous inputs, `values` (n_inputs,), in their units."""
@@ -62,28 +62,18 @@ class _Instance:
         """
         return [self.read(), *trajectory(self, inputs, self.probe.subject.step_size)]
 
-    def save(self) -> None:
-        """Keep the state."""
-        self._time, self.state = self.probe.time, self.probe.save()
-
-    def restore(self) -> None:
-        """Return to the state kept."""
-        self.probe.restore(self.state)
-        self.probe.time = self._time
-
     def to_bytes(self) -> tuple[bytes, bool]:
         """The state as bytes, and whether no more was written than announced."""
-        self.save()
-        written = self.probe.fmu.state_bytes(self.state, GUARD)
-        self.probe.free_state(self.state)
+        saved = self.probe.save()
+        written = self.probe.fmu.state_bytes(saved[1], GUARD)
+        self.probe.free_state(saved)
         return written[: -len(GUARD)], written.endswith(GUARD)
 
     def from_bytes(self, content: bytes, time: float) -> None:
         """Bring the instance to the state in `content`, which is one at `time` [s]."""
-        state = self.probe.fmu.state_of(content)
-        self.probe.restore(state)
-        self.probe.free_state(state)
-        self.probe.time = time
+        saved = time, self.probe.fmu.state_of(content)
+        self.probe.restore(saved)
+        self.probe.free_state(saved)
 
 
 def _differences(
@@ -117,15 +107,15 @@ def check_state(context: Context) -> Iterator[Finding | str]:
     with _after(context, before) as instance:
         undisturbed = instance.run(after)
     with _after(context, before) as instance:
-        instance.save()
+        saved = instance.probe.save()
         first = instance.run(after)
-        instance.restore()
+        instance.probe.restore(saved)
         again = instance.run(after)
         what = "saving a state changes the run"
         yield from _not_repeated(context, undisturbed, first, "disturbs", what)
         what = "a restored state does not repeat it"
         yield from _not_repeated(context, first, again, "rollback", what)
-        yield from _freed(instance)
+        yield from _freed(instance.probe, saved[1])
     if "canSerializeFMUstate" in works:
         yield from _serialised(context, before, after, first)
     if not _once(context):
@@ -153,14 +143,14 @@ def _not_repeated(
     yield from _differences(context, one, other, f"state.{name}", message)
 
 
-def _freed(instance: _Instance) -> Iterator[Finding]:
-    for what, given in (("a saved state", instance.state), ("no state (NULL)", ctypes.c_void_p())):
-        status = instance.probe.fmu.call("FreeFMUstate", ctypes.byref(given), note=what)
+def _freed(probe: Probe, state: ctypes.c_void_p) -> Iterator[Finding]:
+    for what, given in (("a saved state", state), ("no state (NULL)", ctypes.c_void_p())):
+        status = probe.fmu.call("FreeFMUstate", ctypes.byref(given), note=what)
         if status != OK:
             message = f"fmi2FreeFMUstate of {what} answered {status}"
-            yield Finding("state.free", "warning", message, BASIS, instance.probe.words())
+            yield Finding("state.free", "warning", message, BASIS, probe.words())
         if not OK <= status < FATAL:
-            instance.probe.fmu.component = None
+            probe.fmu.component = None
 
 
 def _serialised(
@@ -215,10 +205,9 @@ def _into_another(
 
 
 def _handed_over(one: _Instance, other: _Instance) -> None:
-    one.save()
-    other.probe.restore(one.state)
-    other.probe.time = one.probe.time
-    one.probe.free_state(one.state)
+    saved = one.probe.save()
+    other.probe.restore(saved)
+    one.probe.free_state(saved)
 
 
 def check_state_elsewhere(context: Context) -> Iterator[Finding | str]:

@@ -68,8 +68,8 @@ def central(above: np.ndarray, below: np.ndarray, steps: np.ndarray) -> Slope:
 
     `above` and `below` (3, n), in the units of the values; `steps` (3,), in v's unit.
 
-    The error covers what the three differ by, too, and rounding in the largest of all values: small
-    ones may be what is left of large ones.
+    The error also covers the differences between the three, and rounding in the largest of all
+    values: small values may be differences of large ones.
     """
     differences = (above - below) / (2 * steps[:, None])
     rounding = np.max(_rounding(np.vstack([above, below]), float(steps[0])))

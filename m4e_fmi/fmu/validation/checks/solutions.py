@@ -165,7 +165,7 @@ def _integrated(context: Context, inputs: np.ndarray, tolerance: float) -> np.nd
     if subject.fmi_3:
         values = _whole_arrays(subject.inputs, inputs)
         outputs = list(_whole_arrays(subject.outputs, np.zeros(len(outputs))))
-    context.journal.write("fmpy.simulate_fmu(fmi_type='ModelExchange')")
+    context.journal("fmpy.simulate_fmu(fmi_type='ModelExchange')")
     try:
         result = fmpy.simulate_fmu(
             str(subject.folder),

@@ -9,7 +9,7 @@ from contextlib import suppress
 import numpy as np
 
 from m4e_fmi.fmu.importer.messages import ERROR
-from m4e_fmi.fmu.importer.missing_library import remedy_for
+from m4e_fmi.fmu.importer.opening import remedy_for
 from m4e_fmi.fmu.validation.findings import Finding, about
 from m4e_fmi.fmu.validation.probe import (
     FACTS,
@@ -78,7 +78,7 @@ def _assumed_step(context: Context, error: RefusedError) -> Finding:
 
 def _version(context: Context) -> tuple[str, str]:
     dll = context.loaded(exchange=context.subject.exchanges).dll
-    context.journal.write("GetVersion()")
+    context.journal("GetVersion()")
     if context.subject.fmi_3:
         return _text(dll.fmi3GetVersion()), "default"
     return _text(dll.fmi2GetVersion()), _text(dll.fmi2GetTypesPlatform())
@@ -177,9 +177,9 @@ def _capabilities(context: Context, *, exchange: bool) -> Iterator[Finding]:
 
 
 def _tests(context: Context, *, exchange: bool) -> dict[str, Callable[[Probe], object]]:
-    """Declared capability → calls that show whether it is there.
+    """Declared capability → calls that test it.
 
-    What is not declared is not called: its behaviour is unspecified (FMI 2.0.4, section 2.3).
+    Undeclared capabilities are not called: their behaviour is unspecified (FMI 2.0.4, section 2.3).
     """
     kind = context.subject.kind(exchange=exchange)
     outputs, inputs = context.subject.outputs[:1], context.subject.inputs[:1]
@@ -208,7 +208,7 @@ def _saves(probe: Probe) -> None:
 
 def _serialises(probe: Probe) -> None:
     state = probe.save()
-    if not probe.fmu.state_size(state):
+    if not probe.fmu.state_size(state[1]):
         raise RefusedError("fmi2SerializedFMUstateSize (0 bytes)", ERROR, probe.words())
     probe.free_state(state)
 

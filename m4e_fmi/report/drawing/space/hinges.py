@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from m4e_fmi.multibody.topology import Link
+from m4e_fmi.multibody.topology import TreeLink
 
 GROUND = -1
 Triple = tuple[float, float, float]
@@ -50,7 +50,7 @@ class Hinge:
     symbol: str
 
 
-def hinge_of(link: Link, number: int, numbers: Numbers) -> Hinge:
+def hinge_of(link: TreeLink, number: int, numbers: Numbers) -> Hinge:
     """The joint of a link, whose child has this number."""
     to_child = numbers(link.joint, "joint_to_child")
     spot = Spot(number, (-to_child[0], -to_child[1], -to_child[2]))
@@ -59,7 +59,7 @@ def hinge_of(link: Link, number: int, numbers: Numbers) -> Hinge:
     return Hinge(spot, base, axes, link.joint_type.symbol)
 
 
-def _axes(link: Link, spot: Spot, base: Spot, numbers: Numbers) -> Iterator[Axis]:
+def _axes(link: TreeLink, spot: Spot, base: Spot, numbers: Numbers) -> Iterator[Axis]:
     """Directions are fixed in the parent, and so is the first of two axes.
 
     What turns about one axis only has it in the same place in parent and child.

@@ -15,7 +15,7 @@ from m4e_fmi.simulate import simulate
 
 def controller(**joint: float) -> Program:
     elbow = {"target": 0.8, "proportional": 400.0, **joint}
-    return joint_pid(JointPidConfig(joints={"elbow": elbow}, duration=2.0), name="c")  # pyright: ignore[reportArgumentType]
+    return joint_pid(JointPidConfig(joints={"elbow": elbow}, duration=2.0), name="c")
 
 
 def test_parameters_have_the_limits_of_the_keys() -> None:

@@ -44,7 +44,7 @@ def accuracy(algorithm: str) -> float:
 
 def pair(fmus: Fmus, algorithm: str, options: str = "", **own: Any) -> System:
     """Two unit masses and springs, of which the second may have steps of its own; H = 0.05 s."""
-    settings = {"stop_time": 1.0, "step_size": 0.05, "algorithm": algorithm}
+    settings: dict[str, Any] = {"stop_time": 1.0, "step_size": 0.05, "algorithm": algorithm}
     settings |= {key: own.pop(key) for key in list(own) if key != "step"}
     parts = (
         Component("a", FmuFile(fmus("mass+state+inputs")), {"stiffness": 1.0, "body.m.x": 1.0}),
@@ -172,7 +172,7 @@ def test_an_fmu_of_one_size_of_step_makes_no_other(
         pair(c_fmu, algorithm, f"{options}+hundredth", step="10 ms"),
         pair(c_fmu, algorithm, f"{options}+constant"),
     ):
-        assert run(given).certificate.errors  # type: ignore[union-attr]
+        assert run(given).certificate.errors  # pyrefly: ignore[missing-attribute]
     first = "fix the problem stated by the FMU first; "
     own = r"if 0\.0\d+ s is not the step that it was made for, give the component that as its own"
     with pytest.raises(RunError, match=r"I make steps of 0.01 s") as caught:

@@ -125,4 +125,4 @@ def test_a_bus_is_what_its_connections_are(pair: System, tmp_path: Path) -> None
     back = changed(path, b'factor="-250.0"', b'factor="-200.0"')
     assert back.buses == {}
     assert "a.body.m.x * -200.0 + 1.25 -> c.u, units ignored" in back.connections
-    assert any("its buses differ from the package's connections" in note for note in back.notes)
+    assert any("each variable is connected alone, without buses" in note for note in back.notes)

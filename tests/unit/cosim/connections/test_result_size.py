@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, prepare, run
-from m4e_fmi.cosim.connections.recording import HUGE, LARGE, thinned
+from m4e_fmi.cosim.connections.prepared import HUGE, LARGE, thinned
 
 Fmus = Callable[[str], Path]
 COLUMNS = 4  # of a mass: time, x, vx, ax
@@ -46,8 +46,8 @@ def test_a_thinned_run_says_so(
     body = Component("body", FmuFile(c_fmu("mass")), {"body.m.x": 1.0, "body.m.vx": 0.5})
     system = System("s", (body,), (), Simulation(1.0, 0.01))
     every = run(system, results=tmp_path / "all.nc").results()
-    monkeypatch.setattr("m4e_fmi.cosim.connections.recording.HUGE", 101 * 8 * COLUMNS - 1)
-    monkeypatch.setattr("m4e_fmi.cosim.connections.recording.LARGE", 51 * 8 * COLUMNS)
+    monkeypatch.setattr("m4e_fmi.cosim.connections.prepared.HUGE", 101 * 8 * COLUMNS - 1)
+    monkeypatch.setattr("m4e_fmi.cosim.connections.prepared.LARGE", 51 * 8 * COLUMNS)
     told: list[str] = []
     outcome = run(system, results=tmp_path / "some.nc", tell=told.append)
     results = outcome.results()

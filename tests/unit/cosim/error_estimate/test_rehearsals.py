@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,9 +41,9 @@ def test_an_interrupted_rehearsal_leaves_the_run_where_it_is(
         straight = [point["a.body.m.x"] for point in execution]
     usual, calls = Trajectory.along, []
 
-    def interrupted(self: Trajectory, *arguments: object) -> np.ndarray:
+    def interrupted(self: Trajectory, *arguments: Any) -> np.ndarray:
         calls.append(1)
-        found = usual(self, *arguments)  # type: ignore[arg-type]
+        found = usual(self, *arguments)
         if len(calls) == 1:
             raise KeyboardInterrupt
         return found

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from support.python_executor import PythonExecutor
 
-from m4e_fmi.cosim.exchange.instance import Instance
-from m4e_fmi.cosim.exchange.native_executor import NOT_A_NUMBER, NativeExecutor
+from m4e_fmi.cosim.exchange.arrivals import ROWS
 from m4e_fmi.cosim.exchange.operations import Choose, Monitor
-from m4e_fmi.cosim.exchange.rereading import ROWS
+from m4e_fmi.cosim.exchange.schedule import NOT_A_NUMBER, NativeExecutor
 
 NAN, INF = np.nan, np.inf
 
@@ -28,7 +27,7 @@ def test_both_executors_choose_alike(kind: type, checked: bool) -> None:
         readings = np.zeros((ROWS, given.shape[1]), dtype=kind)
         readings[:4] = given
         into = np.zeros(given.shape[1], dtype=kind)
-        chosen = Choose(cast(Instance, None), (), into, readings, checked=checked)
+        chosen = Choose(cast(Any, None), (), into, readings, checked=checked)
         status, _ = make([chosen]).perform(0.0, 0.0, 0)
         assert (status == NOT_A_NUMBER) is (checked and kind is float)
         results.append((into, readings))

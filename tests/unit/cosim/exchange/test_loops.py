@@ -16,7 +16,7 @@ from m4e_fmi.errors import RunError
 @pytest.mark.parametrize("options", ["+state", "+state+jacobian"])
 def test_an_algebraic_loop_through_scaled_connections_is_solved(c_fmu: Fmus, options: str) -> None:
     """a.y = a.u + t, b.y = b.u + t with a.u = b.y/2 + 1 and b.u = a.y/2: a.y = 4/3 + 2 t."""
-    names = dict.fromkeys("ab", f"stage{options}")
+    names = dict.fromkeys(["a", "b"], f"stage{options}")
     links, settings = ("b.y * 0.5 + 1 -> a.u", "a.y * 0.5 -> b.u"), Simulation(0.4, 0.1, "implicit")
     loop = system(c_fmu, names, *links, simulation=settings)
     for time, output, given in observed(loop, "a.y", "a.u")[0]:
@@ -56,7 +56,7 @@ def test_an_algebraic_loop_of_an_input_with_several_sources(
 def test_a_loop_with_the_gain_1_is_refused(
     c_fmu: Fmus, model: str, a: float, b: float, singular: bool
 ) -> None:
-    names, start = dict.fromkeys("ab", model), {"a": {"gain": a}, "b": {"gain": b}}
+    names, start = dict.fromkeys(["a", "b"], model), {"a": {"gain": a}, "b": {"gain": b}}
     settings = Simulation(0.3, 0.1)
     loop = system(c_fmu, names, "a.y -> b.u", "b.y -> a.u", start=start, simulation=settings)
     if singular:

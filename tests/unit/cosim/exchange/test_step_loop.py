@@ -11,7 +11,7 @@ import pytest
 from support.python_executor import PythonExecutor, use_python
 
 from m4e_fmi.cosim import Component, FmuFile, Network, Outcome, Simulation, System, load, run
-from m4e_fmi.cosim.exchange.step_loop import Schedule
+from m4e_fmi.cosim.exchange.schedule import Schedule
 from m4e_fmi.errors import RunError
 
 Fmus = Callable[[str], Path]

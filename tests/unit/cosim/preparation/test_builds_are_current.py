@@ -69,7 +69,7 @@ def opened() -> Iterator[set[str]]:
     listening = [found]
 
     def listen(event: str, arguments: tuple) -> None:
-        if event == "open" and listening and isinstance(arguments[0], str | os.PathLike):
+        if event == "open" and listening and isinstance(arguments[0], (str, os.PathLike)):
             found.add(os.fspath(arguments[0]))
 
     sys.addaudithook(listen)  # there is no way to remove it

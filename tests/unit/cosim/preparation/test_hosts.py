@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from m4e_fmi.cosim import Component, FmuFile, Simulation, System, load_system, prepare
-from m4e_fmi.cosim.system.processes import Limits, Processes
+from m4e_fmi.cosim.system.component import Processes, ProcessLimits
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu.importer.worker import Host
 
@@ -39,7 +39,7 @@ def test_strangers_and_who_asks_for_it_have_processes(c_fmu: Fmus, stranger: Pat
             Component("own", own),
             Component("other", FmuFile(stranger)),
             Component("asked", own, process="own"),
-            Component("limited", own, limits=Limits(call=3.0)),
+            Component("limited", own, limits=ProcessLimits(call=3.0)),
             Component("trusted", FmuFile(stranger), process="here"),
         )
     )
@@ -54,9 +54,11 @@ def test_a_record_of_another_content_counts_for_nothing(c_fmu: Fmus, stranger: P
 
 
 def test_limits_of_a_component_go_before_those_of_all() -> None:
-    processes = Processes(Limits(call=10.0, memory=10**9), keep=("LICENSE",))
-    assert processes.host(Limits(end=1.0, memory=10**8)) == Host(10.0, 1.0, 10**8, ("LICENSE",))
-    assert processes.host(Limits(call=2.0)) == Host(2.0, 30.0, 10**9, ("LICENSE",))
+    processes = Processes(ProcessLimits(call=10.0, memory=10**9), keep=("LICENSE",))
+    assert processes.host(ProcessLimits(end=1.0, memory=10**8)) == Host(
+        10.0, 1.0, 10**8, ("LICENSE",)
+    )
+    assert processes.host(ProcessLimits(call=2.0)) == Host(2.0, 30.0, 10**9, ("LICENSE",))
 
 
 def test_keys_of_system_files(stranger: Path, tmp_path: Path) -> None:

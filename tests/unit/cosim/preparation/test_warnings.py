@@ -8,8 +8,8 @@ import pytest
 
 from m4e_fmi.cosim import load_system, prepare
 from m4e_fmi.cosim.connections.connect import connect
-from m4e_fmi.cosim.preparation.double_buoyancy import double_buoyancy
-from m4e_fmi.cosim.preparation.inputs import expected_descriptions
+from m4e_fmi.cosim.preparation.components import expected_descriptions
+from m4e_fmi.cosim.preparation.doubtful_values import double_buoyancy
 
 MODEL = """\
 name: buoy

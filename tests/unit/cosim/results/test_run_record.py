@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import m4e_fmi
 from m4e_fmi.cosim import Bond, Link, Port, Prepared, prepare
-from m4e_fmi.cosim.connections.links import Axis
+from m4e_fmi.cosim.connections.links import BondAxis
 from m4e_fmi.cosim.results.run_record import _flow, record_of_system
 from m4e_fmi.report.run_report.record import Product
 from m4e_fmi.units import parse_unit
@@ -29,7 +29,7 @@ def test_powers_are_in_watts_whatever_the_units() -> None:
     """3 kN on a body that moves by 2 km/h against it: 6000/3.6 W out of it."""
     force = Link(Port("pto", "p.force_x"), Port("buoy", "p.force_x"), 0)
     velocity = Link(Port("buoy", "p.vx"), Port("pto", "p.vx"), 0)
-    bond = Bond("buoy.p <-> pto.p", (Axis(force, velocity, None, share=-1.0),), ("a", "b"))
+    bond = Bond("buoy.p <-> pto.p", (BondAxis(force, velocity, None, share=-1.0),), ("a", "b"))
     units = {"pto": {"p.force_x": "kN"}, "buoy": {"p.vx": "km/h"}}
     descriptions: dict[str, Any] = {
         component: SimpleNamespace(
@@ -58,7 +58,7 @@ def test_a_record_has_files_seeds_and_versions(tmp_path: Path) -> None:
     assert record.versions["m4e_fmi"] == m4e_fmi.__version__
     assert record.versions["Python"] == platform.python_version()
     assert "numpy" in record.versions
-    assert "pyright" not in record.versions  # of tests only
+    assert "pyrefly" not in record.versions  # of tests only
     graph = record.graph
     assert graph is not None
     assert [component.name for component in graph.components] == ["ball", "sea"]

@@ -14,9 +14,9 @@ from m4e_fmi.cosim import System, run, start
 from m4e_fmi.errors import InputError
 from m4e_fmi.report import plot_run
 from m4e_fmi.report.panels import by_unit
-from m4e_fmi.results.recorded import Recorded
 from m4e_fmi.results.results_file import load, write_netcdf
-from m4e_fmi.results.row_file import Column, Section
+from m4e_fmi.results.row_file import ResultColumn, RowSection
+from m4e_fmi.results.series import Recorded
 
 N = [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3]
 """Periods of 0.3 s that have passed, at steps of 0.1 s."""
@@ -92,7 +92,7 @@ def test_csv(system: System, tmp_path: Path) -> None:
 def test_arrays_that_are_connected_are_recorded(
     system: System, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("m4e_fmi.cosim.connections.recording.LARGEST_ARRAY", 1)
+    monkeypatch.setattr("m4e_fmi.cosim.connections.prepared.LARGEST_ARRAY", 1)
     back = System("s", system.components[::-1], ("b.y_list[3] -> a.u_int",), system.simulation)
     names = run(back, results=tmp_path / "r.nc").results().series
     assert {"b.y_list[1]", "b.y_list[2]", "b.y_list[3]"} <= names.keys()
@@ -106,9 +106,9 @@ def test_items_keep_their_names(tmp_path: Path) -> None:
     """Blanks become underscores in CF's flags: the true names are kept beside them."""
     items = {"very low pressure": 1, "very_low_pressure": 2, "": 3, "a" * 80: 4}
     one = Recorded("Enumeration", "i4", items)
-    section = Section("valve", (Column("mode", "", "", one),), "i8")
+    section = RowSection("valve", (ResultColumn("mode", "", "", one),), "i8")
     rows = [np.array([[0.0], [1.0]]), np.array([[1], [2]])]
     write_netcdf(tmp_path / "r.nc", [section], {}, 2, [rows])
     found = load(tmp_path / "r.nc")["valve.mode"]
     assert found.recorded == one
-    assert found.recorded.told(found[0]) == "very low pressure"
+    assert found.recorded.text(found[0]) == "very low pressure"

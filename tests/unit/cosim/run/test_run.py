@@ -110,7 +110,7 @@ def test_a_system_may_be_given_by_its_path(c_fmu: Fmus, tmp_path: Path) -> None:
     for wrong in (42, None, b"s.ssp", load_model):
         for verb in (run, prepare):
             with pytest.raises(InputError, match="expected a System, or the path of a system"):
-                verb(wrong)  # pyright: ignore[reportArgumentType]
+                verb(wrong)  # pyrefly: ignore[bad-argument-type]
 
 
 SCRIPT = """

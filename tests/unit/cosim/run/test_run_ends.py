@@ -65,7 +65,7 @@ def test_signals_stop_at_a_communication_point(
         with pytest.raises((KeyboardInterrupt, Terminated)) as caught:
             run(short, results=results, observers=[send(number, at)])
         assert caught.value.__notes__ == notes
-        assert number is signal.SIGINT or caught.value.code == 128 + number  # type: ignore
+        assert number is signal.SIGINT or caught.value.code == 128 + number  # pyrefly: ignore[missing-attribute]
         found = load(path)
         early = "interrupted" if number is signal.SIGINT else "ended by SIGTERM"
         ended = early if found.time[-1] == 0.5 else "at the stop time"
@@ -92,7 +92,7 @@ ENDS = {  # what is called at the end of a run, and what is said if SIGTERM come
     "cosim.results.writer:write_netcdf": KEPT,
     "cosim.run.running:slow_code": NOT_YET,
     "cosim.run.running:export": NOT_YET,
-    "files.temporary:_leave": "the results are complete in r.csv (11 rows)",
+    "files.locks:_leave": "the results are complete in r.csv (11 rows)",
 }
 
 

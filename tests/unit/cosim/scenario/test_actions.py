@@ -41,7 +41,7 @@ def beside(given: System, fmu: Path, *links: str, **start: float) -> System:
 
 
 THEN: dict[str, Any] = {"at": 0.507, "duration": 0.8}
-ACTIONS = {
+ACTIONS: dict[str, tuple[Action, dict[str, Any]]] = {
     "freeze": (Action(freeze=(SIGNAL,), **THEN), {}),
     "offset": (Action(offset={SIGNAL: "2 cm/s"}, **THEN), {"amount": 0.02}),
     "replace": (Action(replace={SIGNAL: 0.25}, **THEN), {"amount": 0.25}),
@@ -136,7 +136,8 @@ def test_an_action_on_an_input_with_several_sources_acts_on_their_sum(
 ) -> None:
     signal, amount = "body.body.m.force_x", "0.1 N"
     given = {"freeze": (signal,), "offset": {signal: amount}, "replace": {signal: amount}}
-    one = system(c_fmu, disturbed=Action(**{kind: given[kind]}, **THEN))
+    own: dict[str, Any] = {kind: given[kind]}
+    one = system(c_fmu, disturbed=Action(**own, **THEN))
     spring, others = one.components[1], ("spring", "other")
     halves = [
         Component(name, spring.source, {"damping": 0.15, "stiffness": 0.5}) for name in others

@@ -100,7 +100,7 @@ def test_a_changed_package_is_not_taken_for_ours(pair: System, tmp_path: Path) -
         files = {name: archive.read(name) for name in archive.namelist()}
     text = files.pop("SystemStructure.ssd").decode()
     start = text.index('<ssd:Connection startElement="a" startConnector="body.m.vx"')
-    end = text.index("</ssd:Connection>", start) + len("</ssd:Connection>")
+    end = text.index("/>", start) + len("/>")
     changed = tmp_path / "changed.ssp"
     with zipfile.ZipFile(changed, "w") as archive:
         archive.writestr("SystemStructure.ssd", text[:start] + text[end:])
@@ -109,7 +109,7 @@ def test_a_changed_package_is_not_taken_for_ours(pair: System, tmp_path: Path) -
     back = load_system(changed)
     assert "a.body.m <-> b.end" not in back.connections
     assert {"b.end.force_x -> a.body.m.force_x", "a.body.m.x -> b.end.x"} <= set(back.connections)
-    assert any("its members stand alone" in note for note in back.notes)
+    assert any("each variable is connected alone" in note for note in back.notes)
 
 
 STOP, STEP = 5.0, 1e-3
@@ -174,7 +174,7 @@ def test_libcosim_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
 
 def test_ecos_runs_our_package(c_fmu: Fmus, tmp_path: Path) -> None:
     try:
-        from ecospy import EcosSimulation  # pyright: ignore
+        from ecospy import EcosSimulation
     except (ImportError, OSError) as error:
         pytest.skip(f"ecospy cannot be imported: {error}")
     with EcosSimulation(ssp_path=str(before_a_wall(tmp_path, c_fmu)), step_size=STEP) as simulation:
@@ -192,4 +192,4 @@ def test_an_offset_on_the_way_to_an_input_without_a_unit(c_fmu: Fmus, tmp_path: 
     connections = ("a.body.m.x * 2 + 1 -> b.u",)
     system = System("offset", parts, connections, Simulation(1, 0.1, "jacobi"))
     back = load_system(save_system(system, tmp_path / "s.ssp", build_directory=tmp_path))
-    assert back.connections == ("a.body.m.x * 2.0 + 1.0 -> b.u",)
+    assert back.connections == connections

@@ -26,7 +26,7 @@ from m4e_fmi.cosim import (
     run,
     start,
 )
-from m4e_fmi.cosim.system.component_step import ComponentStep, rate, seconds
+from m4e_fmi.cosim.system.simulation import ComponentStep, rate, seconds
 from m4e_fmi.errors import InputError
 from m4e_fmi.fmu import read_description
 
@@ -36,7 +36,7 @@ MS = Fraction(1, 1000)
 
 def pair(fmus: Fmus, own: float | str | None = None, *, options: str = "", **other: Any) -> System:
     """A mass and its partner, which may have a step of its own; H = 0.05 s."""
-    settings = {"stop_time": 1.0, "step_size": 0.05, **other}
+    settings: dict[str, Any] = {"stop_time": 1.0, "step_size": 0.05, **other}
     parts = (
         Component("a", FmuFile(fmus("mass+state")), {"stiffness": 1.0, "body.m.x": 1.0}),
         Component("b", FmuFile(fmus(f"partner+state{options}")), step_size=own),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from m4e_fmi.cosim import Bond, BondEnergy, Link, Network, Port
-from m4e_fmi.cosim.connections.links import Axis
+from m4e_fmi.cosim.connections.links import BondAxis
 from m4e_fmi.cosim.time_loop.energy import EnergyBalance
 
 A, OMEGA, STIFFNESS, DAMPING = 0.7, 1.3, 2e5, 3e4
@@ -38,7 +38,7 @@ def balance(
     )
     courses = np.column_stack((force, speed, place))
     network.values[:] = courses[0]
-    axis = Axis(links[0], links[1], links[2])
+    axis = BondAxis(links[0], links[1], links[2])
     energy = EnergyBalance(cast("Network", network), (Bond("b", (axis,)),), np.ones(3))
     for k in range(1, len(times)):
         network.values[:] = courses[k]

@@ -6,13 +6,14 @@ from typing import Any
 
 import pytest
 
-from m4e_fmi.fmu.export.arrays import Grouped, Place, grouped, places
+from m4e_fmi.fmu.export.arrays import Grouped, grouped, places
 from m4e_fmi.fmu.export.description import FmuVariable, ModelDescription
 
 
 def output(name: str, **more: Any) -> FmuVariable:
     given = {"unit": "m", "causality": "output", "initial": "calculated", "description": name}
-    return FmuVariable(name=name, **{**given, **more})
+    every: dict[str, Any] = {**given, **more}
+    return FmuVariable(name=name, **every)
 
 
 def arrays(*variables: FmuVariable, derivatives: tuple[str, ...] = ()) -> dict[str, Grouped]:
@@ -30,11 +31,11 @@ def test_time_comes_first_and_arrays_at_their_first_element() -> None:
     assert list(found) == ["time", "a", "b.x.position", "c"]
     assert found["b.x.position"].shape == (2,)
     assert places(list(found.values())) == {
-        "time": Place(0, 1),
-        "a": Place(1, 1),
-        "b.x.x": Place(2, 1),
-        "b.x.z": Place(2, 2),
-        "c": Place(3, 1),
+        "time": (0, 1),
+        "a": (1, 1),
+        "b.x.x": (2, 1),
+        "b.x.z": (2, 2),
+        "c": (3, 1),
     }
 
 

@@ -188,7 +188,7 @@ def test_what_is_not_shown_as_computed_is_told(
 @pytest.mark.parametrize(
     ("scene_of_kind", "told"),
     [
-        (lambda *_, **__: 1 / 0, "failed with ZeroDivisionError: division by"),
+        (lambda *_, **__: 1 / 0, "failed with ZeroDivisionError: division by"),  # pyrefly: ignore[division-by-zero]
         (lambda *_, **__: "box", "is a str, not a Shown"),
     ],
 )

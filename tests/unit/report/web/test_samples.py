@@ -41,7 +41,7 @@ def test_few_samples_are_exact() -> None:
     samples = packed_samples(TIME, [curve(one, steps=True) for one in curves])
     variables: Any = samples.data["variables"]
     assert samples.exact
-    assert np.array_equal(numbers(samples, samples.data["time"], 11), TIME)  # type: ignore[arg-type]
+    assert np.array_equal(numbers(samples, samples.data["time"], 11), TIME)  # pyrefly: ignore[bad-argument-type]
     for one, expected in zip(variables, curves, strict=True):
         assert np.array_equal(numbers(samples, one, 11), expected.astype(float), equal_nan=True)
     assert ["constant" in one for one in variables] == [False] * 5 + [True]
@@ -56,9 +56,9 @@ def test_many_are_rounded_to_seven_digits_but_times_are_not(odd: float | None) -
     values = np.random.default_rng(1).normal(size=count)
     values[7] = values[7] if odd is None else odd
     samples = packed_samples(time, [curve(values)])
-    (variable,) = samples.data["variables"]  # type: ignore[misc]
+    (variable,) = samples.data["variables"]  # pyrefly: ignore[not-iterable]
     assert not samples.exact
     found = numbers(samples, variable, count)
     assert (found.dtype == np.float32) == (odd is None)
     assert np.abs(found / values - 1).max() <= (2.0**-24 if odd is None else 0.0)
-    assert np.array_equal(numbers(samples, samples.data["time"], count), time)  # type: ignore[arg-type]
+    assert np.array_equal(numbers(samples, samples.data["time"], count), time)  # pyrefly: ignore[bad-argument-type]

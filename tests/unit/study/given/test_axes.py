@@ -103,7 +103,7 @@ def test_what_has_no_probability_is_not_run(tmp_path: Path) -> None:
     scatter = "scatter: {file: s.csv, rows: w.h, columns: w.t}\n"
     found = grid(tmp_path, f"vary: {{x: [1, 2]}}\n{scatter}")
     assert (found.size, found.count) == (12, 4)
-    assert [found.told(run) for run in found.runs] == [
+    assert [found.label(run) for run in found.runs] == [
         "x 1, h 1, t 6", "x 1, h 2, t 5", "x 2, h 1, t 6", "x 2, h 2, t 5"
     ]  # fmt: skip
     assert "4 of 6 sea states do not occur and are not run" in found.not_run[0].text

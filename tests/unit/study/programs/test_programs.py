@@ -6,6 +6,7 @@ import signal
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,8 +28,8 @@ wanted:
 """
 
 
-def made(path: Path, **given: object) -> StudyOutcome:
-    return run_study(path, build_directory=path.parent / "build", **given)  # type: ignore[arg-type]
+def made(path: Path, **given: Any) -> StudyOutcome:
+    return run_study(path, build_directory=path.parent / "build", **given)
 
 
 def test_a_compiled_ensemble_has_the_same_bits(

@@ -31,7 +31,7 @@ from m4e_fmi.errors import InputError
 from m4e_fmi.study.dataset import Labels, dataset, write_dataset
 from m4e_fmi.study.given.grid import Grid
 from m4e_fmi.study.given.study import Study, Wanted
-from m4e_fmi.study.report.annual import _told, annual, contributions
+from m4e_fmi.study.report.annual import _annual_row, annual, contributions
 from m4e_fmi.study.report.content import content_of
 from m4e_fmi.study.report.of_study import report_of_study
 from m4e_fmi.study.report.result import load_study_result
@@ -91,7 +91,7 @@ def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
     """Of two states and three seeds, one of which failed in the first state."""
     shares, rows = np.array([0.25, 0.5]), np.array([[np.nan, 4.0, 5.0], [90.0, 7.0, 8.0]])
     mean = np.nanmean(rows, axis=-1)
-    shown, energy, error, states = _told(rows, mean, shares, "W", is_power=True)
+    shown, energy, error, states = _annual_row(rows, mean, shares, "W", is_power=True)
     sums = np.array([0.25 * 4.0 + 0.5 * 7.0, 0.25 * 5.0 + 0.5 * 8.0])
     assert float(shown.split()[0]) == pytest.approx(sums.mean() / 0.75, rel=1e-3)
     assert float(energy.split()[0]) == pytest.approx(YEAR * sums.mean() / 3.6e9, rel=1e-3)
@@ -99,7 +99,7 @@ def test_means_by_probability_are_of_the_seeds_that_the_summary_takes() -> None:
     assert float(error.split()[0]) == pytest.approx(deviation, rel=1e-3)
     assert states == "2, of 2 of 3 seeds"
     lost = np.where(np.eye(2, 3, dtype=bool), np.nan, rows)
-    shown, _, error, states = _told(lost[:, :2], mean, shares, "W", is_power=True)
+    shown, _, error, states = _annual_row(lost[:, :2], mean, shares, "W", is_power=True)
     assert float(shown.split()[0]) == pytest.approx(np.average(mean, weights=shares), rel=1e-3)
     assert (error, states) == ("–", "2, some without failed seeds")
 
@@ -108,14 +108,14 @@ def test_the_page_has_every_number_once(tmp_path: Path) -> None:
     result = load_study_result(samples(tmp_path, 300))
     content = content_of(result, [])
     assert content.exact
-    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyright: ignore
+    names = [one["name"] for one in content.data["runs"]["variables"]]  # pyrefly: ignore[bad-index]
     assert names == ["m", "c", "mean_power", "most_tension", "wall_time", "start_up"]
-    assert content.data["designs"]["variables"] == []  # pyright: ignore[reportIndexIssue]
+    assert content.data["designs"]["variables"] == []  # pyrefly: ignore[bad-index]
     assert content.data["failures"] == {"texts": ["it broke"], "runs": [[0, 0], [100, 0], [200, 0]]}
     assert content.data["series"] is None
     states = load_study_result(matrix(tmp_path, failing=False))
     dims = content_of(states, []).data["dims"]  # maps show sea states first
-    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyright: ignore
+    assert [one["name"] for one in dims if one["state"]] == ["Hs", "Tp"]  # pyrefly: ignore[not-iterable]
 
 
 def test_texts_stay_texts_in_the_page_of_a_study(tmp_path: Path) -> None:

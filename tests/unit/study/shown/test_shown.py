@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,10 +41,10 @@ IN_STATES = STUDY.replace("k: [30, 40, 50], ", "") + SCATTER
 TABLE = "k/u,0,1\n30,1,2\n40,3,0\n"
 
 
-def made(folder: Path, text: str, table: str = TABLE, **given: object) -> StudyOutcome:
+def made(folder: Path, text: str, table: str = TABLE, **given: Any) -> StudyOutcome:
     (folder / "t.csv").write_text(table, "utf-8")
     path = written_study(folder, text)
-    return run_study(path, build_directory=folder / "build", **given)  # type: ignore[arg-type]
+    return run_study(path, build_directory=folder / "build", **given)
 
 
 def test_a_summary_has_a_matrix_failures_warnings_and_the_start_up(tmp_path: Path) -> None:

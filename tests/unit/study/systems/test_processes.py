@@ -30,6 +30,7 @@ class Breaking(Executor):
     def __init__(self, count: int) -> None:
         self.left = count
 
+    # pyrefly: ignore[bad-override]
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:  # noqa: ARG002
         if not self.left:
             raise BrokenProcessPool("a process died")
@@ -69,8 +70,8 @@ def asked_to_end_in_a_run(marker: Path) -> None:
         with ending_cleanly():
             signal.raise_signal(signal.SIGTERM)
 
-    execution.perform = run  # pyright: ignore[reportAttributeAccessIssue]
-    execution._perform(SimpleNamespace())  # pyright: ignore[reportArgumentType]
+    execution.perform = run  # pyrefly: ignore[bad-assignment]
+    execution._perform(SimpleNamespace())  # pyrefly: ignore[bad-argument-type]
     marker.touch()
 
 

@@ -192,7 +192,7 @@ def test_a_mesh_may_be_open_on_the_bed_if_it_is_fixed(tmp_path: Path, bottom: bo
     """It makes the same flow as the shape, and other bodies are seen to be outside of it."""
     panels = cylinder_panels(Cylinder(radius=2, draft=DEPTH, center_x=6), 60)
     if not bottom:
-        panels = panels.kept(panels.centers[:, 2] > -DEPTH + 1e-6)
+        panels = panels.selected(panels.centers[:, 2] > -DEPTH + 1e-6)
     (tmp_path / "pile.gdf").write_text(mesh_writers.gdf(panels))
     body = {"shape": {"mesh": "pile.gdf"}, "fixed": True}
     made = hulls(on_bed(pile=body, float=FLOAT), tmp_path)

@@ -72,7 +72,7 @@ def test_halves_of_wamit_are_completed(axes: tuple[int, ...], tmp_path: Path) ->
     whole = cylinder_panels(Cylinder(radius=3.0, draft=2.0), 60)
     part = whole
     for axis in axes:
-        part = part.kept(part.centers[:, axis] > 0)
+        part = part.selected(part.centers[:, axis] > 0)
     (tmp_path / "a.gdf").write_text(mesh_writers.gdf(part, isx=0 in axes, isy=1 in axes))
     found = read_mesh(tmp_path / "a.gdf")
     assert len(found.faces) == len(whole.faces)

@@ -1,0 +1,185 @@
+"""The ways of a force and of a step size through a run, traced, are those that the docs show."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from types import FrameType
+
+import networkx as nx
+import pytest
+
+import m4e_fmi
+from m4e_fmi.cosim import Prepared, load_system, prepare
+from m4e_fmi.cosim.connections.links import Link, Port
+from m4e_fmi.cosim.exchange.operations import DoStep, Get, Set
+from m4e_fmi.cosim.exchange.schedule import LoopState, NativeExecutor
+from m4e_fmi.cosim.run.run import Run, RunOptions
+from m4e_fmi.files.document import Section
+
+PACKAGE = Path(m4e_fmi.__file__).parent
+TAKER = "cart"
+FORCE = {Port("spring", "joint.rail.q"), Port(TAKER, "joint.rail.effort")}
+MODEL = """\
+name: one
+bodies: {mass: {mass: 1, inertia: 1}}
+joints: {rail: {type: prismatic, child: mass, direction: [1, 0], initial: {q: 0.1}}}
+"""
+SYSTEM = """\
+name: two
+components: {spring: {model: one.model.yaml}, cart: {model: one.model.yaml}}
+connections:
+  - spring.joint.rail.q * -20 -> cart.joint.rail.effort, units ignored
+  - cart.joint.rail.q * -20 -> spring.joint.rail.effort, units ignored
+simulation: {stop_time: 21.13 ms, step_size: 2.113 ms, algorithm: %s}
+"""
+STEP = ("2.113 ms", 0.002113, 2113000, Fraction(2113, 1000000))
+"""The step of the system in all its forms: as text, in seconds and in nanoseconds."""
+WINDOWS = {"Network.__init__": 1, "made": 1, "TimeLoop.advance": 1}
+"""Where a network, its algorithm, and steps are made."""
+FORCE_TITLE, STEP_TITLE = "A force through one step", "`step_size` from file to step"
+Seen = Callable[[FrameType, str, object], None]
+
+
+def elements(value: object, depth: int = 3) -> Iterator[object]:
+    """A value, and those in it where it is a collection, or a section of a file."""
+    yield value
+    value = vars(value) if isinstance(value, Section) else value
+    parts = [*value, *value.values()] if isinstance(value, dict) else value
+    if isinstance(parts, list | tuple | set) and depth > 0:
+        for part in parts:
+            yield from elements(part, depth - 1)
+
+
+def is_force(value: object) -> bool:
+    """True for the link of the force, its ends, what reads or sets it, and its taker's step."""
+    match value:
+        case Port():
+            return value in FORCE
+        case Link():
+            return value.source in FORCE and value.target in FORCE
+        case Get(instance, names) | Set(instance, names):
+            return any(Port(instance.name, name) in FORCE for name in names)
+        case DoStep(instance):
+            return instance.name == TAKER
+    return False
+
+
+def is_step(value: object) -> bool:
+    found = value.size if isinstance(value, LoopState) else value
+    return isinstance(found, str | int | float | Fraction) and found in STEP
+
+
+def has(frame: FrameType, event: str, result: object, wanted: Callable[[object], bool]) -> bool:
+    values = [*frame.f_locals.values(), result if event == "return" else None]
+    return any(wanted(one) for value in values for one in elements(value))
+
+
+@contextmanager
+def traced(seen: Seen) -> Iterator[None]:
+    """Within this, calls of functions of the package, and their ends, are seen."""
+
+    def trace(frame: FrameType, event: str, result: object) -> None:
+        if event in ("call", "return") and frame.f_code.co_filename.startswith(str(PACKAGE)):
+            seen(frame, event, result)
+
+    sys.setprofile(trace)
+    try:
+        yield
+    finally:
+        sys.setprofile(None)
+
+
+def stack(frame: FrameType | None) -> Iterator[FrameType]:
+    """A call and those that led to it, of functions of the package."""
+    while frame:
+        if frame.f_code.co_filename.startswith(str(PACKAGE)):
+            yield frame
+        frame = frame.f_back
+
+
+def file(frame: FrameType) -> str:
+    return Path(frame.f_code.co_filename).relative_to(PACKAGE.parent).as_posix()
+
+
+def documented(title: str) -> list[str]:
+    page = (PACKAGE.parent / "docs" / "architecture.md").read_text("utf-8")
+    section = page.split(f"\n## {title}\n")[1].split("\n## ")[0]
+    return re.findall(r"\n\d+\. `([^`]+)`", section)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("walk")
+    (found / "one.model.yaml").write_text(MODEL)
+    return found
+
+
+def stepped(folder: Path, algorithm: str, seen: Seen, made: Callable[[Prepared], None]) -> None:
+    """Ten steps of a system, the first alone, the others at once, seen from its file on."""
+    path = folder / f"{algorithm}.system.yaml"
+    path.write_text(SYSTEM % algorithm)
+    with traced(seen):
+        system = load_system(path)
+    prepared = prepare(system, build_directory=folder / "build")
+    made(prepared)
+    with traced(seen), Run(prepared, RunOptions(certify=False)) as run:
+        run.begin()
+        run.finish()
+
+
+@pytest.mark.parametrize("algorithm", ["jacobi", "gauss_seidel", "corrector", "implicit"])
+def test_a_force_passes_the_files_that_the_docs_name(folder: Path, algorithm: str) -> None:
+    found: set[str] = set()
+    loops: set[str] = set()
+    within = 0
+
+    def seen(frame: FrameType, event: str, result: object) -> None:
+        nonlocal within
+        name = frame.f_code.co_qualname
+        if name in WINDOWS:
+            within += WINDOWS[name] if event == "call" else -WINDOWS[name]
+        if within <= 0:
+            return
+        if event == "call" and name in ("NativeExecutor.perform", "run_loop"):
+            executor = frame.f_locals.get("self", frame.f_locals.get("step"))
+            assert isinstance(executor, NativeExecutor)
+            operations = [one[0] for one in executor._kept]
+            if any(isinstance(one, DoStep) and is_force(one) for one in operations):
+                found.update(map(file, stack(frame)))
+                loops.add(name)
+        elif has(frame, event, result, is_force):
+            found.add(file(frame))
+
+    stepped(folder, algorithm, seen, lambda _: found.clear())
+    both = {"NativeExecutor.perform", "run_loop"}  # a single step, and many at once
+    assert loops == ({"NativeExecutor.perform"} if algorithm == "implicit" else both)
+    names = [name.replace("corrector", algorithm) for name in documented(FORCE_TITLE)]
+    assert len(names) <= 9
+    if algorithm == "implicit":
+        names = [name.replace("stepping/algorithm", "exchange/newton") for name in names]
+    if algorithm in ("jacobi", "gauss_seidel"):
+        names = [name for name in names if "pieces" not in name]
+    assert found == set(names)
+
+
+def test_a_step_size_passes_the_files_that_the_docs_name(folder: Path) -> None:
+    ways: nx.DiGraph[str] = nx.DiGraph()
+
+    def seen(frame: FrameType, event: str, result: object) -> None:
+        if has(frame, event, result, is_step):
+            caller = next((f for f in stack(frame.f_back)), None)
+            if caller and event == "return" and any(map(is_step, elements(result))):
+                ways.add_edge(file(frame), file(caller))
+            if caller and has(caller, "", None, is_step):
+                ways.add_edge(file(caller), file(frame))
+
+    stepped(folder, "corrector", seen, lambda _: None)
+    first, last = "m4e_fmi/cosim/system_file.py", "m4e_fmi/cosim/exchange/schedule.py"
+    names = documented(STEP_TITLE)
+    assert list(nx.all_shortest_paths(ways, first, last)) == [names]
+    assert len(names) <= 4
