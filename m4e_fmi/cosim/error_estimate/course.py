@@ -20,14 +20,14 @@ LEAST, MOST = 0.05, 1.5
 
 @dataclass(frozen=True)
 class Course:
-    """Differences of a second trajectory from the run, beside which it goes from `begin` [ns] on.
+    """Differences between a second trajectory, which starts at `begin` [ns], and the run.
 
-    Its steps are `length` times as long as the run's. `differences` (n_pieces, n) are the largest
-    in pieces of its way, in the sources' units, which go up to the times `edges` [ns]. Of its
-    `span` [ns], the part `other` was made in steps that are not the run's.
+    The steps of the trajectory are `length` times as long as the run's. `differences` (n_pieces, n)
+    are the largest in each piece of it, in the sources' units; the pieces end at the times `edges`
+    [ns]. Of its `span` [ns], the part `other` was made in steps that are not the run's.
 
-    A course `speaks` for all steps up to the next that does, but for those that do not: these count
-    for themselves alone.
+    A course that `speaks` stands for all steps up to the next one that speaks; the others stand for
+    their own steps only.
     """
 
     begin: int

@@ -260,7 +260,7 @@ class ErrorEstimator:
             stretch.kinks.append(stretch.steps + sudden)
         if jumped or not same:
             self._roughness.forget()
-        stretch.go_on(steps, size)
+        stretch.extend(steps, size)
         if within:
             stretch.switched = True
         elif jumped:
@@ -364,7 +364,7 @@ class ErrorEstimator:
             limit = self._seen[-1][2] / UNLIKE if is_wild else np.inf
             other, problem = self._follow(other, stretch.start, stretch, run, values, limit)
         if not problem or (problem != WILD and other.end >= found.end):
-            state.told += (course,) if course.span else ()
+            state.ended += (course,) if course.span else ()
             self._give_up(TWICE)
             found = other
         elif is_wild:
@@ -385,7 +385,7 @@ class ErrorEstimator:
         values: np.ndarray,
         limit: float,
     ) -> tuple[Course, str]:
-        """A course, as far as it goes on along a stretch of the run; why no further, if so.
+        """A course continued along a stretch of the run; the reason if it ends before.
 
         Its trajectory is at a `point`, or where the second set is. `values` (n, n_sources) of the
         run are at the times `run` (n,) [ns]. It ends where its errors over ranges so far pass the

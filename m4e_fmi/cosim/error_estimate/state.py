@@ -25,7 +25,7 @@ class Stretch:
     equal steps. `jumps` are the times to which a jump has led that was not within a step; it has
     `switched` where one was. `kinks` are the indices of steps that are suddenly rough, `changes`
     the values set at some times, `steps` is the number of steps so far, and `end` that of the run
-    up to which the stretch goes. `start` is None where a second set goes beside the run.
+    up to which the stretch goes. `start` stays None beside a second set of FMUs.
     """
 
     start: NetworkSnapshot | None
@@ -40,7 +40,7 @@ class Stretch:
     switched: bool = False
 
     def check(self) -> None:
-        """ValueError if this is none that a run has made."""
+        """ValueError if no run can have made this stretch."""
         rows = sum(len(value) for value in self.values if value.ndim == 2)
         if len({value.shape[1:] for value in self.values}) != 1 or rows != self.steps + 1:
             raise ValueError("values of a stretch are not those of its steps")
@@ -55,7 +55,7 @@ class Stretch:
         lists = {n: getattr(self, n).copy() for n in ("runs", "values", "jumps", "kinks")}
         return replace(self, changes=changes, **lists)
 
-    def go_on(self, steps: int, size: int) -> None:
+    def extend(self, steps: int, size: int) -> None:
         """Add so many steps of `size` [ns]."""
         if self.runs and self.runs[-1][0] == size:
             self.runs[-1] = size, self.runs[-1][1] + steps
@@ -97,15 +97,14 @@ class EstimateState:
     were repeated, in the sources' units; `watched` (n_outputs,) the largest fourth differences of
     all outputs there, in theirs. `kinks` (n,) are the largest fourth differences in steps that are
     suddenly rough, `jumps` (n,) the largest jumps there, in the sources' units; the run has
-    `switched` if a value jumped within a step otherwise. `told` are the courses that have ended;
-    `course` is the one that goes on, and `point` where its trajectory is.
+    `switched` if a value jumped within a step otherwise. `ended` are the courses that have ended;
+    `course` is the one that continues, and `point` the state of its trajectory.
 
     The run has made `steps`, of which the last had a `size` [ns]; the present window ends after
     `until` of them, the next begins at `begins`. `repeated` counts the steps made again, `met` the
-    kinks there. `falls` is
-    the order of smooth errors as measured. `lost` is the first time [ns] from which on less was
-    repeated than was wanted, and why; `failure` says why nothing is known, if so. Arrays are
-    replaced, never changed.
+    kinks there. `falls` is the measured order of smooth errors. `lost` is the first time [ns] from
+    which on fewer steps than wanted were repeated, and the reason; `failure` is the reason why
+    nothing is known, if so. Arrays are replaced, never changed.
     """
 
     lengths: tuple[float, ...]
@@ -115,7 +114,7 @@ class EstimateState:
     kinks: np.ndarray
     jumps: np.ndarray
     switched: bool = False
-    told: tuple[Course, ...] = ()
+    ended: tuple[Course, ...] = ()
     course: Course | None = None
     point: NetworkSnapshot | None = None
     steps: int = 0
@@ -142,13 +141,13 @@ class EstimateState:
 
     @property
     def courses(self) -> tuple[Course, ...]:
-        """All courses that tell something, in their order."""
+        """All courses with known errors, in their order."""
         going = (self.course,) if self.course and self.course.other else ()
-        return (*self.told, *going)
+        return (*self.ended, *going)
 
     def end(self) -> None:
-        """The course does not go on; what it has told counts."""
-        self.told, self.course, self.point = self.courses, None, None
+        """End the present course; its errors count."""
+        self.ended, self.course, self.point = self.courses, None, None
 
 
 @dataclass(frozen=True)
