@@ -1,4 +1,4 @@
-"""What a second trajectory tells: its differences from the run, and the errors of a whole run."""
+"""Differences of a second trajectory from the run, and the errors of a whole run by them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,11 @@ class Course:
         return self.end - self.begin
 
     def further(self, found: np.ndarray, end: int, other: int) -> Course:
-        """With a further piece up to `end` [ns], in which the differences (m, n) were `found`."""
+        """The course with a further piece up to `end` [ns].
+
+        Differences `found` there, (m, n), are in the sources' units. Of the piece, the time `other`
+        [ns] was made in steps that are not the run's.
+        """
         largest = found.max(axis=0, initial=0.0)
         return replace(
             self,
@@ -63,22 +67,20 @@ class Course:
         )
 
     def errors(self, order: float) -> np.ndarray:
-        """Largest errors (m, n) of the run in EQUAL times, which fall with this order.
+        """Largest errors (m, n) of the run in EQUAL times, in the sources' units, by their order.
 
-        They are in the sources' units. Where some steps are the same in both runs, these are taken
-        to have errors like the others.
+        Where some steps are the same in both runs, these are taken to have errors like the others.
         """
         whole = 1.0 if self.length == TWICE else 2.0**order
         ends = np.array(self.edges, dtype=np.int64) - self.begin
-        begins = np.unique(np.maximum(ends - 1, 0) * EQUAL // max(1, self.span), return_index=True)[
-            1
-        ]
+        parts = np.maximum(ends - 1, 0) * EQUAL // max(1, self.span)
+        begins = np.unique(parts, return_index=True)[1]
         found = np.maximum.reduceat(self.differences, begins, axis=0)
         return found * (self.span / max(1, self.other) * whole / (2.0**order - 1))
 
 
 def grows(shares: np.ndarray) -> bool:
-    """True if the largest of errors over ranges (m, n) doubles in the second half."""
+    """True if the largest error over range, of `shares` (m, n) [1], doubles in the second half."""
     first = shares[: (len(shares) + 1) // 2].max(initial=0.0)
     return bool(shares.max(initial=0.0) > DOUBLE * first)
 
@@ -88,13 +90,13 @@ def throughout(
 ) -> np.ndarray:
     """Errors (n,) of a run from `start` to `end` [ns], in the sources' units.
 
-    `errors` are those (m, n) of each course. How they grow beyond it is taken from the
-    longest with errors. If E doubles with the time (as the phase of an undamped oscillation), the
-    error of all that a course speaks for, over the time S, is E S/τ with τ its length, and these
-    add up; if it does not grow (where oscillations are damped and forced), the error is E, and the
-    largest counts. In between, with an exponent γ = log₂ of what E grows by in the second half of
-    the course, error = (Σ E^(1/γ) S/τ)^γ. Errors may also grow because motions do, and die out in
-    between: only the share of them that lasts adds up.
+    `errors` are those of each course, (m, n), in the sources' units. How they grow beyond it is
+    taken from the longest with errors. If E doubles with the time (as the phase of an undamped
+    oscillation), the error of all that a course speaks for, over the time S, is E S/τ with τ its
+    length, and these add up; if it does not grow (where oscillations are damped and forced), the
+    error is E, and the largest counts. In between, with an exponent γ = log₂ of what E grows by in
+    the second half of the course, error = (Σ E^(1/γ) S/τ)^γ. Errors may also grow because motions
+    do, and die out in between: only the share of them that lasts adds up.
     """
     edges = [start, *[one.begin for one in courses if one.speaks][1:], end]
     alone = [one for one in courses if not one.speaks]

@@ -65,9 +65,9 @@ class Stretch:
         self.steps += steps
 
     def kinks_of(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Largest fourth differences (n_sources,) at kinks, and the largest jumps among these.
+        """Largest fourth differences (n_sources,) at kinks, in the sources' units; largest jumps.
 
-        `values` (n, n_sources) are its own; all are in the sources' units.
+        `values` (n, n_sources) are its own, in the same units; jumps (n_sources,) are kinks, too.
         """
         count = len(values)
         found = np.zeros((count + len(OF_A_JUMP), values.shape[1]))
@@ -133,7 +133,7 @@ class EstimateState:
         return replace(self, stretch=self.stretch.copy() if self.stretch else None)
 
     def widen(self, values: np.ndarray) -> None:
-        """Account for `values` (n_times, n) of the run in the bounds and leaps."""
+        """Account for `values` (n_times, n) of the run, in the sources' units, in the bounds."""
         (low, high), least, most = self.bounds, values.min(axis=0), values.max(axis=0)
         self.bounds = np.array([np.minimum(low, least), np.maximum(high, most)])
         leaps = np.abs(np.diff(values, axis=0)).max(axis=0)

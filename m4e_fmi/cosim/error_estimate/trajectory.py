@@ -138,8 +138,8 @@ class Trajectory:
 def doubled_steps(times: np.ndarray, jumps: Iterable[int], met: np.ndarray) -> np.ndarray:
     """Times (m,) [ns] of steps of twice the length, along those of `times` (n,) [ns].
 
-    They are every second one, from each edge on: both ends of each of the `jumps`, all times that
-    are to be `met`, and the last.
+    They are every second one, from each edge on: both ends of each of the `jumps`, the last, and
+    the times that are to be `met`, (k,) [ns].
     """
     after, at = np.searchsorted(times, sorted(jumps)), np.flatnonzero(np.isin(times, met))
     edges = np.unique(np.concatenate([[0, len(times) - 1], after - 1, after, at]).astype(np.intp))
@@ -168,12 +168,12 @@ def differences(
     again: np.ndarray,
     least: np.ndarray,
 ) -> np.ndarray:
-    """Magnitudes (m, n_sources) of the differences of two runs at the times of both.
+    """Magnitudes (m, n_sources), in the sources' units, of differences at the times of both runs.
 
     `values` (n, n_sources) are at `times` (n,) [ns], `again` (k, n_sources) at `others` (k,) [ns];
     all are in the sources' units. Differences that may be rounding are 0, as are those up to
-    `least` (n_sources,). Both sides of a jump that takes one nanosecond are left out: the other
-    run's may be elsewhere.
+    `least` (n_sources,), in the same units. Both sides of a jump that takes one nanosecond are left
+    out: the other run's may be elsewhere.
     """
     both, jumps = np.isin(times, others), np.flatnonzero(np.diff(times) == 1)
     both[jumps] = both[jumps + 1] = False
